@@ -225,7 +225,7 @@ impl RoadMap {
         Self::read(net_file, &read(net_file, MOST_BYTES)?, chosen)
     }
 
-    /// The same from the file's text.
+    /// Parses the text of a `net.xml`, with the chosen edges as its route, or with its default path.
     pub(super) fn read(net_file: &Path, text: &str, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
         let network = Network::read(net_file, text)?;
         let route = route_of(net_file, &network, chosen)?;

@@ -1,25 +1,25 @@
-//! Cameras of the driver, the mirror, the bird's-eye view and the chase view, and the projection of the world into their pictures, which
-//! the renderer, overlays and tests share. In: the ego, a [`Camera`] and the picture's aspect (width / height). Out: cameras, and matrices
-//! with depth 0..1, **reversed**: 1 at the near plane, 0 at infinity (or at the parallel lens's far plane), which keeps float
-//! depth exact to the horizon.
+//! Cameras of the driver, the mirror, the bird's-eye view and the chase view, and the projection of the world into their
+//! pictures, shared by renderer, overlays and tests. In: the ego, a [`Camera`] and the picture's aspect (width / height). Out:
+//! cameras, and matrices with depth 0..1, **reversed**: 1 at the near plane, 0 at infinity (or at the parallel lens's far plane),
+//! which keeps float depth exact to the horizon.
 
 use super::{Camera, Lens, StaticScene, ViewOptions, view::EgoAt};
 use crate::{scenario::CockpitView, space::Pose};
 use glam::camera::rh::{proj::directx, view::look_to_mat4};
 use glam::{Mat4, Quat, Vec2, Vec3};
 
-/// Near plane of perspective lenses, metres: nearer than any part of a car that a camera can come close to.
+/// Near plane of perspective lenses, metres: closer than any part of a car comes to a camera.
 pub const NEAR_M: f32 = 0.1;
-/// Depth that a parallel lens sees, metres from the eye.
+/// Depth range of a parallel lens, metres from the eye.
 pub const PARALLEL_DEPTH_M: f32 = 2000.0;
 
 impl Camera {
-    /// World to camera: x right, y up, looking along -z.
+    /// Returns the transform from world to camera: x right, y up, looking along -z.
     pub fn view(&self) -> Mat4 {
         look_to_mat4(self.eye, self.forward, self.up)
     }
 
-    /// Camera to clip space, reversed depth, for a picture of `aspect` (width / height).
+    /// Returns the projection from camera to clip space, with reversed depth, for a picture of `aspect` (width / height).
     pub fn proj(&self, aspect: f32) -> Mat4 {
         match self.lens {
             Lens::Perspective { .. } => {
@@ -28,19 +28,19 @@ impl Camera {
             }
             Lens::Parallel { .. } => {
                 let half = self.half_size(aspect);
-                // Near and far change places: that is what reverses the depth.
+                // The near and far planes are swapped, which reverses the depth.
                 directx::orthographic(-half.x, half.x, -half.y, half.y, PARALLEL_DEPTH_M, 0.0)
             }
         }
     }
 
-    /// World to clip space.
+    /// Returns the transform from world to clip space.
     pub fn view_proj(&self, aspect: f32) -> Mat4 {
         self.proj(aspect) * self.view()
     }
 
-    /// Where `point` falls in the picture: 0..1 from left to right and from **top to bottom**, outside that range beside
-    /// the picture; `None` behind the near plane.
+    /// Projects `point` into the picture: 0..1 from left to right and from **top to bottom**, outside that range beside the
+    /// picture. `None` for points outside the depth range, such as those before the near plane.
     pub fn project(&self, point: Vec3, aspect: f32) -> Option<Vec2> {
         let clip = self.view_proj(aspect) * point.extend(1.0);
         if clip.w <= 0.0 || clip.z < 0.0 || clip.z > clip.w {
@@ -49,7 +49,7 @@ impl Camera {
         Some(Vec2::new(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w))
     }
 
-    /// The ray through a point of the picture (0..1, y down): its start and unit direction.
+    /// Returns the ray through a point of the picture (0..1, y down): its start and unit direction.
     pub fn ray(&self, picture: Vec2, aspect: f32) -> (Vec3, Vec3) {
         let half = self.half_size(aspect);
         let right = self.forward.cross(self.up).normalize();
@@ -61,13 +61,13 @@ impl Camera {
         }
     }
 
-    /// True if a sphere may be in the picture; for leaving out what cannot be seen.
+    /// Checks whether a sphere may be in the picture, for culling.
     pub fn sees(&self, centre: Vec3, radius_m: f32, aspect: f32) -> bool {
         let p = self.view().transform_point3(centre);
         let half = self.half_size(aspect);
         match self.lens {
             Lens::Perspective { .. } => {
-                // Distance outside of a side plane that goes through the eye with slope `half`.
+                // Distance outside a side plane through the eye with slope `half`.
                 let outside = |across: f32, slope: f32| (across.abs() + p.z * slope) / slope.hypot(1.0);
                 -p.z + radius_m > NEAR_M && outside(p.x, half.x) < radius_m && outside(p.y, half.y) < radius_m
             }
@@ -80,7 +80,7 @@ impl Camera {
         }
     }
 
-    /// Half of the picture: tangents of the half angles, or metres for a parallel lens.
+    /// Returns half of the picture's width and height: tangents of the half angles, or metres for a parallel lens.
     fn half_size(&self, aspect: f32) -> Vec2 {
         match self.lens {
             Lens::Perspective { fov_x_rad } => {
@@ -93,11 +93,11 @@ impl Camera {
     }
 }
 
-/// How far the driver's camera looks down where the car has instruments, radians: 6 degrees. With a level one a picture that
-/// is 38 degrees high would end where they begin.
+/// Downward pitch of the driver's camera in the full cockpit, radians: 6 degrees. With a level camera a picture 38 degrees high
+/// would end where the instruments begin.
 const LOOK_DOWN_RAD: f32 = 0.105;
 
-/// The driver's camera in the body's frame.
+/// Returns the driver's camera in the body's frame.
 pub(super) fn driver_look(options: &ViewOptions) -> Camera {
     let down = if options.cockpit == CockpitView::Full { LOOK_DOWN_RAD } else { 0.0 };
     let look = Quat::from_rotation_y(down);
@@ -116,7 +116,7 @@ pub(super) fn driver_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
 pub(super) fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
     let rotation = ego.steadied(options.body_motion);
     let (yaw, pitch) = (options.mirror.yaw_deg.to_radians(), options.mirror.pitch_deg.to_radians());
-    // Backwards, tilted up, then turned towards the left side of the road behind.
+    // Backwards, tilted up by `pitch`, then turned towards the left side of the road behind by `yaw`.
     let turned = rotation * Quat::from_rotation_z(-yaw) * Quat::from_rotation_y(pitch);
     Camera {
         eye: ego.position + rotation * options.mirror.position,
@@ -126,7 +126,7 @@ pub(super) fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
     }
 }
 
-/// Height of the bird's-eye camera above the ground, metres: above every hill and tree.
+/// Height of the bird's-eye camera above the highest road, metres: above hills and trees near the road.
 const BIRDSEYE_HEIGHT_M: f32 = 400.0;
 
 /// Returns the camera above the ego or the whole scene.
@@ -143,7 +143,7 @@ pub(super) fn birdseye_camera(ego: &EgoAt, options: &ViewOptions, static_scene: 
     }
 }
 
-/// The chase camera lags behind a turning car by this time, so that it does not stiffly swing with it, seconds.
+/// Time by which the chase camera lags behind a turning car, seconds, so that it does not swing rigidly with the car.
 const CHASE_LAG_S: f32 = 0.25;
 
 /// Returns the camera behind the ego.
@@ -152,7 +152,7 @@ pub(super) fn chase_camera(ego: &EgoAt, yaw_rate: f32, static_scene: &StaticScen
     let at = ego.position.truncate();
     let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
     let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
-    // Behind on the same slope.
+    // Behind the ego on the same slope.
     let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
     let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);
     let forward = (target - eye).normalize();
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn the_horizontal_angle_is_the_lens_own_at_every_aspect() {
+    fn the_horizontal_angle_of_view_is_the_same_at_every_aspect() {
         let camera = lens(true);
         let right = camera.forward.cross(camera.up).normalize();
         let at = |deg: f32| camera.eye + 50.0 * (camera.forward + right * deg.to_radians().tan());
@@ -212,7 +212,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_behind_is_not_in_the_picture() {
+    fn points_behind_the_camera_are_not_in_the_picture() {
         let camera = lens(true);
         assert_eq!(camera.project(camera.eye - camera.forward * 5.0, 1.0), None);
         assert!(!camera.sees(camera.eye - camera.forward * 5.0, 1.0, 1.0));

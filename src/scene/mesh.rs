@@ -1,4 +1,4 @@
-//! Building meshes. In: loose triangles with a finish ([`TriangleList`]). Out: a [`Mesh`] with shared corners and smooth
+//! Construction of meshes. In: loose triangles with a finish ([`TriangleList`]). Out: a [`Mesh`] with shared corners and smooth
 //! normals, sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
 use super::{Material, Mesh, Vertex, point_key::PointKey};
@@ -8,38 +8,37 @@ use std::collections::BTreeMap;
 /// Colour and material of a triangle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceFinish {
-    /// What it is made of.
     pub material: Material,
-    /// Linear albedo.
+    /// Linear albedo, 0..1.
     pub colour: [f32; 3],
 }
 
 impl SurfaceFinish {
-    /// A finish from its parts.
+    /// Creates a finish from its parts.
     pub const fn new(material: Material, colour: [f32; 3]) -> Self {
         Self { material, colour }
     }
 
-    /// Neutral grey of the material.
+    /// Creates a neutral grey finish of the material.
     pub const fn grey(material: Material, value: f32) -> Self {
         Self { material, colour: [value; 3] }
     }
 }
 
-/// Triangles that share nothing yet.
+/// Loose triangles, without shared corners.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleList {
     triangles: Vec<([Vec3; 3], SurfaceFinish)>,
 }
 
-/// What makes two corners one: place, normal, colour and material.
+/// Key of shared corners: position, normal, colour and material.
 type MeshCornerKey = (PointKey, PointKey, [u32; 4]);
 
-/// Corners closer than this are one corner, metres.
+/// Distance below which corners are merged, metres.
 const WELD_M: f32 = 1e-4;
 
 impl TriangleList {
-    /// One triangle, counter-clockwise; slivers without area are left out.
+    /// Adds a triangle, counter-clockwise; omits triangles without area.
     pub fn triangle(&mut self, corners: [Vec3; 3], finish: SurfaceFinish) {
         let [a, b, c] = corners.map(key);
         if a != b && b != c && c != a {
@@ -47,7 +46,7 @@ impl TriangleList {
         }
     }
 
-    /// Four corners, counter-clockwise, cut along the shorter diagonal.
+    /// Adds a quad of four corners, counter-clockwise, cut along the shorter diagonal.
     pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4], finish: SurfaceFinish) {
         if a.distance_squared(c) <= b.distance_squared(d) {
             self.triangle([a, b, c], finish);
@@ -58,7 +57,7 @@ impl TriangleList {
         }
     }
 
-    /// A box with its edges along the axes.
+    /// Adds a box with its edges along the axes.
     pub fn cuboid(&mut self, centre: Vec3, half: Vec3, finish: SurfaceFinish) {
         let corner = |x: f32, y: f32, z: f32| centre + half * Vec3::new(x, y, z);
         for axis in 0..3 {
@@ -73,7 +72,7 @@ impl TriangleList {
         }
     }
 
-    /// An ellipsoid of `rings` by `sides` faces with its poles along y; `finish_of` sees the outward direction.
+    /// Adds an ellipsoid of `rings` by `sides` faces with its poles along y; `finish_of` receives the outward direction.
     pub fn ellipsoid(
         &mut self,
         centre: Vec3,
@@ -84,7 +83,7 @@ impl TriangleList {
         let point = |i: usize, k: usize| {
             let (sin_i, cos_i) = (std::f32::consts::PI * i as f32 / rings as f32).sin_cos();
             let (sin_k, cos_k) = (std::f32::consts::TAU * (k % sides) as f32 / sides as f32).sin_cos();
-            // The poles are exact, so that the fans around them close.
+            // The poles are exact, so that the triangle fans around them close.
             let across = if i == 0 || i == rings { 0.0 } else { sin_i };
             Vec3::new(across * cos_k, cos_i, across * sin_k)
         };
@@ -97,26 +96,26 @@ impl TriangleList {
         }
     }
 
-    /// Everything again on the other side of the plane y = 0.
+    /// Returns the mirror image in the plane y = 0.
     pub fn mirrored(&self) -> Self {
         let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
         Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
     }
 
-    /// Everything moved, by a map that keeps which side is the outside.
+    /// Moves all corners by a map that does not turn the surface inside out.
     pub fn moved(mut self, to: impl Fn(Vec3) -> Vec3) -> Self {
         self.triangles.iter_mut().flat_map(|(corners, _)| corners).for_each(|corner| *corner = to(*corner));
         self
     }
 
-    /// The corners of all triangles.
+    /// Returns the corners of all triangles.
     #[cfg(test)]
     pub fn corners(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         self.triangles.iter().map(|(corners, _)| *corners)
     }
 
-    /// A closed bar with a cross-section of the same number of corners at each of its places along a way; `ring(i)` gives
-    /// them counter-clockwise seen from before its beginning.
+    /// Adds a closed bar through cross-sections that all have the same number of corners; `ring(i)` gives the corners of
+    /// cross-section `i`, counter-clockwise seen from before the bar's beginning.
     pub fn bar(&mut self, places: usize, ring: impl Fn(usize) -> Vec<Vec3>, finish: SurfaceFinish) {
         let rings: Vec<Vec<Vec3>> = (0..places).map(ring).collect();
         for pair in rings.windows(2) {
@@ -138,13 +137,13 @@ impl TriangleList {
         }
     }
 
-    /// Takes in all triangles of another list.
+    /// Adds all triangles of another list.
     pub fn append(&mut self, other: Self) {
         self.triangles.extend(other.triangles);
     }
 
-    /// Shares corners and gives normals: smooth where faces of one material meet at less than `crease_rad`, and where
-    /// faces of different materials meet at less than a third of that (glass lies flush in its frame).
+    /// Builds a mesh with shared corners and normals. Normals are smooth where faces of one material meet at less than
+    /// `crease_rad`, and where faces of different materials meet at less than a third of that (glass is flush with its frame).
     pub fn into_mesh(self, crease_rad: f32) -> Mesh {
         let faces: Vec<Vec3> =
             self.triangles.iter().map(|([a, b, c], _)| (*b - *a).cross(*c - *a).normalize_or_zero()).collect();
@@ -152,8 +151,8 @@ impl TriangleList {
         for (index, (corners, _)) in self.triangles.iter().enumerate() {
             for k in 0..3 {
                 let to = |j: usize| (corners[(k + j) % 3] - corners[k]).normalize_or_zero();
-                // Weighted by the corner's angle, so that the cut of a quad does not tilt the normal, and by area, so that
-                // a sliver between panels does not bend its neighbours.
+                // Weighted by the corner's angle, so that the diagonal of a quad does not tilt the normal, and by area, so that a
+                // sliver between panels does not bend its neighbours.
                 let angle = to(1).dot(to(2)).clamp(-1.0, 1.0).acos();
                 let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]).length();
                 around.entry(key(corners[k])).or_default().push((index, angle * area));
@@ -186,46 +185,45 @@ impl TriangleList {
     }
 }
 
-/// A position on the welding lattice.
+/// Returns the key of a position on the welding lattice.
 fn key(p: Vec3) -> PointKey {
     PointKey::cell((p / WELD_M).round().as_ivec3())
 }
 
 impl Vertex {
-    /// A corner from its parts.
+    /// Creates a vertex from its parts.
     pub fn new(position: Vec3, normal: Vec3, colour: [f32; 3], uv: Vec2, material: Material) -> Self {
         Self { position: position.into(), normal: normal.into(), colour, uv: uv.into(), material: material as u32 }
     }
 }
 
 impl Mesh {
-    /// Adds a corner and gives its number.
+    /// Adds a vertex and returns its index.
     pub fn vertex(&mut self, vertex: Vertex) -> u32 {
         self.vertices.push(vertex);
         self.vertices.len() as u32 - 1
     }
 
-    /// Takes in all triangles of another mesh.
+    /// Adds all triangles of another mesh.
     pub fn append(&mut self, other: &Self) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(&other.vertices);
         self.indices.extend(other.indices.iter().map(|i| i + first));
     }
 
-    /// Number of triangles.
     pub fn triangles(&self) -> usize {
         self.indices.len() / 3
     }
 
-    /// Lowest and highest coordinates; zeros for an empty mesh.
+    /// Returns the lowest and highest coordinates; zeros for an empty mesh.
     pub fn bounds(&self) -> (Vec3, Vec3) {
         let mut all = self.vertices.iter().map(|v| Vec3::from(v.position));
         let first = all.next().unwrap_or_default();
         all.fold((first, first), |(low, high), p| (low.min(p), high.max(p)))
     }
 
-    /// A sphere that holds the whole mesh: centre and radius, metres. Not the smallest one, but around the middle of
-    /// the bounding box.
+    /// Returns a sphere that encloses the whole mesh: centre and radius, metres. Its centre is the middle of the bounding box, so
+    /// it is not the smallest one.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
         let (low, high) = self.bounds();
         let centre = (low + high) / 2.0;
@@ -238,14 +236,14 @@ impl Mesh {
 pub(super) mod tests {
     use super::*;
 
-    /// Indices in range, whole triangles, unit normals, finite numbers: what every mesh must be.
+    /// Checks a mesh: indices in range, whole triangles, unit normals, finite numbers.
     pub fn check(mesh: &Mesh, name: &str) {
         assert!(!mesh.indices.is_empty() && mesh.indices.len().is_multiple_of(3), "{name}");
         assert!(mesh.indices.iter().all(|&i| (i as usize) < mesh.vertices.len()), "{name}: index out of range");
         for v in &mesh.vertices {
             assert!((Vec3::from(v.normal).length() - 1.0).abs() < 1e-3, "{name}: normal of {v:?}");
             assert!(v.position.iter().chain(&v.uv).all(|x| x.is_finite()), "{name}: {v:?}");
-            // A verge says in place of blue how far it is grown over.
+            // A verge stores its grass cover in place of blue.
             let colours = if v.material == Material::Verge as u32 { &v.colour[..2] } else { &v.colour };
             assert!(
                 colours.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::SignalLamp as u32,
@@ -254,13 +252,13 @@ pub(super) mod tests {
         }
     }
 
-    /// Whether some of a mesh is of a material with a coat.
+    /// Checks whether a mesh has a material with a clear coat.
     pub fn has_coat(mesh: &Mesh) -> bool {
         let coated = [Material::Paint, Material::Glass, Material::BrakeLamp, Material::Lamp].map(|of| of as u32);
         mesh.vertices.iter().any(|v| coated.contains(&v.material))
     }
 
-    /// Corners and face normal (twice the area long) of each triangle.
+    /// Returns the corners and the face normal (its length is twice the area) of each triangle.
     pub fn faces(mesh: &Mesh) -> impl Iterator<Item = ([Vertex; 3], Vec3)> {
         mesh.indices.chunks(3).map(|t| {
             let corners = [0, 1, 2].map(|k| mesh.vertices[t[k] as usize]);
@@ -269,8 +267,8 @@ pub(super) mod tests {
         })
     }
 
-    /// Smallest cosine between a face and its corners' normals, but for splinters thinner than the quarter of a millimetre
-    /// by which healing a cut may move a corner.
+    /// Returns the smallest cosine between a face and its corners' normals, ignoring slivers thinner than a quarter of a
+    /// millimetre, the distance by which closing a seam may move a corner.
     pub fn worst_agreement(mesh: &Mesh) -> f32 {
         faces(mesh)
             .filter(|(corners, face)| {
@@ -281,17 +279,17 @@ pub(super) mod tests {
             .fold(1.0, f32::min)
     }
 
-    /// Volume inside a closed surface, positive if its triangles run counter-clockwise seen from outside.
+    /// Returns the volume inside a closed surface, positive if its triangles run counter-clockwise seen from outside.
     pub fn volume_m3(mesh: &Mesh) -> f32 {
         faces(mesh).map(|(corners, face)| Vec3::from(corners[0].position).dot(face) / 6.0).sum()
     }
 
-    /// Edges that are not shared by exactly two triangles of opposite sense.
+    /// Returns the number of edges that are not shared by exactly two triangles of opposite direction.
     pub fn open_edges(mesh: &Mesh) -> usize {
         open(mesh).len()
     }
 
-    /// Where the first of them are, for messages.
+    /// Returns the positions of the first four open edges, for messages.
     pub fn open_places(mesh: &Mesh) -> String {
         format!("{:?}", open(mesh).iter().take(4).collect::<Vec<_>>())
     }
@@ -303,7 +301,7 @@ pub(super) mod tests {
             for k in 0..3 {
                 let edge = [places[k], places[(k + 1) % 3]];
                 let [a, b] = edge.map(super::key);
-                // Closer than the lattice: no edge.
+                // Ends that fall on the same lattice point form no edge.
                 if a != b {
                     count.entry([a.min(b), a.max(b)]).or_insert((0, edge)).0 += if a < b { 1 } else { -1 };
                 }

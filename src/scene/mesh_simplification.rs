@@ -1,38 +1,38 @@
-//! Simplified meshes: for pictures taken from so high above that a whole car is a few pixels, and for shadows. In: a mesh.
-//! Out: one with a tenth of the triangles and much the same outline seen from above. Metres.
+//! Simplified meshes, for pictures from so high above that a car is only a few pixels long, and for shadows. In: a mesh. Out: a
+//! mesh with far fewer triangles and almost the same outline seen from above. Metres.
 //!
-//! Corners that lie in one box of a lattice become one corner (vertex clustering; Rossignac and Borrel 1993): the one that
-//! is furthest out, so that nothing shrinks, or furthest in, so that nothing sticks out of the mesh. What faces down is left
-//! out.
+//! Corners in one box of a lattice become one corner (vertex clustering; Rossignac and Borrel 1993): the outermost one, so that
+//! the mesh does not shrink, or the innermost one, so that it does not extend beyond the original. Faces that point down are
+//! omitted.
 
 use super::{Mesh, Vertex, point_key::PointKey};
 use glam::Vec3;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Triangles that face down more than this are left out: the height of their unit normal.
+/// Vertical component of the unit normal below which a triangle is omitted.
 const DOWNWARDS: f32 = -0.3;
 
 /// Share of half an extent within which a corner counts as the furthest: 1 cm of a car's length.
 const REACHING: f32 = 0.004;
 
-/// What makes two corners of the coarse mesh one: box, material, colour.
+/// Key of shared corners of the coarse mesh: box, material, colour.
 type BoxKey = (PointKey, u32, PointKey);
 
-/// Which corner of a box stays.
+/// Choice of the corner that is kept in a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum KeptCorner {
     Outermost,
     Innermost,
 }
 
-/// The mesh with the corners in each box of `cell_m` drawn together.
+/// Returns the mesh with the corners in each box of size `cell_m` merged.
 pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
     let (low, high) = mesh.bounds();
     let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(Vec3::splat(1e-3)));
     let place = |i: u32| Vec3::from(mesh.vertices[i as usize].position);
-    // Boxes lie evenly about the middle, so that both sides of a car are alike.
+    // Boxes are symmetric about the middle, so that both sides of a car are alike.
     let cell = |p: Vec3| PointKey::cell(((p - middle) / cell_m).round().as_ivec3());
-    // What reaches furthest along an axis first: without it the whole would be smaller.
+    // Corners at the end of an axis come first; otherwise the mesh would become smaller.
     let out = |p: Vec3| {
         let share = ((p - middle) / half).abs();
         (share.max_element() > 1.0 - REACHING, share.length_squared())
@@ -48,7 +48,7 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
     let mut result = Mesh::default();
     let mut numbers: BTreeMap<BoxKey, u32> = BTreeMap::new();
     let mut made: BTreeSet<[PointKey; 3]> = BTreeSet::new();
-    // Large triangles first: where two become one, it looks like the larger.
+    // Large triangles first: where two become one, the larger one sets the finish.
     let face = |t: &[u32; 3]| (place(t[1]) - place(t[0])).cross(place(t[2]) - place(t[0]));
     let mut triangles: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
     triangles.sort_by(|a, b| face(b).length_squared().total_cmp(&face(a).length_squared()));
@@ -74,7 +74,7 @@ pub(super) fn coarse(mesh: &Mesh, cell_m: Vec3, which: KeptCorner) -> Mesh {
             shared.normal = (Vec3::from(shared.normal) + Vec3::from(vertex.normal)).to_array();
             number
         });
-        // Drawing corners together may have turned it over.
+        // Merging corners may have turned the triangle over.
         let [p, q, r] = corners.map(|i| Vec3::from(result.vertices[i as usize].position));
         let over = (q - p).cross(r - p).dot(face(&triangle)) < 0.0;
         result.indices.extend(if over { [corners[0], corners[2], corners[1]] } else { corners });
@@ -102,7 +102,7 @@ mod tests {
         check(&lump, "lump");
         assert!(lump.triangles() * 5 < fine.triangles(), "{} of {}", lump.triangles(), fine.triangles());
         let ((low, high), (fine_low, fine_high)) = (lump.bounds(), fine.bounds());
-        // A tenth of the finest pixel that shows a plan (0.25 m, `scene/car.rs`).
+        // A tenth of the finest pixel with which a plan is drawn (0.25 m, `scene/car/mod.rs`).
         assert!((high - fine_high).abs().truncate().max_element() < 0.02, "{high} {fine_high}");
         assert!((low - fine_low).abs().truncate().max_element() < 0.02, "{low} {fine_low}");
         for (corners, face) in faces(&lump) {

@@ -1,6 +1,5 @@
-//! The scene on the CPU: what is to be seen. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each
-//! frame ([`View`]). Out: meshes, placements, cameras; no GPU. World axes, metres
-//! from a local origin ([`StaticScene::origin`]), `f32`; colours are linear RGB.
+//! Scene on the CPU. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each frame ([`View`]). Out: meshes,
+//! placements, cameras; no GPU. World axes, metres from a local origin ([`StaticScene::origin`]), `f32`; colours are linear RGB.
 
 pub mod camera;
 pub mod car;
@@ -32,20 +31,20 @@ use glam::{DVec3, Quat, Vec2, Vec3};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Vertex {
-    /// Metres, in the mesh's own frame.
+    /// Position in the mesh's own frame, metres.
     pub position: [f32; 3],
-    /// Unit normal.
+    /// Unit normal in the mesh's own frame.
     pub normal: [f32; 3],
     /// Linear albedo; multiplied by the instance's colour where the material is paint.
     pub colour: [f32; 3],
-    /// Texture coordinates, metres on the road: along (`s_m`) and across (`offset_m`); on leaf
-    /// cards the place, 0..1, plus twice the numbers of cut and variant (`foliage`).
+    /// Texture coordinates. On the road metres along (`s_m`) and across (`offset_m`); on leaf cards the position, 0..1, plus
+    /// twice the numbers of cut and variant (`leaf_cards`).
     pub uv: [f32; 2],
-    /// A [`Material`] as a number.
+    /// Number of a [`Material`].
     pub material: u32,
 }
 
-/// How a surface answers light; the number is what the shader switches on.
+/// Material of a surface; the shader selects by its number.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Material {
@@ -53,81 +52,78 @@ pub enum Material {
     Matt = 0,
     /// Car paint in the instance's colour.
     Paint = 1,
-    /// Dark, reflecting glass.
+    /// Dark, reflecting glass of windows.
     Glass = 2,
-    /// Brake lamp: glows by the instance's brake value.
+    /// Brake lamp; its brightness is the instance's brake value.
     BrakeLamp = 3,
     /// Polished or painted metal in the vertex's colour.
     Metal = 4,
-    /// Rubber.
+    /// Rubber; in the cockpit leather and grained plastic.
     Tyre = 5,
-    /// The road's asphalt; grain from `uv`.
+    /// Asphalt of the road; grain from `uv`.
     Asphalt = 6,
-    /// Road marking.
     Marking = 7,
-    /// Meadow.
     Grass = 8,
-    /// Tree bark.
     Bark = 9,
-    /// Leaves, lit through.
+    /// Leaves, with light shining through them.
     Leaves = 10,
-    /// Head lamp glass.
+    /// Glass of head lamps, and glossy black plastic.
     Lamp = 11,
-    /// A number plate: surface and signs, which turn into their mean where they are too small to be read.
+    /// Number plate: surface and signs, drawn in their mean colour where the signs are too small to be read.
     Plate = 12,
-    /// Gravel with grass growing into it: how far, from about -0.5 for bare gravel to 1 for grass, stands in place of blue.
+    /// Gravel with grass; in place of blue the grass cover, from about -0.5 for bare gravel to 1 for grass.
     Verge = 13,
-    /// A lamp that is lit: shines in the instance's colour.
+    /// Lit lamp: shines in the instance's colour.
     SignalLamp = 14,
 }
 
 /// Triangles with shared corners.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Corners.
     pub vertices: Vec<Vertex>,
-    /// Three indices a triangle, counter-clockwise seen from outside.
+    /// Three indices per triangle, counter-clockwise seen from outside.
     pub indices: Vec<u32>,
 }
 
-/// A tree's place.
+/// Placement of a tree or a tuft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreePlace {
-    /// Foot of the trunk.
+    /// Foot of the plant in world axes, metres.
     pub position: Vec3,
-    /// Turn around the trunk, radians.
+    /// Rotation around the trunk, radians.
     pub yaw_rad: f32,
-    /// Size, 1 as modelled.
+    /// Scale; 1 is the size of the model.
     pub scale: f32,
-    /// Tint, multiplied with the leaves' colour.
+    /// Factor on the leaves' colour, per channel.
     pub tint: [f32; 3],
-    /// Index into [`StaticScene::trees`].
+    /// Index into [`StaticScene::trees`]; 0 for tufts.
     pub kind: usize,
 }
 
-/// A body style without wheels: x forward, y left, z up, origin on the ground under the centre.
+/// Body style without wheels: x forward, y left, z up, origin on the ground under the centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CarModel {
-    /// Near and mid, without windows; far, with windows that are not seen through.
+    /// Meshes by level: near and mid without windows, far with opaque windows.
     pub levels: [Mesh; 3],
-    /// The windows of near and mid, to be drawn over what is behind them.
+    /// Windows of near and mid, drawn over the scene behind them.
     pub glass: [Mesh; 2],
-    /// For pictures from above in which a car is a few pixels, and for shadows in them: with windows that are not seen
-    /// through and without an underside. What wheels would show is hidden.
+    /// Body for pictures from above in which a car is a few pixels long, and for shadows in them: with opaque windows, without an
+    /// underside. It covers the wheels' places.
     pub plan: Mesh,
-    /// Throws the shadow where a texel of the map is too wide for more: lies within the far level, so that it does not shade
-    /// the body, and has no underside.
+    /// Body for shadows where a texel of the shadow map is too coarse for the far level. It lies inside the far level, so that it
+    /// does not shade the body, and has no underside.
     pub shade: Mesh,
 }
 
-/// Step of the picture's local origin, metres.
+/// Grid size of the picture's local origin, metres.
 pub const ORIGIN_STEP_M: f64 = 2000.0;
 
-/// Everything that stands still during a drive.
+/// Static part of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticScene {
-    /// Where the picture's origin is in the world, metres: all that is drawn is counted from there, as single precision has steps of half
-    /// a metre at 5,000 km. A multiple of [`ORIGIN_STEP_M`] near the middle of the roads, so that most places have 0.
+    /// Position of the picture's local origin in the world, metres. All drawn positions are relative to it, because single
+    /// precision has steps of half a metre at 5,000 km. A multiple of [`ORIGIN_STEP_M`] near the middle of the roads, so that it
+    /// is 0 for most maps.
     pub origin: DVec3,
     /// Road: asphalt, lines, shoulder; world axes.
     pub road: Mesh,
@@ -135,89 +131,88 @@ pub struct StaticScene {
     pub land: Mesh,
     /// Tree models, foot at the origin.
     pub trees: Vec<Mesh>,
-    /// The same models with about a quarter of the triangles, for trees some way off.
+    /// Tree models with about a quarter of the triangles, for trees further away.
     pub trees_mid: Vec<Mesh>,
-    /// Solid, for their shadows.
+    /// Solid tree models for shadows.
     pub trees_shade: Vec<Mesh>,
-    /// Where trees stand.
+    /// Placements of the trees.
     pub tree_places: Vec<TreePlace>,
-    /// Unit normals of the ground under them.
+    /// Unit normals of the ground under the trees.
     pub tree_grounds: Vec<Vec3>,
-    /// Where trees stand on the horizon, too far away to be more than a picture.
+    /// Placements of trees on the horizon, far enough to be drawn as flat pictures.
     pub far_tree_places: Vec<TreePlace>,
-    /// A tuft of grass, foot at the origin.
+    /// Tuft of grass, foot at the origin.
     pub tuft: Mesh,
-    /// Where tufts stand; their `kind` is 0.
+    /// Placements of tufts; their `kind` is 0.
     pub tuft_places: Vec<TreePlace>,
-    /// What stands beside the road: reflector posts, signals; world axes.
+    /// Objects beside the road: reflector posts, signals; world axes.
     pub posts: Mesh,
-    /// Heads of signals.
     pub signal_heads: Vec<SignalHead>,
-    /// A lamp that is lit, of radius 1, shining along x.
+    /// Lit lamp of radius 1, shining along x.
     pub lit_lamp: Mesh,
-    /// Body styles; [`CarInstance::style`] is an index into them.
+    /// Body styles, indexed by [`CarInstance::style`].
     pub cars: Vec<CarModel>,
-    /// What the driver sees of the own car.
+    /// Ego as seen by its driver.
     pub cockpit: Cockpit,
-    /// One wheel, near, mid and far: axle along y through the origin, outer side towards +y.
+    /// Wheel, near, mid and far: axle along y through the origin, outer side towards +y.
     pub wheels: [Mesh; 3],
     /// Hubs of the four wheels in the body's frame at rest: front left, front right, rear left, rear right.
     pub hubs: [Vec3; 4],
-    /// Middle of the road network and the radius that holds all of it, for the bird's-eye view.
+    /// Middle of the road network in the local frame, metres, for the bird's-eye view.
     pub centre: Vec2,
-    /// See `centre`.
+    /// Radius around `centre` that contains the whole road network, metres.
     pub radius_m: f32,
-    /// Height of all roads, m, if it is one.
+    /// Common height of all roads, m; `None` if heights differ.
     pub level_m: Option<f32>,
     /// Height of the highest road, m.
     pub highest_m: f32,
-    /// The roads, counted from the local origin: heights, and what signals show.
+    /// Roads in the local frame, with their heights and signals.
     pub network: std::sync::Arc<crate::map::network::Network>,
 }
 
-/// One car in a picture.
+/// Vehicle in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CarInstance {
     /// Body's origin (on the ground under the centre), world axes.
     pub position: Vec3,
-    /// Body to world.
+    /// Rotation from the body's frame to the world's.
     pub rotation: Quat,
-    /// Linear paint colour.
+    /// Linear colour of the paint.
     pub colour: [f32; 3],
     /// Brake lamps, 0 dark to 1 lit.
     pub brake: f32,
-    /// Size of the body over that of the model, along its axes.
+    /// Scale of the model's body, along its axes.
     pub scale: Vec3,
-    /// Per wheel: hub in the body's frame, metres.
+    /// Hub of each wheel in the body's frame, metres.
     pub hubs: [Vec3; 4],
-    /// Size of a wheel over that of the model, along its axes; y is the axle.
+    /// Scale of the model's wheel, along its axes; y is the axle.
     pub wheel_scale: Vec3,
     /// Angle of the front wheels, radians, positive to the left.
     pub steer_rad: f32,
     /// Rolled angle of the wheels, radians.
     pub spin_rad: f32,
-    /// Index into [`StaticScene::cars`].
+    /// Index of the body style in [`StaticScene::cars`].
     pub style: usize,
     /// Number on its plates, see [`car::number_plate`].
     pub plate: u16,
-    /// True for the participant's own car: not drawn in the driver's view or the mirror, where the eye sits inside it.
+    /// True for the participant's own car, which is not drawn in the driver's view or the mirror, because the eye is inside it.
     pub is_ego: bool,
 }
 
-/// A lamp that is lit.
+/// Lamp that is on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitLamp {
     /// Middle of its front, world axes.
     pub position: Vec3,
     /// Unit direction in which it shines.
     pub facing: Vec3,
-    /// Radius, metres.
+    /// Radius of the lamp's front, metres.
     pub radius_m: f32,
-    /// Its light, linear; 1 is that of a white sheet in daylight.
+    /// Linear colour of the light; 1 is a white sheet in daylight.
     pub light: [f32; 3],
 }
 
-/// Where a picture is taken from.
+/// Position, orientation and lens of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Eye, world axes, metres.
@@ -226,7 +221,7 @@ pub struct Camera {
     pub forward: Vec3,
     /// Unit direction that is up in the picture.
     pub up: Vec3,
-    /// What the lens does.
+    /// Projection of the lens.
     pub lens: Lens,
 }
 
@@ -249,69 +244,68 @@ pub enum Lens {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ViewKind {
-    /// From the driver's eye, mirror inset at the top, speedometer at the bottom.
+    /// View from the driver's eye, mirror inset at the top, speedometer at the bottom.
     Driver,
-    /// The rear-view mirror alone, a mirror image.
+    /// View in the rear-view mirror alone, a mirror image.
     Mirror,
-    /// From above, north up: ego red, others green.
+    /// View from above, north up: ego red, others green.
     Birdseye,
-    /// From behind and above the ego.
+    /// View from behind and above the ego.
     Chase,
 }
 
 impl ViewKind {
-    /// All of them by the names that a command line has for them.
+    /// All views with their names on the command line.
     pub const NAMED: [(&str, Self); 4] =
         [("driver", Self::Driver), ("mirror", Self::Mirror), ("birdseye", Self::Birdseye), ("chase", Self::Chase)];
 
-    /// True for views of the road, which carry the speedometer; from above and in the mirror alone it would only hide cars.
+    /// Checks whether the view shows the speedometer: true for views of the road; in the other views it would only hide cars.
     pub fn has_dial(self) -> bool {
         matches!(self, Self::Driver | Self::Chase)
     }
 }
 
-/// One picture, complete.
+/// Complete description of one picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
-    /// Which view.
     pub kind: ViewKind,
     /// The camera of the main picture.
     pub camera: Camera,
-    /// The camera behind the mirror inset, if the view has one. It looks backwards; the renderer flips its picture left to right.
+    /// Camera of the mirror inset, if the view has one. It looks backwards; the renderer flips its picture left to right.
     pub mirror: Option<Camera>,
-    /// All cars, the ego among them.
+    /// All vehicles, the ego first.
     pub cars: Vec<CarInstance>,
-    /// Lamps that are lit: of signals, and indicators of vehicles.
+    /// Lit lamps of signals, and indicators of vehicles.
     pub lamps: Vec<LitLamp>,
-    /// The own car around the driver's eye.
+    /// Ego around the driver's eye, in the driver's view only.
     pub seat: Option<DriverSeat>,
     /// Unit direction **towards** the sun.
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.
     pub visibility_m: f32,
-    /// Seconds since the start of the drive, for wind; anew every ten hours.
+    /// Time since the start of the drive, for wind, seconds; starts again at 0 every ten hours.
     pub time_s: f32,
-    /// Speed of the wind, m/s; at 0 nothing sways.
+    /// Wind speed, m/s; at 0 no plant moves.
     pub wind_mps: f32,
-    /// The speedometer, if the view has one.
+    /// Speedometer, if the view has one.
     pub dial: Option<crate::hud::DialView>,
-    /// The speedometer's colours.
+    /// Colours of the speedometer.
     pub palette: Palette,
-    /// A square in the upper left corner for a photodiode: `None` without one, else whether it is white.
+    /// Square for a photodiode in the upper left corner: `None` without one, `Some(true)` if it is white.
     pub patch: Option<bool>,
-    /// How strongly the mirror is curved, see [`MirrorOptions::bend`]; 0 is flat.
+    /// Curvature of the mirror, see [`MirrorOptions::bend`]; 0 is flat.
     pub mirror_bend: f32,
 }
 
-/// The own car as its driver sees it, drawn with [`StaticScene::cockpit`].
+/// Ego as its driver sees it, drawn with [`StaticScene::cockpit`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriverSeat {
-    /// The body, steadied as the camera is.
+    /// Body with the camera's reduced pitch and roll.
     pub car: CarInstance,
-    /// The driver's camera in the body's frame, where it is the same in every picture.
+    /// Driver's camera in the body's frame, in which it is constant.
     pub look: Camera,
     /// Angle of the steering wheel, radians, positive to the left; `None` shows the bonnet alone.
     pub steering_wheel_rad: Option<f32>,
-    /// The rear-view mirror, the left and the right one, if they hang in the car; then the picture has no inset.
+    /// Rear-view, left and right mirror, if they are drawn in the cockpit; the picture then has no inset.
     pub mirrors: Option<[MirrorPane; 3]>,
 }

@@ -1,5 +1,5 @@
-//! What a person may set about the picture, and what follows from it: the angle of view, the sun, the paints. In:
-//! settings, metres and degrees. Out: [`ViewOptions`], which `view` reads.
+//! Options of the picture, and values derived from them: the angle of view, the sun, the paints. In: settings, metres and
+//! degrees. Out: [`ViewOptions`], which `view` reads.
 
 use super::ViewKind;
 use crate::hud::Palette;
@@ -8,7 +8,7 @@ use crate::traffic::{EGO, VehicleId};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// What a person may set about the picture.
+/// Options of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ViewOptions {
     /// Driver's eye in the body's frame (x forward, y left, z up from the ground under the centre), metres.
@@ -17,13 +17,12 @@ pub struct ViewOptions {
     pub screen_width_m: f32,
     /// Distance from the participant's eye to the screen, metres.
     pub eye_distance_m: f32,
-    /// How much of the body's pitch and roll the driver's camera takes part in, 0..1: less is easier on the stomach.
+    /// Share of the body's pitch and roll that the driver's camera follows, 0..1; less reduces motion sickness.
     pub body_motion: f32,
-    /// What is seen of the own car in the driver's view.
+    /// Parts of the ego that are visible in the driver's view.
     pub cockpit: CockpitView,
     /// Colours of the speedometer.
     pub palette: Palette,
-    /// The rear-view mirror.
     pub mirror: MirrorOptions,
     /// Direction of the sun: compass degrees, 0 north, clockwise.
     pub sun_azimuth_deg: f32,
@@ -35,36 +34,35 @@ pub struct ViewOptions {
     pub wind_mps: f32,
     /// The ego's paint, linear.
     pub ego_paint: [f32; 3],
-    /// The others' paint from above, and everywhere if `ordinary_paints` is off.
+    /// Linear paint of the others from above, and in every view if `ordinary_paints` is off.
     pub traffic_paint: [f32; 3],
-    /// Seen from the road, the others wear a mix of ordinary paints, never red.
+    /// True if the others have ordinary paints, never red, in views from the road.
     pub ordinary_paints: bool,
-    /// Paint of single cars in every view, before all other rules.
+    /// Linear paint of single vehicles in every view; takes precedence over all other rules.
     pub paint_overrides: BTreeMap<VehicleId, [f32; 3]>,
-    /// If set, the bird's-eye view follows the ego and shows this many metres to either side of it.
+    /// Half the width that the bird's-eye view shows around the ego, metres; `None` shows the whole route.
     pub birdseye_follow_m: Option<f32>,
 }
 
-/// The rear-view mirror: a camera that looks back.
+/// Rear-view mirror: a camera that looks back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorOptions {
-    /// Place in the body's frame, metres: the top of the windscreen.
+    /// Position in the body's frame, metres: the top of the windscreen.
     pub position: Vec3,
     /// Horizontal angle of view of the flat mirror, degrees.
     pub fov_x_deg: f32,
-    /// Turn, degrees: more shows more of what is behind on the left.
+    /// Yaw, degrees: positive turns the mirror to the left side behind.
     pub yaw_deg: f32,
-    /// Tilt upwards, degrees: -2.5 shows the bonnet of a follower 2 m away.
+    /// Upward tilt, degrees: -2.5 shows the bonnet of a follower 2 m away.
     pub pitch_deg: f32,
-    /// Radius of the convex glass, metres; 0 is flat.
+    /// Radius of curvature of the convex glass, metres; 0 is flat.
     pub radius_m: f32,
 }
 
 impl MirrorOptions {
-    /// Curvature as the picture needs it: the eye's distance from the glass over the glass's radius. A ray that meets the
-    /// glass at the angle `a` off its middle leaves it at `a + 2 asin(d tan(a) / R)`, because the glass there is turned by
-    /// `asin(x / R)`, `x = d tan(a)`, and a turned mirror turns its ray twice as far (law of reflection; Hecht, Optics,
-    /// 5.4).
+    /// Returns the curvature used by the renderer: the eye's distance from the glass over the glass's radius. A ray that meets
+    /// the glass at the angle `a` from its middle leaves it at `a + 2 asin(d tan(a) / R)`. There the glass is turned by `asin(x /
+    /// R)`, `x = d tan(a)`, and a turned mirror turns the ray twice as far (law of reflection; Hecht, Optics, 5.4).
     pub fn bend(&self, eye: Vec3) -> f32 {
         if self.radius_m > 0.0 { eye.distance(self.position) / self.radius_m } else { 0.0 }
     }
@@ -74,7 +72,7 @@ impl Default for ViewOptions {
     fn default() -> Self {
         Self {
             eye: Vec3::new(0.10, 0.36, 1.18),
-            // A 55-inch television, 16:9, at one metre: 63 degrees (docs/references.md: display).
+            // A 55-inch television, 16:9, at a distance of one metre: 63 degrees (docs/references.md: display).
             screen_width_m: 1.2176,
             eye_distance_m: 1.0,
             body_motion: 0.3,
@@ -101,21 +99,21 @@ impl Default for ViewOptions {
 }
 
 impl ViewOptions {
-    /// Horizontal angle of view of the driver's picture, radians: the one that the screen fills at the eye's distance, so
+    /// Returns the horizontal angle of view of the driver's picture, radians: the angle of the screen at the eye's distance, so
     /// that the picture's scale is 1.
     pub fn fov_x_rad(&self) -> f32 {
         2.0 * (self.screen_width_m / 2.0 / self.eye_distance_m).atan()
     }
 
-    /// Unit direction towards the sun.
+    /// Returns the unit direction towards the sun.
     pub fn to_sun(&self) -> Vec3 {
         let (sin_a, cos_a) = self.sun_azimuth_deg.to_radians().sin_cos();
         let (sin_e, cos_e) = self.sun_elevation_deg.to_radians().sin_cos();
         Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
     }
 
-    /// The same options with the sun where it stands at an hour by the sun (12 is its highest) late in August at 48
-    /// degrees north: 43 degrees high in the south-east at 9.75 h.
+    /// Returns the options with the sun's position at a solar hour (12 is its highest) late in August at 48 degrees north: 43
+    /// degrees high in the south-east at 9.75 h.
     #[must_use]
     pub fn at_hour(self, time_h: f32) -> Self {
         let (latitude, declination) = (48f32.to_radians(), 10f32.to_radians());
@@ -127,7 +125,7 @@ impl ViewOptions {
         Self { sun_azimuth_deg: east.atan2(-south).to_degrees(), sun_elevation_deg: up.asin().to_degrees(), ..self }
     }
 
-    /// Paint of a car in a view.
+    /// Returns the linear paint of a vehicle in a view.
     pub fn paint(&self, id: VehicleId, kind: ViewKind) -> [f32; 3] {
         if let Some(paint) = self.paint_overrides.get(&id) {
             return *paint;
@@ -141,7 +139,7 @@ impl ViewOptions {
     }
 }
 
-/// Paints as they are common on the road (white, greys and black lead), linear. No reds: red is the ego's.
+/// Ordinary paints (most are white, grey and black), linear. No reds: red is the ego's.
 const PAINTS: [[f32; 3]; 10] = [
     [0.72, 0.72, 0.70],
     [0.38, 0.40, 0.42],
@@ -155,9 +153,9 @@ const PAINTS: [[f32; 3]; 10] = [
     [0.055, 0.135, 0.260],
 ];
 
-/// The same car always wears the same paint; neighbours differ.
+/// Returns the paint of a vehicle, which is constant; vehicles with neighbouring ids differ.
 fn ordinary_paint(id: VehicleId) -> [f32; 3] {
-    // 7 and 10 share no factor, so ten cars in a row wear ten entries; every row begins one further.
+    // 7 and 10 share no factor, so ten vehicles in a row have ten different paints; each group of ten begins one further.
     let n = PAINTS.len() as u32;
     PAINTS[((id.0 * 7 + id.0 / n) % n) as usize]
 }
@@ -167,7 +165,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_angle_of_view_is_the_screens_at_the_eyes_distance() {
+    fn the_angle_of_view_is_that_of_the_screen_from_the_eye() {
         let tv = ViewOptions::default();
         // docs/references.md: display: 55 inches at 1.0 m is 63 degrees.
         assert!((tv.fov_x_rad().to_degrees() - 63.0).abs() < 0.5, "{}", tv.fov_x_rad().to_degrees());
@@ -176,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_stands_at_its_compass_bearing() {
+    fn the_sun_is_at_its_compass_bearing() {
         let sun = ViewOptions { sun_azimuth_deg: 90.0, sun_elevation_deg: 0.0, ..ViewOptions::default() }.to_sun();
         assert!(sun.distance(Vec3::X) < 1e-6, "east: {sun}");
         let sun = ViewOptions::default().to_sun();
@@ -208,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn on_the_road_paints_are_mixed_and_never_red_unless_asked_for() {
+    fn paints_on_the_road_are_mixed_and_red_only_on_request() {
         let mut options = ViewOptions::default();
         let paints: Vec<_> = (1..=21).map(|id| options.paint(VehicleId(id), ViewKind::Driver)).collect();
         assert!(paints.iter().all(|[r, g, b]| *r < 1.5 * g.max(*b)), "no reds");

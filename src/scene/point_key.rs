@@ -1,24 +1,25 @@
-//! A point in space as the key of an ordered map. In: a cell of a lattice, or a point to the bit. Out: one number. Keys are
-//! ordered as their three coordinates are, x first: meshes are made in this order.
+//! Point in space as the key of an ordered map. In: a cell of a lattice, or the exact bits of a point. Out: one number. Keys are
+//! ordered like their three coordinates, x first: meshes are built in this order.
 //!
-//! One number and not an array of three, whose comparison is a call: building the cars asks millions of times.
+//! The key is one number because comparing an array of three is a function call, and building the cars compares millions of
+//! times.
 
 use glam::{IVec3, Vec3};
 
-/// Three 32-bit numbers in one, the first in the highest bits.
+/// Three 32-bit numbers packed into one, the first in the highest bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct PointKey(u128);
 
 impl PointKey {
-    /// A cell of a lattice; negative ones come first.
+    /// Creates the key of a lattice cell; negative coordinates come first.
     #[inline]
     pub fn cell(at: IVec3) -> Self {
-        // The sign's bit turned: signed numbers are then ordered as unsigned ones.
+        // With the sign bit flipped, unsigned order equals signed order.
         let ordered = |v: i32| v.cast_unsigned() ^ (1 << 31);
         Self::packed(ordered(at.x), ordered(at.y), ordered(at.z))
     }
 
-    /// A point to the bit, ordered by the bits.
+    /// Creates the key of a point from its exact bits, ordered by the bits.
     #[inline]
     pub fn exact(at: Vec3) -> Self {
         Self::packed(at.x.to_bits(), at.y.to_bits(), at.z.to_bits())
@@ -35,7 +36,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_ordered_as_the_coordinates_are() {
+    fn keys_are_ordered_like_the_coordinates() {
         let numbers = [i32::MIN, -2, -1, 0, 1, i32::MAX];
         let cells: Vec<[i32; 3]> =
             numbers.iter().flat_map(|&x| numbers.map(|y| numbers.map(|z| [x, y, z]))).flatten().collect();

@@ -1,4 +1,4 @@
-//! The scenario's settings of the picture. In: a [`Scenario`]. Out: [`ViewOptions`].
+//! Options of the picture from the scenario. In: a [`Scenario`]. Out: [`ViewOptions`].
 
 use super::{MirrorOptions, ViewOptions};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     scenario::{DialPalette, Scenario, colour},
 };
 
-/// What the scenario says of the picture.
+/// Returns the options of the picture that the scenario sets.
 pub fn view_options(scenario: &Scenario) -> ViewOptions {
     let usual = ViewOptions::default();
     ViewOptions {
@@ -41,7 +41,7 @@ mod tests {
     use crate::scenario::DisplaySettings;
 
     #[test]
-    fn every_setting_of_the_picture_reaches_it() {
+    fn every_picture_setting_of_the_scenario_reaches_the_options() {
         let scenario = Scenario {
             display: DisplaySettings {
                 screen_width_m: 1.25,
@@ -68,12 +68,12 @@ mod tests {
         assert_eq!(options.palette, Palette::COLOUR_BLIND_SAFE);
         let mirror = &options.mirror;
         assert_eq!([mirror.yaw_deg, mirror.pitch_deg, mirror.fov_x_deg, mirror.radius_m], [3.0, -2.0, 24.0, 1.5]);
-        // White is all of the light, black none of it.
+        // White is 1 in every channel, black 0.
         assert!(options.ego_paint.iter().all(|part| (part - 1.0).abs() < 1e-6), "{:?}", options.ego_paint);
         assert!(options.traffic_paint.iter().all(|part| part.abs() < 1e-6), "{:?}", options.traffic_paint);
         assert_eq!((options.visibility_m, options.wind_mps), (500.0, 7.0));
         assert_eq!(view_options(&Scenario::default()).palette, Palette::HC22);
-        // The sun stands higher at noon than in the evening, and elsewhere.
+        // The sun is higher at noon than in the evening, and in another direction.
         let [noon, evening] = [12.0, 17.0].map(|time_h| {
             view_options(&Scenario {
                 display: DisplaySettings { time_h, ..DisplaySettings::default() },

@@ -1,4 +1,4 @@
-//! The static part of the scene, built once for a map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
+//! Static part of the scene, built once per map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
 
 use super::{
     CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
@@ -14,17 +14,17 @@ use glam::DVec3;
 use std::sync::Arc;
 
 impl StaticScene {
-    /// Builds the place around a map's roads: same map and seed, same bits.
+    /// Builds the scene around a map's roads; the same map and seed give the same bits.
     pub fn build(map: &RoadMap, seed: u64) -> Self {
         Self::with_trees(map, seed, forest::MOST_TREES)
     }
 
-    /// The same with at most `most_trees` trees, those on the horizon included (weak machines, long maps).
+    /// Builds the scene with at most `most_trees` trees, including those on the horizon (for weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
         Self::of_network(&map.network, seed, most_trees)
     }
 
-    /// The place around all roads of a network, with at most `most_trees` trees.
+    /// Builds the scene around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
         let (low, high) = network.bounds();
         let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
@@ -38,7 +38,7 @@ impl StaticScene {
             let distant = forest::horizon(&roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };
-        // Every part stands for itself and has its own random numbers: made side by side, they are the same.
+        // Parts are independent and have their own random numbers, so building them in parallel does not change them.
         let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
         let paved = || {
             let (mut posts, heads) = signals::heads(&network, &roads);
@@ -84,8 +84,8 @@ impl StaticScene {
         }
     }
 
-    /// Height of the road, m, at a place where something is about `height_m` high, and its grade in a direction; counted from the local
-    /// origin. `None` beside all roads.
+    /// Returns the height of the road, m, and its grade in the direction of `place`, in the local frame. `height_m` is the
+    /// approximate height there, which selects among roads above each other. `None` beside all roads.
     pub fn road_at(&self, place: Pose, height_m: f64) -> Option<(f32, f32)> {
         if let Some(level_m) = self.level_m {
             return Some((level_m, 0.0));
@@ -99,7 +99,7 @@ impl StaticScene {
     }
 }
 
-/// Cars, and after them vehicles of other kinds.
+/// Returns the models of cars, then of other kinds of vehicles.
 fn models_of_vehicles() -> Vec<CarModel> {
     let mut models = car::models();
     models.extend(vehicles::models());
@@ -113,14 +113,14 @@ pub(super) mod tests {
     use glam::{DVec2, dvec2};
     use std::f64::consts::TAU;
 
-    /// A ring of this circumference, driven counter-clockwise, 3.2 m wide.
+    /// Creates a ring of this circumference, driven counter-clockwise, 3.2 m wide.
     pub fn ring(circumference_m: f64) -> RoadMap {
         let n = (circumference_m * 2.0) as usize;
         let r = circumference_m / TAU;
         closed_road((0..=n).map(|i| DVec2::from_angle(TAU * (i % n) as f64 / n as f64) * r).collect(), 3.2)
     }
 
-    /// Two straights of 400 m and two half circles of 60 m radius, away from the origin.
+    /// Creates a circuit of two 400 m straights and two half circles of 60 m radius, away from the origin.
     pub fn circuit() -> RoadMap {
         let bend = |centre: DVec2, from: f64| {
             (0..=180).map(move |i| centre + DVec2::from_angle(from + TAU / 2.0 * f64::from(i) / 180.0) * 60.0)
@@ -132,7 +132,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn one_seed_makes_one_scene_and_another_seed_another() {
+    fn the_same_seed_gives_the_same_scene_and_another_seed_another() {
         let map = ring(250.0);
         let static_scene = StaticScene::build(&map, 7);
         assert!(static_scene == StaticScene::build(&map, 7), "same seed, same stage");
@@ -141,7 +141,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn every_mesh_is_sound() {
+    fn every_mesh_is_valid() {
         for map in [ring(250.0), circuit()] {
             let static_scene = StaticScene::build(&map, 1);
             // Windows of vehicles other than cars are part of their bodies.
@@ -173,7 +173,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_circle_of_the_birds_eye_view_holds_the_road() {
+    fn the_circle_of_the_birds_eye_view_contains_the_road() {
         for map in [ring(250.0), circuit()] {
             let static_scene = StaticScene::build(&map, 1);
             for k in 0..200 {

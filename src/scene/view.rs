@@ -1,5 +1,5 @@
-//! One picture from one snapshot: the poses of all cars between two ticks, the lit lamps and the colours.
-//! In: a [`Snapshot`], the clock's fraction, options. Out: a [`View`] whose `dial` the caller fills in.
+//! Picture of a snapshot: the poses of all cars between two ticks, the lit lamps and the colours. In: a [`Snapshot`], the clock's
+//! fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
     CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions,
@@ -22,11 +22,11 @@ use crate::{
 use glam::{Affine3A, DVec3, EulerRot, Quat, Vec3};
 use std::f64::consts::TAU;
 
-/// The wind begins anew after ten hours, seconds: up to there single precision has steps of 4 ms, after days it would sway
-/// leaves in jerks.
+/// Period after which the wind's time starts again at 0, seconds: ten hours. Single precision has steps of 4 ms there; after
+/// days, leaves would move in jerks.
 const WIND_S: f64 = 36_000.0;
 
-/// The picture at `fraction` (0..1) of the way from the tick before the snapshot to the snapshot.
+/// Returns the picture at `fraction` (0..1) of the interval from the tick before the snapshot to the snapshot.
 pub fn view(
     snapshot: &Snapshot,
     fraction: f32,
@@ -74,7 +74,7 @@ pub fn view(
     }
 }
 
-/// The ego between two ticks.
+/// State of the ego between two ticks.
 pub(super) struct EgoAt {
     pub(super) position: Vec3,
     rotation: Quat,
@@ -89,7 +89,7 @@ impl EgoAt {
     fn new(snapshot: &Snapshot, fraction: f32, origin: DVec3) -> Self {
         let (a, b): (&EgoState, &EgoState) = (&snapshot.ego_before, &snapshot.ego);
         let mix = |a: f32, b: f32| a + (b - a) * fraction;
-        // A rolled angle may be kept in one turn: the short way round is the way rolled in a tick.
+        // A rolled angle may be wrapped to one turn, so the shorter direction is the one rolled in a tick.
         let spin = |i: usize| {
             let turn = wrap_angle(f64::from(b.wheels[i].spin_rad) - f64::from(a.wheels[i].spin_rad)) as f32;
             a.wheels[i].spin_rad + turn * fraction
@@ -102,7 +102,7 @@ impl EgoAt {
             yaw_rad: forward.y.atan2(forward.x),
             hubs: std::array::from_fn(|i| a.wheels[i].hub.lerp(b.wheels[i].hub, fraction)),
             steering_wheel_rad: mix(a.steering_wheel_rad, b.steering_wheel_rad),
-            // A rear wheel: it follows the road whatever the brakes of the front axle do.
+            // A rear wheel, because it rolls with the road whatever the brakes of the front axle do.
             spin_rad: spin(2),
             braking: b.braking,
         }
@@ -125,7 +125,7 @@ impl EgoAt {
         }
     }
 
-    /// The body's rotation with only `share` of its pitch and roll.
+    /// Returns the body's rotation with only `share` of its pitch and roll.
     pub(super) fn steadied(&self, share: f32) -> Quat {
         let (yaw, pitch, roll) = self.rotation.to_euler(EulerRot::ZYX);
         Quat::from_euler(EulerRot::ZYX, yaw, pitch * share, roll * share)
@@ -140,12 +140,12 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
     let shape = vehicles::shape(&car.body, &static_scene.hubs);
     let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
     let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
-    // Ackermann: the angle that rolls the vehicle round the bend under its centre.
+    // Ackermann: the steering angle that rolls the vehicle along the bend under its centre.
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
     let bend_per_m = bend_per_m(car);
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
-    // Both axles stand on the road. SUMO's height is that of the road under the front.
+    // Both axles are on the road. SUMO's height is the road's height under the front.
     let axles_m = [shape.hubs[0].x, shape.hubs[2].x];
     let [front_m, rear_m] = axles_m.map(|x| {
         let axle = Pose { position: pose.position + pose.forward() * f64::from(x), ..pose };
@@ -160,7 +160,7 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),
         scale: shape.scale,
-        // The wheels stay on the road.
+        // The wheels stay on the road when the body pitches.
         hubs: shape.hubs.map(|hub| lean.inverse() * hub),
         wheel_scale: shape.wheel_scale,
         steer_rad: (wheelbase_m * bend_per_m).atan(),
@@ -171,28 +171,28 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
     }
 }
 
-/// The same car always has the same body: half of them are saloons.
+/// Returns the body style of a car, which is constant; three of seven cars are saloons.
 fn style(id: VehicleId) -> usize {
     [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
 }
 
-/// Curvature of a vehicle's own way in the last tick, 1/m, positive to the left.
+/// Returns the curvature of a vehicle's path in the last tick, 1/m, positive to the left.
 fn bend_per_m(car: &VehicleSnapshot) -> f32 {
-    // Wheels straighten as it comes to a stand, where a way of nothing has no direction.
+    // The wheels straighten as the vehicle stops, because a path of zero length has no direction.
     const STANDING_M: f64 = 0.3 * crate::time::TICK_S;
-    // A turn within 5 m.
+    // Radius of at least 5 m.
     const MOST_PER_M: f64 = 0.2;
     let way_m = car.pose_before.position.distance(car.pose.position);
     let turn_rad = wrap_angle(car.pose.yaw_rad - car.pose_before.yaw_rad);
     (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
 }
 
-/// Light of an indicator, and the share of its period in which it is on (`docs/references.md: roads`).
+/// Linear colour of an indicator's light, and the share of its period in which it is on (`docs/references.md: roads`).
 const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
 const BLINK_ON: f64 = 0.5;
 
-/// Lamps of signals, and indicators of the traffic, which blink. Where nothing says what signals show, as in a picture without a drive,
-/// it is what their first programs show.
+/// Returns the lit lamps of signals, and the indicators of vehicles, which blink. Without signal states, as in a picture without
+/// a drive, the signals follow their first programs.
 fn lit_lamps(
     snapshot: &Snapshot,
     cars: &[CarInstance],
@@ -212,12 +212,12 @@ fn lit_lamps(
         };
         lamps.extend(static_scene.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
     }
-    // From its own seat nobody sees the ego's.
+    // The ego's indicators are not visible from its own seat.
     let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
     let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR, &cars[0]));
     let others = snapshot.cars.iter().zip(&cars[1..]).map(|(car, drawn)| (car.id, car.lamps, car.body, drawn));
     for (id, lit, body, drawn) in ego.into_iter().chain(others) {
-        // Not all at once: each began at its own time.
+        // Each vehicle blinks with its own phase.
         let phase = now_s / BLINK_S + 0.37 * f64::from(id.0 % 8);
         if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
             continue;
@@ -250,7 +250,8 @@ mod tests {
 
     const ASPECT: f32 = 16.0 / 9.0;
 
-    /// The ego with its front bumper at `s_m`, and cars so far (front bumper to front bumper) ahead of it.
+    /// Returns a snapshot of the ego with its front bumper at `s_m`, and of cars at distances `ahead_m` from it (front bumper to
+    /// front bumper).
     fn snapshot(map: &RoadMap, s_m: f64, ahead_m: &[f64]) -> Snapshot {
         let ego = |s_m: f64| {
             let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
@@ -290,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_stands_between_the_ticks_and_meets_them_at_its_ends() {
+    fn a_frame_interpolates_between_ticks_and_equals_them_at_its_ends() {
         let map = ring(250.0);
         let snapshot = snapshot(&map, 50.0, &[20.0]);
         let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Driver);
@@ -305,14 +306,14 @@ mod tests {
             assert!(half.cars[k].position.distance(middle) < 1e-4);
         }
         assert_eq!((start.time_s, end.time_s), (1.99, 2.0));
-        // Also after a week frames differ by what lies between them.
+        // After a week, too, frames differ by the time between them.
         let late = Snapshot { tick: Tick::at_seconds(604_000.0), ..snapshot.clone() };
         let [start, end] = [0.0, 1.0].map(|fraction| see(&map, &late, fraction, ViewKind::Driver).time_s);
         assert!((end - start - 0.01).abs() < 0.004, "{start} to {end}");
     }
 
     #[test]
-    fn wheels_roll_with_the_way_and_steer_with_the_bend() {
+    fn wheels_roll_with_the_distance_and_steer_with_the_bend() {
         let map = ring(250.0);
         let snapshot = snapshot(&map, 50.0, &[20.0]);
         let at = |fraction| see(&map, &snapshot, fraction, ViewKind::Chase).cars;
@@ -327,7 +328,7 @@ mod tests {
     }
 
     #[test]
-    fn the_steering_wheel_shows_the_angle_that_was_asked_for() {
+    fn the_steering_wheel_shows_the_commanded_angle() {
         use crate::{
             controls::Controls,
             ego::{CarParams, EgoCar, GroundModel, GroundSurface},
@@ -353,11 +354,11 @@ mod tests {
     }
 
     #[test]
-    fn the_leader_is_where_its_gap_says_and_grows_as_the_gap_shrinks() {
+    fn the_leader_is_drawn_at_its_gap_and_grows_as_the_gap_shrinks() {
         let map = circuit();
         let mut width_before = 0.0;
         for gap_m in [60.0, 30.0, 10.0, 5.0, 2.0] {
-            // On the first straight: it begins after the bend of 188.5 m.
+            // On the first straight, which begins after the bend of 188.5 m.
             let view = see(&map, &snapshot(&map, 250.0, &[gap_m + CAR_LENGTH_M]), 1.0, ViewKind::Driver);
             let leader = view.cars[1];
             let at = |y: f32, z: f32| {
@@ -391,13 +392,13 @@ mod tests {
         assert!(mirror.project(ahead, 4.0).is_none() && view.camera.project(behind, ASPECT).is_none());
         let found = mirror.project(behind, 4.0).expect("seen in the mirror");
         assert!((found.x - 0.5).abs() < 1e-3 && (0.3..0.7).contains(&found.y), "{found}");
-        // Unflipped, what is behind on the ego's left is on the right: the renderer's flip puts it left.
+        // In the unflipped picture an object on the ego's left behind is on the right; the renderer's flip puts it left.
         let left = view.cars[0].rotation * Vec3::Y;
         assert!(mirror.project(behind + left, 4.0).expect("seen").x > 0.55);
     }
 
     #[test]
-    fn the_drivers_camera_takes_part_in_little_of_the_bodys_pitch_and_roll() {
+    fn the_drivers_camera_follows_only_a_share_of_pitch_and_roll() {
         let map = circuit();
         let mut snapshot = snapshot(&map, 250.0, &[]);
         let level = see(&map, &snapshot, 1.0, ViewKind::Driver).camera;

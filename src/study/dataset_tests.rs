@@ -329,7 +329,7 @@ fn publishing_writes_answer_times_for_that_participant_only() {
 }
 
 #[test]
-fn what_was_done_and_is_not_any_more_has_no_tables() {
+fn no_tables_for_answers_and_drives_that_left_the_session() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("data");
     let study = study();

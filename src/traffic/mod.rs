@@ -107,7 +107,7 @@ pub struct EgoStart {
     pub lane: LaneId,
     /// Front bumper along the lane, metres.
     pub s_m: f64,
-    /// Speed, m/s.
+    /// Initial speed, m/s.
     pub speed_mps: f64,
     /// Edges along which it is expected to drive, that of the lane first: others give way to it, or take theirs, by where it will cross
     /// their path. Empty where only the lane is known.

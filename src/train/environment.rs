@@ -79,7 +79,7 @@ pub struct VecEnv {
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
     rings: usize,
-    /// What the policy corrects, where it does.
+    /// Advice that the policy corrects; `None` if the policy corrects no other advice.
     corrected: Option<CorrectedLanes>,
 }
 

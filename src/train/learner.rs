@@ -50,7 +50,7 @@ pub struct LearningCurveRow {
     pub value_error: f64,
     /// Mean speed without noise over whole horizons, m/s, if the policy was evaluated.
     pub judged_mps: Option<f64>,
-    /// Where the estimator of the driver learned: its loss for each trait and second, nats.
+    /// Loss of the driver's estimator per trait and second, nats, if it learned.
     pub estimator_loss: Option<f64>,
 }
 
@@ -75,7 +75,7 @@ pub struct Learner {
     curve: Vec<LearningCurveRow>,
     student: Option<EstimatorLearner>,
     corrected: Option<CorrectedAdvice>,
-    /// What advice is expected to gain, once that was learned.
+    /// Expected gain of advice, if it has been learned.
     expected_gain: Option<ExpectedGain>,
 }
 

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bound_falls_with_the_teacher_or_with_all_updates_of_a_policy_that_had_none() {
+    fn the_bound_falls_over_the_teachers_updates_or_all_without_a_teacher() {
         let share = |kind, done| config(kind).share_of_updates(done);
         let traits = [0, 2, 4, 15].map(|done| share(EstimatorKind::Traits, done));
         assert_eq!(traits, [0.0, 0.5, 1.0, 1.0]);

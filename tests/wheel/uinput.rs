@@ -182,7 +182,7 @@ fn is_level(level: i16) -> impl Fn(&Asked) -> bool {
 }
 
 #[test]
-fn force_is_one_effect_updated_in_place_and_gone_after_stall_pause_and_exit() {
+fn force_is_one_effect_updated_in_place_and_ends_on_stall_pause_and_exit() {
     let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let wheel = Wheel::plug();
     let mut driver = Driver::new();
@@ -448,7 +448,7 @@ fn two_wheels_are_told() {
 }
 
 #[test]
-fn doctor_asks_the_kernel_what_the_wheel_can_and_tells_who_may_not_open_it() {
+fn doctor_reports_the_wheels_abilities_and_missing_permission() {
     let Some(_alone) = alone(Kernel::Uinput, this_test!()) else { return };
     let _wheel = Wheel::plug();
     let doctor = |user: Option<u32>| {

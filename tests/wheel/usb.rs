@@ -191,7 +191,7 @@ fn force(bytes: &Bytes) -> Option<u8> {
 }
 
 #[test]
-fn the_kernels_own_driver_sends_a_g29_its_force_range_lamps_and_autocentre() {
+fn the_kernel_driver_sends_a_g29_force_range_lamps_and_autocentre() {
     let Some(_alone) = alone(Kernel::UsbGadget, this_test!()) else { return };
     let mut wheel = Wheel::plug();
     let begun = wheel.sent_until(|bytes| bytes[..2] == RANGE);

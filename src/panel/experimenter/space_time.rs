@@ -192,7 +192,7 @@ mod tests {
     use super::*;
 
     impl SpaceTime {
-        /// What was painted at a time and place; none where nothing is, or no longer is.
+        /// Returns the colour at a time and place; `None` if the place is empty or out of the diagram's time range.
         fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
             let column = (time_s / COLUMN_S).max(0.0) as usize;
             if column > self.column || column + COLUMNS <= self.column {

@@ -1,6 +1,6 @@
-//! What is fixed to a body: mirrors, handles, plates, grille bars, projectors, third brake lamp; and what is seen through
-//! its windows: seats, dashboard, a driver. In: the body's lines. Out: loose triangles in the body's frame, metres.
-//! Nothing here reaches beyond the body's 5.00 m.
+//! Parts fixed to a body (mirrors, handles, plates, grille bars, projectors, third brake lamp) and the interior seen through the
+//! windows (seats, dashboard, a driver). In: the body's lines. Out: loose triangles in the body's frame, metres. No part reaches
+//! beyond the body's 5.00 m.
 
 use super::{
     body_profile::{self, BodyLines},
@@ -15,7 +15,7 @@ use glam::Vec3;
 
 const PLATE: SurfaceFinish = SurfaceFinish::grey(Material::Plate, number_plate::SURFACE);
 const PLATE_FIELD: [f32; 3] = [0.010, 0.045, 0.26];
-/// With its signs and its blue field, which takes a twelfth of it.
+/// Mean finish of a plate with its signs and its blue field, which covers a twelfth of it.
 const PLATE_AFAR: SurfaceFinish = SurfaceFinish::new(
     Material::Matt,
     [
@@ -31,7 +31,7 @@ const CLOTH: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.055, 0.065, 0
 const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.145]);
 const HAIR: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.030, 0.020, 0.014]);
 
-/// Parts on the outside.
+/// Returns the parts outside the body.
 pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> TriangleList {
     let mut all = TriangleList::default();
     let left = side(lines, level);
@@ -41,10 +41,10 @@ pub(in crate::scene) fn outside(lines: &BodyLines, level: LampLevel) -> Triangle
     all
 }
 
-/// Parts that stand on both sides, left ones.
+/// Returns the left one of each pair of parts.
 fn side(lines: &BodyLines, level: LampLevel) -> TriangleList {
     let mut parts = TriangleList::default();
-    // Mirror: the housing in the car's colour, its back dark as glass; a foot on the door.
+    // Mirror: the housing in the car's colour, its glass dark; a foot on the door.
     let fine = match level {
         LampLevel::Near => [10, 16],
         LampLevel::Mid => [5, 7],
@@ -79,10 +79,10 @@ fn side(lines: &BodyLines, level: LampLevel) -> TriangleList {
     parts
 }
 
-/// Glass that nothing is seen through: mirrors, lenses of lamps.
+/// Glass that is not transparent: mirrors, lenses of lamps.
 const GLASS_BACK: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.020, 0.024, 0.028]);
 
-/// The edge of a wheel arch: a rim that stands out 4 mm.
+/// Draws the edge of a wheel arch: a rim that stands out 4 mm.
 fn lip(lines: &BodyLines, hub: f32) -> TriangleList {
     const PLACES: usize = 25;
     let mut lip = TriangleList::default();
@@ -108,15 +108,15 @@ fn lip(lines: &BodyLines, hub: f32) -> TriangleList {
     lip
 }
 
-/// Where plates are, along the body and up: behind, in front.
+/// Returns the position of the plates as (x, z): rear, front.
 fn plates(lines: &BodyLines, level: LampLevel) -> [(f32, f32); 2] {
     let z = 0.692;
-    // Without its hollow the boot lid bulges through a plate that stands there.
+    // Without the recess the boot lid bulges through the plate.
     let x = if level == LampLevel::Near { -2.5 + 0.046 + 0.020 } else { rearmost(lines, z) + PLATE_M - 0.004 };
     [(x, z), (2.4985, 0.442)]
 }
 
-/// The signs on the plates; none where each would be less than a pixel.
+/// Returns the signs on the plates; none at the far level, where each would be smaller than a pixel.
 pub(in crate::scene) fn lettering(lines: &BodyLines, level: LampLevel) -> Mesh {
     let mut all = Mesh::default();
     for (x, z) in plates(lines, level).into_iter().filter(|_| level != LampLevel::Far) {
@@ -125,11 +125,11 @@ pub(in crate::scene) fn lettering(lines: &BodyLines, level: LampLevel) -> Mesh {
     all
 }
 
-/// Parts in the middle.
+/// Returns the parts in the middle of the body.
 fn middle(lines: &BodyLines, level: LampLevel) -> TriangleList {
     let mut parts = TriangleList::default();
     let near = level == LampLevel::Near;
-    // Nothing stands out of the bumpers, which would exceed 5.00 m, by more than 2 mm.
+    // No part exceeds the bumpers by more than 2 mm: the body would be longer than 5.00 m.
     for (x, z) in plates(lines, level) {
         let plate = if level == LampLevel::Far { PLATE_AFAR } else { PLATE };
         parts.cuboid(Vec3::new(x, 0.0, z), Vec3::new(PLATE_M, 0.26, 0.052), plate);
@@ -182,13 +182,13 @@ fn middle(lines: &BodyLines, level: LampLevel) -> TriangleList {
     parts
 }
 
-/// How far the boot lid reaches back behind a plate whose middle is at the height `z`, along the body.
+/// Returns the smallest x of the boot lid behind a plate whose middle is at the height `z`.
 fn rearmost(lines: &BodyLines, z: f32) -> f32 {
     let points = [-0.26, -0.13, 0.0, 0.13, 0.26].into_iter().flat_map(|y| [-0.052, 0.0, 0.052].map(|up| (y, z + up)));
     points.map(|(y, z)| body_profile::bend(lines, Vec3::new(-2.5, y, z)).x).fold(0.0, f32::min)
 }
 
-/// Wipers at rest along the foot of the windscreen.
+/// Draws the wipers at rest along the foot of the windscreen.
 fn wipers(lines: &BodyLines, parts: &mut TriangleList) {
     for (from, to) in [(0.58, 0.02), (-0.02, -0.52)] {
         let ring = |i: usize| {
@@ -205,7 +205,7 @@ fn wipers(lines: &BodyLines, parts: &mut TriangleList) {
     }
 }
 
-/// What is seen through the windows; closed below by a dark floor.
+/// Returns the interior seen through the windows, with a dark floor below.
 pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleList {
     let mut all = TriangleList::default();
     let fine =
@@ -234,7 +234,7 @@ pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleLi
     all
 }
 
-/// Somebody at the wheel: torso, shoulders, arms, neck, a head with hair.
+/// Draws a driver: torso, shoulders, arms, neck, a head with hair.
 fn driver(all: &mut TriangleList, fine: [usize; 2]) {
     let y = 0.36;
     let mut ball = |at: [f32; 3], half: [f32; 3], finish: SurfaceFinish| {
@@ -253,7 +253,7 @@ fn driver(all: &mut TriangleList, fine: [usize; 2]) {
     ball([0.105, y, 1.235], [0.018, 0.013, 0.022], SKIN);
 }
 
-/// Back and headrest; cushions are below the windows.
+/// Draws backrest and headrest of a seat; its cushion would be below the windows.
 fn seat(all: &mut TriangleList, at: Vec3, fine: [usize; 2]) {
     all.ellipsoid(at + Vec3::new(-0.07, 0.0, 0.90), Vec3::new(0.085, 0.235, 0.235), fine, |_| SEAT);
     all.ellipsoid(at + Vec3::new(-0.13, 0.0, 1.20), Vec3::new(0.048, 0.125, 0.078), fine, |_| SEAT);

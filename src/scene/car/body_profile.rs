@@ -1,22 +1,22 @@
-//! Profiles of the bodies: how wide and how high each part is along x. All styles are one car from the doors forwards.
-//! Metres in the body's frame. Our own drawing of a common mid-size car; smooth between the listed stations (monotone cubic,
-//! so nothing overshoots).
+//! Profiles of the bodies: width and height of each part along x. All styles have the same front, up to the doors. Metres in the
+//! body's frame. Our own drawing of a common mid-size car; smooth between the listed stations (monotone cubic, which does not
+//! overshoot).
 
 use glam::{Vec2, Vec3};
 
-/// Foot of the windscreen.
+/// Foot of the windscreen, x in metres.
 pub(in crate::scene) const CABIN_FRONT_M: f32 = 1.12;
 
 type ProfileTable = &'static [(f32, f32)];
 
-/// What makes a body style: everything behind the doors.
+/// Lines that differ between body styles: all behind the doors.
 #[derive(Debug)]
 pub(in crate::scene) struct BodyLines {
-    /// Foot of the rear window.
+    /// Foot of the rear window, x in metres.
     pub cabin_rear_m: f32,
-    /// Rear window along x.
+    /// Rear and front end of the rear window along x, metres.
     pub rear_glass: [f32; 2],
-    /// How far the middle of the rear window's foot stands out behind its corners, metres.
+    /// Distance by which the middle of the rear window's foot stands out behind its corners, metres.
     rear_bow_m: f32,
     /// Upper and rear edge of the side windows as (x, z), from the foot of the windscreen to the rear end of the belt.
     pub side_glass: &'static [(f32, f32)],
@@ -63,7 +63,7 @@ const LIFTBACK_GLASS: [(f32, f32); 10] = [
     (-1.82, 1.000),
 ];
 
-/// Three boxes.
+/// Saloon: separate boxes for engine, cabin and boot.
 const SALOON: BodyLines = BodyLines {
     cabin_rear_m: -1.80,
     rear_glass: [-1.77, -0.93],
@@ -75,7 +75,7 @@ const SALOON: BodyLines = BodyLines {
     roof_y: ROOF_Y,
 };
 
-/// Roof to the end, steep tail.
+/// Estate: roof to the end, steep tail.
 const ESTATE: BodyLines = BodyLines {
     cabin_rear_m: -2.40,
     rear_glass: [-2.37, -2.16],
@@ -120,7 +120,7 @@ const ESTATE: BodyLines = BodyLines {
     ],
 };
 
-/// Long sloping tail with a large rear window.
+/// Liftback: long sloping tail with a large rear window.
 const LIFTBACK: BodyLines = BodyLines {
     cabin_rear_m: -2.28,
     rear_glass: [-2.20, -1.05],
@@ -162,35 +162,35 @@ const LIFTBACK: BodyLines = BodyLines {
     ],
 };
 
-/// All styles; the first is the ego's.
+/// Body styles; the first is the ego's.
 pub(in crate::scene) const STYLES: [&BodyLines; 3] = [&SALOON, &ESTATE, &LIFTBACK];
 
-/// The measures of one cross-section.
+/// Dimensions of one cross-section, metres.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct SectionMeasures {
-    /// Where the side is fullest.
+    /// Half the width at the widest point of the side.
     pub half_width: f32,
-    /// Underside.
+    /// Height of the underside.
     pub sill_z: f32,
     /// Edge under the side windows, and along bonnet and boot.
     pub belt_y: f32,
-    /// See `belt_y`.
+    /// Height of the edge described at `belt_y`.
     pub belt_z: f32,
     /// Edge of the roof, line of the pillars; on bonnet and boot a line on their crowned top.
     pub roof_y: f32,
-    /// See `roof_y`.
+    /// Height of the edge described at `roof_y`.
     pub roof_z: f32,
-    /// Top in the middle.
+    /// Height of the top in the middle.
     pub top_z: f32,
-    /// How far the bonnet's middle is raised between its two creases.
+    /// Height of the bonnet's middle above its two creases.
     bulge_m: f32,
-    /// In the cabin; not on bonnet and boot.
+    /// True in the cabin, false on bonnet and boot.
     pub cabin: bool,
 }
 
 impl SectionMeasures {
-    /// A point of the side between sill (0) and belt (1): a sill that turns under, full doors, a hollow and over it the
-    /// shoulder, a line that runs from lamp to lamp.
+    /// Returns a point (y, z) of the side between sill (0) and belt (1): a sill that turns under, full doors, a hollow, and above
+    /// it the shoulder line from lamp to lamp.
     pub fn side(&self, t: f32) -> Vec2 {
         const INSET: &[(f32, f32)] = &[
             (0.0, 0.050),
@@ -215,13 +215,13 @@ impl SectionMeasures {
         Vec2::new(self.half_width - inset, z)
     }
 
-    /// Height of bonnet or boot beside the middle.
+    /// Returns the height of bonnet or boot at the distance `y` from the middle.
     pub fn crown(&self, y: f32) -> f32 {
         let y = y / self.belt_y;
         dome(y, self.belt_z, self.top_z) + self.bulge_m * smooth((BULGE[1] - y.abs()) / (BULGE[1] - BULGE[0]))
     }
 
-    /// A point between belt (0) and roof edge (1).
+    /// Returns a point (y, z) between belt (0) and roof edge (1).
     pub fn shoulder(&self, t: f32) -> Vec2 {
         let (belt, roof) = (Vec2::new(self.belt_y, self.belt_z), Vec2::new(self.roof_y, self.roof_z));
         let straight = belt.lerp(roof, t);
@@ -235,7 +235,7 @@ impl SectionMeasures {
     }
 }
 
-/// The cross-section at `x`.
+/// Returns the cross-section at `x`.
 pub(in crate::scene) fn at(lines: &BodyLines, x: f32) -> SectionMeasures {
     let half_width = curve(WIDTH, x);
     let belt_y = half_width - curve(BELT_INSET, x);
@@ -249,15 +249,15 @@ pub(in crate::scene) fn at(lines: &BodyLines, x: f32) -> SectionMeasures {
         (roof_y, dome(0.86, belt_z, top_z), top_z)
     };
     let sill_z = curve(FLOOR, x);
-    // It runs out before the windscreen and above the grille.
+    // The bulge ends before the windscreen and above the grille.
     let bulge_m = if x > 0.0 && !cabin { 0.016 * smooth((x - 1.20) / 0.22) * smooth((2.44 - x) / 0.36) } else { 0.0 };
     SectionMeasures { half_width, sill_z, belt_y, belt_z, roof_y, roof_z, top_z, bulge_m, cabin }
 }
 
-/// Bends a body that is made of flat cross-sections: nose and tail are bowed and modelled, the feet of windscreen and rear
-/// window stand out in the middle. Wheel arches, doors and the places at y = 0 of the bumpers stay where they are.
+/// Bends a body made of flat cross-sections: nose and tail are curved, and the feet of windscreen and rear window stand out in
+/// the middle. Wheel arches, doors and the bumpers at y = 0 do not move.
 pub(in crate::scene) fn bend(lines: &BodyLines, p: Vec3) -> Vec3 {
-    /// How far nose and tail lie behind the bumper, by height.
+    /// Distance of nose and tail behind the bumper, by height, metres.
     const NOSE: &[(f32, f32)] = &[
         (0.18, 0.10),
         (0.25, 0.060),
@@ -302,16 +302,16 @@ pub(in crate::scene) fn smooth(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Foot and top of a crease beside the bonnet's raised middle, as shares of the belt's half width.
+/// Foot and top of the crease beside the bonnet's raised middle, as shares of the belt's half width.
 const BULGE: [f32; 2] = [0.49, 0.63];
 
-/// Height of a crowned panel at the fraction `y` of its half width.
+/// Returns the height of a crowned panel at the fraction `y` of its half width.
 fn dome(y: f32, edge_z: f32, middle_z: f32) -> f32 {
     edge_z + (middle_z - edge_z) * (1.0 - y.abs().powf(2.5))
 }
 
-/// Smooth curve through `(x, value)` with x ascending: cubic Hermite with the harmonic mean of neighbouring slopes
-/// (Fritsch and Butland 1984), so that it is monotone where the points are.
+/// Evaluates a smooth curve through `(x, value)` with x ascending: cubic Hermite with the harmonic mean of neighbouring slopes
+/// (Fritsch and Butland 1984), monotone where the points are.
 fn curve(points: &[(f32, f32)], x: f32) -> f32 {
     let last = points.len() - 2;
     let i = points.partition_point(|p| p.0 <= x).saturating_sub(1).min(last);

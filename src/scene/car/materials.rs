@@ -8,28 +8,28 @@ pub const WHEELBASE_M: f32 = 2.8;
 pub const TRACK_M: f32 = 1.55;
 /// Radius of a wheel, and height of its hub, metres.
 pub const WHEEL_RADIUS_M: f32 = 0.33;
-/// Radius of a wheel arch around the hub: 4.8 cm around the tyre.
+/// Radius of a wheel arch around the hub, metres: 4.8 cm beyond the tyre.
 pub(in crate::scene) const ARCH_RADIUS_M: f32 = WHEEL_RADIUS_M + 0.048;
-/// 48 degrees: edges of fittings are sharp, round ones are not.
+/// Crease angle of fittings, 48 degrees: keeps their edges sharp and their round parts smooth.
 pub(in crate::scene) const CREASE_RAD: f32 = 0.838;
 
 pub(in crate::scene) const PAINT: SurfaceFinish = SurfaceFinish::grey(Material::Paint, 1.0);
 pub(in crate::scene) const DARK: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
 pub(in crate::scene) const TRIM: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.025);
-/// Black plastic with a gloss: window frames, housings of lamps.
+/// Glossy black plastic: window frames, lamp housings.
 pub(in crate::scene) const GLOSS: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.010);
 pub(in crate::scene) const GLASS: SurfaceFinish = SurfaceFinish::new(Material::Glass, [0.020, 0.024, 0.028]);
 pub(in crate::scene) const CHROME: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.55);
-/// A brake lamp: its red, and in place of green and blue what share of the lamp's light it gives while running and braking.
+/// Brake lamp: its red; green and blue hold the share of the lamp's light given while running and while braking.
 pub(in crate::scene) const BRAKE: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.30, 0.25, 1.0]);
 
-/// How finely a car is drawn.
+/// Level of detail of a car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum LampLevel {
-    /// The nearest two or three cars: rounded, fitted out, with lamps that have depth.
+    /// For the nearest two or three cars: rounded, with all fittings and lamps with depth.
     Near,
-    /// Some 8,000 triangles, still with glass that is seen through.
+    /// About 8,000 triangles, with transparent glass.
     Mid,
-    /// Some 2,500.
+    /// About 2,500 triangles.
     Far,
 }

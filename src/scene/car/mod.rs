@@ -1,7 +1,7 @@
-//! The bodies of cars: a saloon, an estate and a liftback, 5.00 m long, 1.80 m wide, 1.45 m high, each at three levels of
-//! detail. Out: meshes without wheels (x forward, y left, z up, origin on the ground under the centre) and where the
-//! wheels sit. The left half of a body is lofted through cross-sections (`shape`), closed at both ends, bent into nose and
-//! tail, then cut (`panels`) into windows, lamps, arches and doors, and doubled.
+//! Bodies of cars: a saloon, an estate and a liftback, 5.00 m long, 1.80 m wide, 1.45 m high, each at three levels of detail.
+//! Out: meshes without wheels (x forward, y left, z up, origin on the ground under the centre) and the hubs of the wheels. The
+//! left half of a body is lofted through cross-sections (`body_profile`), closed at both ends, bent into nose and tail, cut
+//! (`panels`) into windows, lamps, arches and doors, and mirrored.
 
 pub(super) mod body_parts;
 pub(super) mod body_profile;
@@ -24,13 +24,13 @@ use super::{
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// Hubs in the body's frame at rest: front left, front right, rear left, rear right.
+/// Returns the hubs in the body's frame at rest, metres: front left, front right, rear left, rear right.
 pub fn hubs() -> [Vec3; 4] {
     let hub = |x: f32, y: f32| Vec3::new(x * WHEELBASE_M, y * TRACK_M, 2.0 * WHEEL_RADIUS_M) / 2.0;
     [hub(1.0, 1.0), hub(1.0, -1.0), hub(-1.0, 1.0), hub(-1.0, -1.0)]
 }
 
-/// All body styles; the first is the ego's.
+/// Returns all body styles; the first is the ego's.
 pub fn models() -> Vec<CarModel> {
     let parts: Vec<BodyParts> = (0..3 * STYLES.len())
         .into_par_iter()
@@ -50,29 +50,30 @@ pub fn models() -> Vec<CarModel> {
     parts.chunks(3).map(model).collect()
 }
 
-/// Boxes of the plan's corners, metres: a pixel and a half where it begins to be drawn.
+/// Size of the boxes in which the corners of the plan are merged, metres: a pixel and a half at the distance where the plan is
+/// first drawn.
 const PLAN_M: Vec3 = Vec3::new(0.42, 0.22, 0.30);
-/// And of the corners of what throws a shadow: two to four texels of the map.
+/// Size of the boxes in which the corners of the shadow's mesh are merged, metres: two to four texels of the shadow map.
 const SHADE_M: Vec3 = Vec3::new(0.20, 0.14, 0.10);
 
-/// 54 degrees: the body has no edge that light does not run round, but where it is cut.
+/// Crease angle of the body, 54 degrees: only the edges of cuts are sharp.
 const SKIN_CREASE_RAD: f32 = 0.95;
 
-/// A body in parts.
+/// Body of a car in parts.
 pub(in crate::scene) struct BodyParts {
     /// Sheet metal, bumpers, lamps.
     pub shell: PanelSkin,
-    /// The windows, which close the shell.
+    /// Windows, which close the shell.
     pub panes: PanelSkin,
     /// Clear covers over the lamps.
     pub lenses: PanelSkin,
-    /// What is fixed to the outside.
+    /// Parts fixed to the outside.
     pub fittings: TriangleList,
-    /// What is seen through the windows.
+    /// Interior seen through the windows.
     pub inside: TriangleList,
-    /// The shell seen from inside.
+    /// Inner side of the shell.
     pub lining: PanelSkin,
-    /// All signs that a number plate may show.
+    /// Every sign that a number plate may show.
     pub lettering: Mesh,
 }
 
@@ -100,7 +101,7 @@ impl BodyParts {
         }
     }
 
-    /// All but the windows.
+    /// Returns all parts but the windows.
     fn open(&self) -> Mesh {
         let mut mesh = self.shell.mesh();
         mesh.append(&self.fittings.clone().into_mesh(CREASE_RAD));
@@ -110,7 +111,7 @@ impl BodyParts {
         mesh
     }
 
-    /// The outside with its windows.
+    /// Returns the outside with its windows.
     fn whole(&self) -> Mesh {
         let mut mesh = self.shell.mesh();
         mesh.append(&self.panes.mesh());
@@ -119,7 +120,7 @@ impl BodyParts {
     }
 }
 
-/// A point of a half section, from the middle of the floor round the left side to the middle of the top.
+/// Row of points of a half section, from the middle of the floor along the left side to the middle of the top.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum SectionRow {
     /// Share of the floor's half width.
@@ -137,7 +138,7 @@ fn rows(level: LampLevel) -> Vec<SectionRow> {
         LampLevel::Near => (
             &[0.0, 0.05, 0.16, 0.25, 0.34, 0.50, 0.64, 0.73, 0.76, 0.79, 0.815, 0.84, 0.87, 0.90, 0.95, 1.0],
             &[0.12, 0.30, 0.50, 0.70, 0.88, 1.0],
-            // Three rows are the bonnet's crease.
+            // Three rows form the bonnet's crease.
             &[0.06, 0.16, 0.27, 0.34, 0.42, 0.68, 1.0],
         ),
         LampLevel::Mid => (&[0.0, 0.05, 0.16, 0.34, 0.73, 0.79, 0.84, 1.0], &[0.3, 0.7, 1.0], &[0.2, 0.55, 1.0]),
@@ -148,11 +149,11 @@ fn rows(level: LampLevel) -> Vec<SectionRow> {
     [SectionRow::Floor(0.0), SectionRow::Floor(1.0)].into_iter().chain(side).chain(upper).collect()
 }
 
-/// Where the cross-sections are, from the rear to the front.
+/// Returns the x of the cross-sections, from the rear to the front.
 fn stations(lines: &BodyLines, level: LampLevel) -> Vec<f32> {
     let rear = lines.cabin_rear_m;
     let mut xs = vec![-2.5, -2.43, -2.28, -2.0, rear, lines.rear_glass[1], -0.40, 0.24, CABIN_FRONT_M, 1.9, 2.2];
-    // Either end of the arches, too: no panel spans one.
+    // Both ends of the arches, too, so that no panel spans an arch.
     xs.extend([2.4, 2.47, 2.5, -1.79, -1.01, 1.01, 1.79]);
     if level != LampLevel::Far {
         xs.extend([-2.47, -2.40, -2.14, rear - 0.05, lines.rear_glass[0], -0.62, 0.12, 0.45, 0.75]);
@@ -175,7 +176,7 @@ fn stations(lines: &BodyLines, level: LampLevel) -> Vec<f32> {
     xs
 }
 
-/// One half cross-section, not yet bent.
+/// Returns one half cross-section, before bending.
 fn section(lines: &BodyLines, x: f32, rows: &[SectionRow]) -> Vec<Vec3> {
     let at = body_profile::at(lines, x);
     let point = |row: &SectionRow| {
@@ -198,7 +199,7 @@ fn section(lines: &BodyLines, x: f32, rows: &[SectionRow]) -> Vec<Vec3> {
     rows.iter().map(point).collect()
 }
 
-/// The left half of the body in one piece.
+/// Returns the left half of the body in one piece.
 fn loft(lines: &BodyLines, level: LampLevel) -> PanelSkin {
     let rows = rows(level);
     let sections: Vec<Vec<Vec3>> = stations(lines, level).iter().map(|&x| section(lines, x, &rows)).collect();
@@ -220,13 +221,13 @@ fn loft(lines: &BodyLines, level: LampLevel) -> PanelSkin {
 fn cap(skin: &mut PanelSkin, outline: &[Vec3], rows: &[SectionRow], bend: impl Fn(Vec3) -> Vec3, front: bool) {
     let index = |row: SectionRow| rows.iter().position(|&r| r == row).unwrap_or_default();
     let (sill, belt) = (index(SectionRow::Side(0.0)), index(SectionRow::Side(1.0)));
-    // Columns stand under the points of the upper outline, so that the cap meets it corner by corner.
+    // Columns lie under the points of the upper outline, so that cap and outline share their corners.
     let columns: Vec<f32> = outline[belt..].iter().map(|p| p.y / outline[belt].y).collect();
     let place = |row: usize, column: usize| outline[row].with_y(outline[row].y * columns[column]);
     let mut face = |[a, b, c, d]: [Vec3; 4], finish: SurfaceFinish| {
         skin.quad(if front { [d, c, b, a] } else { [a, b, c, d] }, &bend, finish);
     };
-    // The floor has no corners between its middle and its edge, so the lowest row is a fan from there.
+    // The floor has no corners between its middle and its edge, so the lowest row is a fan from the edge.
     let edge = outline[1];
     for column in 0..columns.len() - 1 {
         face([edge, edge, place(sill, column + 1), place(sill, column)], TRIM);
@@ -248,7 +249,7 @@ mod tests {
     use crate::scene::mesh::tests::{check, faces, open_edges, volume_m3, worst_agreement};
     use glam::Vec2;
 
-    /// Every style at every level, windows closed, and how many triangles it may have.
+    /// Returns every style at every level with closed windows, and its permitted number of triangles.
     fn bodies() -> Vec<(Mesh, std::ops::Range<usize>)> {
         let levels = [(LampLevel::Near, 15_000..30_000), (LampLevel::Mid, 3000..9000), (LampLevel::Far, 600..3000)];
         let all = STYLES.iter().flat_map(|lines| levels.clone().map(|(level, size)| (*lines, level, size)));
@@ -257,7 +258,7 @@ mod tests {
     use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M};
 
     #[test]
-    fn every_body_is_as_long_and_wide_as_the_models_believe() {
+    fn every_body_has_the_length_and_width_of_the_simulation() {
         for (body, _) in bodies() {
             check(&body, "body");
             let (low, high) = body.bounds();
@@ -265,7 +266,7 @@ mod tests {
             assert!((length - CAR_LENGTH_M).abs() < 0.01 && (high.x + low.x).abs() < 0.005, "{low} {high}");
             assert!((1.44..1.46).contains(&high.z), "{high}");
             assert!(high.y <= 1.0 && (high.y + low.y).abs() < 1e-5, "mirrors: {low} {high}");
-            // Without the mirrors, which stand at 0.92 m and higher.
+            // Mirrors are at 0.92 m and above, and do not count.
             let widest =
                 body.vertices.iter().filter(|v| v.position[2] < 0.9).map(|v| v.position[1]).fold(0.0, f32::max);
             assert!((f64::from(widest) * 2.0 - CAR_WIDTH_M).abs() < 0.01, "{widest}");
@@ -276,7 +277,7 @@ mod tests {
     fn every_body_is_closed_and_faces_outwards() {
         for (body, size) in bodies() {
             assert_eq!(open_edges(&body), 0, "{}", crate::scene::mesh::tests::open_places(&body));
-            // 5.0 x 1.8 x 1.45 m filled by a bit more than half.
+            // The body fills a bit more than half of 5.0 x 1.8 x 1.45 m.
             assert!((5.5..8.6).contains(&volume_m3(&body)), "{}", volume_m3(&body));
             assert!(worst_agreement(&body) > 0.5, "{}", worst_agreement(&body));
             assert!(size.contains(&body.triangles()), "{} not in {size:?}", body.triangles());
@@ -286,7 +287,7 @@ mod tests {
         }
     }
 
-    /// Which squares of `pixel_m` a body fills, seen against a direction; rows of `SIDE`.
+    /// Returns the squares of side `pixel_m` that a body fills, seen along `towards`; rows of `SIDE`.
     fn silhouette(body: &Mesh, towards: Vec3, pixel_m: f32) -> Vec<bool> {
         let right = towards.cross(Vec3::Z).normalize();
         let up = right.cross(towards);
@@ -309,8 +310,8 @@ mod tests {
     const SIDE: usize = 320;
 
     #[test]
-    fn two_levels_of_a_body_have_one_silhouette_where_they_change() {
-        // A car changes at 100 and at 36 pixels of radius (1.9 m; `render/crowd.rs`).
+    fn two_levels_of_a_body_have_the_same_silhouette_where_they_change() {
+        // A car changes its level at radii of 100 and 36 pixels (1.9 m; `render/crowd.rs`).
         let pixels = [1.9 / 100.0, 1.9 / 36.0];
         let bodies = bodies();
         for (style, levels) in bodies.chunks(3).enumerate() {
@@ -336,8 +337,8 @@ mod tests {
     }
 
     #[test]
-    fn from_above_a_plan_has_the_outline_of_its_body_with_a_fifth_of_the_triangles() {
-        // It begins at 7.5 pixels of radius (1.9 m; `render/crowd.rs`).
+    fn a_plan_has_the_outline_of_its_body_with_a_fifth_of_the_triangles() {
+        // The plan is drawn from a radius of 7.5 pixels down (1.9 m; `render/crowd.rs`).
         let pixel_m = 1.9 / 7.5;
         for (style, model) in models().iter().enumerate() {
             check(&model.plan, "plan");
@@ -359,8 +360,8 @@ mod tests {
     }
 
     #[test]
-    fn a_coarse_shadow_lies_within_the_bodys_and_is_as_large_within_two_texels() {
-        // A texel of the map at low (`render/shadow`), under a sun that is high, at half height and low.
+    fn a_coarse_shadow_is_inside_the_bodys_and_at_most_two_texels_smaller() {
+        // One texel of the shadow map at quality low (`render/shadow`), under a sun that is high, half high and low.
         const TEXEL_M: f32 = 0.0625;
         for (style, model) in models().iter().enumerate() {
             check(&model.shade, "shade");
@@ -383,7 +384,7 @@ mod tests {
                 };
                 assert!(body.iter().filter(|f| **f).count() > 500, "something is seen");
                 let off = [beyond(&lump, &body, 1), beyond(&body, &lump, 2)];
-                // Under a low sun one texel of a thousand is three off: something thin became thinner.
+                // Under a low sun one texel in a thousand is three texels off, because a thin part became thinner.
                 assert!(
                     off[0] == 0 && off[1] <= 1,
                     "style {style}, direction {k}: {off:?} texels of the lump, of the body"
@@ -406,9 +407,9 @@ mod tests {
     }
 
     #[test]
-    fn lamps_are_where_lamps_are() {
+    fn lamps_are_placed_as_regulations_require() {
         for (body, _) in bodies() {
-            // Housings are of the lamps' plastic, but black.
+            // Lamp housings have the material of lamps, but are black.
             let middle = |material: Material| -> Vec<Vec3> {
                 let of = |v: &crate::scene::Vertex| v.material == material as u32 && v.colour[0] > 0.15;
                 faces(&body)
@@ -429,10 +430,10 @@ mod tests {
                 let widest = lamps.iter().map(|p| p.y.abs()).fold(0.0, f32::max);
                 assert!(widest > CAR_WIDTH_M as f32 / 2.0 - 0.4, "{widest}");
             }
-            // They are at the ends, and reach around the corner to be seen from aside, not along the flanks. UN Regulation 48
-            // has a stop lamp seen from 45 degrees (6.7.5), a front position lamp from 80 (6.9.5), and names no area. How
-            // much is enough is what FMVSS 108 (49 CFR 571.108, table V-b) asks for at 45 degrees: 12.5 cm2; of the headlamp,
-            // which holds the position lamp, the same at 80 is more than either asks for.
+            // Lamps are at the ends and reach around the corner, so that they are visible from the side, but do not extend along
+            // the flanks. UN Regulation 48 requires a stop lamp to be visible from 45 degrees (6.7.5) and a front position lamp
+            // from 80 (6.9.5), and names no area. FMVSS 108 (49 CFR 571.108, table V-b) requires 12.5 cm2 at 45 degrees. The
+            // headlamp, which contains the position lamp, shows as much at 80 degrees, which is more than either requires.
             assert!(low.iter().all(|p| p.x < -2.1) && head.iter().all(|p| p.x > 1.9), "{low:?} {head:?}");
             let seen_cm2 = |material: Material, towards: Vec3| -> f32 {
                 let lit = faces(&body).filter(|(corners, _)| {

@@ -1,9 +1,9 @@
-//! Number plates' lettering. In: the instrument's strokes ([`crate::hud::lettering`]). Out: for each place on a plate every
-//! sign that may stand there, flat, as triangles in the body's frame, metres; the car program leaves out all but those of the
-//! car's number (`mesh.wgsl`), so that one body serves all cars and no pixel costs more for it.
+//! Lettering of number plates. In: the instrument's strokes ([`crate::hud::lettering`]). Out: for each place on a plate every
+//! sign that may stand there, as flat triangles in the body's frame, metres. The car's shader draws only the signs of the car's
+//! number (`mesh.wgsl`), so that one body serves all cars at no cost per pixel.
 //!
-//! A sign's texture coordinates tell when it is shown: with `u` the divisor and `v` 16 times the number of signs for the
-//! place plus the sign's own, it is where `number / u` modulo that number of signs is its own.
+//! A sign's texture coordinates state when it is shown. `u` is the divisor; `v` is 16 times the number of signs for the place
+//! plus the sign's index. The sign is shown if `number / u` modulo that number of signs equals its index.
 
 use super::materials::LampLevel;
 use crate::{
@@ -14,11 +14,11 @@ use glam::{Vec2, Vec3};
 
 /// Height of the signs, metres.
 pub const SIGN_M: f32 = 0.075;
-/// Width of the pen as a share of that.
+/// Width of the strokes as a share of the height of the signs.
 pub const PEN: f32 = 0.15;
-/// Numbers on plates are below this, at least a tenth of it.
+/// Upper limit of the numbers on plates (exclusive); the lower limit is a tenth of it.
 const NUMBERS: u32 = 10_000;
-/// By place: where its middle lies to the right of the plate's, metres; divisor; signs.
+/// Places on a plate: distance of the sign's middle to the right of the plate's middle, metres; divisor; signs.
 const PLACES: [(f32, u16, &str); 6] = [
     (-0.165, 7, "HLMR"),
     (-0.101, 31, "KNTE"),
@@ -28,21 +28,23 @@ const PLACES: [(f32, u16, &str); 6] = [
     (0.198, 1, "0123456789"),
 ];
 const INK: f32 = 0.010;
-/// A plate's surface.
+/// Grey of a plate's surface, linear.
 pub(in crate::scene) const SURFACE: f32 = 0.66;
-/// Surface and signs in the mean: what is left of them where they are too small to be read (`car.wgsl` has it, too).
+/// Mean grey of surface and signs, shown where signs are too small to be read (same value in `car.wgsl`).
 pub(in crate::scene) const MEAN: f32 = 0.50;
-/// Cuts of corners up to these shares of the height are not seen: near by, and where a sign is three pixels wide.
+/// Tolerance for omitted points of a stroke, as a share of the height of the signs: near by, and where a sign is three pixels
+/// wide.
 const COARSE: [f32; 2] = [0.012, 0.035];
 
-/// The number on the plates of the car `id`: that of no other among the first 9000.
+/// Returns the number on the plates of the car `id`; unique among any 9000 consecutive ids.
 pub fn number(id: u32) -> u16 {
     let free = NUMBERS - NUMBERS / 10;
-    // Steps that share no factor with `free` meet every number once.
+    // A step that shares no factor with `free` reaches every number once.
     (NUMBERS / 10 + (id % free * 2741 + 3862) % free) as u16
 }
 
-/// The signs on the plates of a car with this number, each with its middle's distance to the right of the plate's, metres.
+/// Returns the signs on the plates of a car with this number, each with the distance of its middle to the right of the plate's
+/// middle, metres.
 pub fn signs(number: u16) -> [(f32, char); 6] {
     PLACES.map(|(at, divisor, signs)| {
         let own = usize::from(number / divisor) % signs.len();
@@ -50,7 +52,8 @@ pub fn signs(number: u16) -> [(f32, char); 6] {
     })
 }
 
-/// All signs of a plate whose surface has its middle at `middle`; `outwards` is 1 in front, -1 behind.
+/// Returns all signs of a plate whose surface has its middle at `middle`; `outwards` is 1 for the front plate, -1 for the rear
+/// plate.
 pub(in crate::scene) fn lettering(middle: Vec3, outwards: f32, level: LampLevel) -> Mesh {
     let coarse = COARSE[usize::from(level != LampLevel::Near)];
     let mut mesh = Mesh::default();
@@ -61,7 +64,7 @@ pub(in crate::scene) fn lettering(middle: Vec3, outwards: f32, level: LampLevel)
                 let stroke: Vec<Vec2> =
                     stroke.iter().map(|&[x, y]| Vec2::new(across, 0.0) + SIGN_M * Vec2::new(x, -y)).collect();
                 draw(&mut mesh, &stroke, coarse, |p| {
-                    // Who stands before the plate has +y at the right, who stands behind the car -y.
+                    // Seen from before the car +y is at the right, seen from behind it -y.
                     let position = middle + Vec3::new(0.0, p.x * outwards, p.y);
                     Vertex::new(position, Vec3::X * outwards, [INK; 3], shown, Material::Plate)
                 });
@@ -71,7 +74,7 @@ pub(in crate::scene) fn lettering(middle: Vec3, outwards: f32, level: LampLevel)
     mesh
 }
 
-/// A stroke as a band, square at its ends, in pieces where it has a corner.
+/// Draws a stroke as a band, square at its ends, split at its corners.
 fn draw(mesh: &mut Mesh, stroke: &[Vec2], coarse: f32, place: impl Fn(Vec2) -> Vertex) {
     let points = thinned(stroke, coarse * SIGN_M);
     let half = 0.5 * PEN * SIGN_M;
@@ -85,7 +88,7 @@ fn draw(mesh: &mut Mesh, stroke: &[Vec2], coarse: f32, place: impl Fn(Vec2) -> V
         }
         let first = mesh.vertices.len() as u32;
         for i in start..=end {
-            // At an end as square as a pen's; in between along the mean of both ways; round a closed stroke likewise.
+            // Square at an end; in between, and round a closed stroke, along the mean of both directions.
             let before = if i > start { Some(way(i - 1)) } else { closed.then(|| way(points.len() - 2)) };
             let after = if i < end { Some(way(i)) } else { closed.then(|| way(0)) };
             let (a, b) = (before.or(after).unwrap_or(Vec2::X), after.or(before).unwrap_or(Vec2::X));
@@ -106,7 +109,7 @@ fn draw(mesh: &mut Mesh, stroke: &[Vec2], coarse: f32, place: impl Fn(Vec2) -> V
     }
 }
 
-/// The stroke without the points that lie within `off` of a straight line between others (Douglas and Peucker 1973).
+/// Returns the stroke without the points that lie within `off` of a straight line between others (Douglas and Peucker 1973).
 fn thinned(points: &[Vec2], off: f32) -> Vec<Vec2> {
     let (first, last) = (points[0], points[points.len() - 1]);
     let along = (last - first).normalize_or_zero();
@@ -131,7 +134,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn no_two_cars_have_one_number() {
+    fn no_two_cars_have_the_same_number() {
         let all: BTreeSet<u16> = (0..9000).map(number).collect();
         assert_eq!(all.len(), 9000);
         assert!(all.iter().all(|n| (1000..10_000).contains(n)));
@@ -140,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_a_plate_is_that_of_its_surface_and_signs() {
+    fn the_mean_of_a_plate_is_the_mean_of_its_surface_and_signs() {
         for level in [LampLevel::Near, LampLevel::Mid] {
             let mesh = lettering(Vec3::ZERO, 1.0, level);
             let shown = |corner: &Vertex, number: u16| {
@@ -155,7 +158,7 @@ mod tests {
                     0.5 * (b - a).cross(c - a).length()
                 })
                 .sum();
-            // All of it but the blue field, which stays what it is.
+            // The blue field keeps its colour and does not count.
             let share = inked_m2 / 50.0 / ((0.52 - 0.042) * 0.104);
             let mean = SURFACE + (INK - SURFACE) * share;
             assert!((mean - MEAN).abs() < 0.02, "{level:?}: {mean}");

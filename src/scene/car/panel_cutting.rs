@@ -1,6 +1,6 @@
-//! A sheet of metal that is cut: windows, lamps, wheel arches and door gaps are cells of space that part the triangles they
-//! pass through. In: quads with the place they have before bending. Out: loose triangles with smooth normals, or a closed
-//! [`Mesh`]. Metres in the body's frame.
+//! Cutting of sheet metal: windows, lamps, wheel arches and door gaps are regions of space that divide the triangles they cross.
+//! In: quads with their positions before bending. Out: loose triangles with smooth normals, or a closed [`Mesh`]. Metres in the
+//! body's frame.
 
 use crate::scene::{Mesh, Vertex, mesh::SurfaceFinish, point_key::PointKey};
 use glam::{IVec3, Vec2, Vec3};
@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 /// A corner of a face.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct FaceCorner {
-    /// Where it was before the body was bent: cells are told in these coordinates.
+    /// Position before the body was bent; regions are in these coordinates.
     pub flat: Vec3,
-    /// Where it is.
+    /// Position after the body was bent.
     pub at: Vec3,
-    /// Unit normal.
+    /// Unit normal, pointing out of the body.
     pub normal: Vec3,
 }
 
@@ -30,21 +30,20 @@ impl FaceCorner {
 /// A triangle, counter-clockwise seen from outside.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct BodyFace {
-    /// Its corners.
+    /// Corners, counter-clockwise seen from outside.
     pub corners: [FaceCorner; 3],
-    /// What it is made of.
     pub finish: SurfaceFinish,
 }
 
 impl BodyFace {
-    /// True if it is more than a line.
+    /// Checks whether the face has an area: false if its corners lie on a line.
     fn is_real(&self) -> bool {
         let [a, b, c] = self.places();
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
         self.cross().length() > 2e-4 * longest
     }
 
-    /// Where its corners are. By name and not by a map over the array, which would be a call.
+    /// Returns the corners' positions. Written out, because a map over the array would be a function call.
     #[inline]
     fn places(&self) -> [Vec3; 3] {
         let [a, b, c] = &self.corners;
@@ -58,8 +57,8 @@ impl BodyFace {
     }
 }
 
-/// Where all planes have a point on their inner side: `normal . flat <= reach`. A face belongs to it if it looks the
-/// asked way, too.
+/// Convex region: inside all planes, `normal . flat <= reach`. A face is in the region only if it also faces the required
+/// direction.
 #[derive(Clone, Debug)]
 pub(in crate::scene) struct CutRegion {
     planes: Vec<(Vec3, f32)>,
@@ -67,8 +66,8 @@ pub(in crate::scene) struct CutRegion {
 }
 
 impl CutRegion {
-    /// A convex polygon (either sense) seen along an axis: 0 from the front or rear as (y, z), 1 from the side as (x, z), 2
-    /// from above as (x, y).
+    /// Returns the region of a convex polygon (in either direction) seen along an axis: 0 from the front or rear as (y, z), 1
+    /// from the side as (x, z), 2 from above as (x, y).
     pub fn seen_along(axis: usize, polygon: &[Vec2]) -> Self {
         let lift = |p: Vec2| match axis {
             0 => Vec3::new(0.0, p.x, p.y),
@@ -85,35 +84,35 @@ impl CutRegion {
         Self { planes: (0..polygon.len()).map(edge).collect(), facing: (Vec3::ZERO, -1.0) }
     }
 
-    /// The same with every plane moved outwards.
+    /// Returns the region with every plane moved outwards.
     pub fn grown(mut self, by_m: f32) -> Self {
         self.planes.iter_mut().for_each(|plane| plane.1 += by_m);
         self
     }
 
-    /// The same, only up to `reach` along `normal`.
+    /// Returns the region limited to `reach` along `normal`.
     pub fn within(mut self, normal: Vec3, reach: f32) -> Self {
         let length = normal.length();
         self.planes.push((normal / length, reach / length));
         self
     }
 
-    /// The same, only faces whose normal has at least this share along a direction.
+    /// Returns the region limited to faces whose unit normal has at least the component `least` along `direction`.
     pub fn facing(mut self, direction: Vec3, least: f32) -> Self {
         self.facing = (direction, least);
         self
     }
 }
 
-/// Triangles that are cut.
+/// Surface of triangles that can be cut.
 #[derive(Clone, Debug, Default)]
 pub(in crate::scene) struct PanelSkin {
-    /// All of them.
+    /// Triangles in no particular order.
     pub faces: Vec<BodyFace>,
 }
 
 impl PanelSkin {
-    /// Four corners, counter-clockwise, with their places before and after bending.
+    /// Adds a quad of four corners, counter-clockwise, with their positions before and after bending.
     pub fn quad(&mut self, flat: [Vec3; 4], bend: impl Fn(Vec3) -> Vec3, finish: SurfaceFinish) {
         let [a, b, c, d] = flat.map(|flat| FaceCorner { flat, at: bend(flat), normal: Vec3::Z });
         let halves = if a.at.distance_squared(c.at) <= b.at.distance_squared(d.at) {
@@ -129,7 +128,7 @@ impl PanelSkin {
         }
     }
 
-    /// Gives every corner the mean normal of the faces around it that bend by less than `crease_rad`.
+    /// Gives every corner the mean normal of the faces around it that meet at less than `crease_rad`.
     pub fn smooth(&mut self, crease_rad: f32) {
         let key = |p: Vec3| PointKey::cell((p * 1e4).round().as_ivec3());
         let normals: Vec<Vec3> = self.faces.iter().map(|face| face.cross().normalize_or_zero()).collect();
@@ -146,7 +145,7 @@ impl PanelSkin {
             for corner in &mut face.corners {
                 let beside = around[&key(corner.at)].iter().filter(|(j, _)| normals[i].dot(normals[*j]) >= least);
                 let mut normal = beside.map(|&(j, weight)| normals[j] * weight).sum::<Vec3>();
-                // The other half of the body goes on beyond the middle.
+                // The other half of the body continues the surface beyond the middle.
                 if corner.at.y.abs() < 1e-4 {
                     normal.y = 0.0;
                 }
@@ -155,7 +154,7 @@ impl PanelSkin {
         }
     }
 
-    /// Takes out what lies in a cell.
+    /// Removes the part in a region and returns it.
     pub fn cut(&mut self, cell: &CutRegion) -> Vec<BodyFace> {
         let mut inside = Vec::new();
         let mut rest = Vec::with_capacity(self.faces.len());
@@ -179,7 +178,7 @@ impl PanelSkin {
                 }
             }
             if piece.is_empty() {
-                // Beside a corner of the cell: stays whole.
+                // Only near a corner of the region: the face stays whole.
                 rest.push(face);
             } else {
                 rest.extend(cut_off);
@@ -190,13 +189,13 @@ impl PanelSkin {
         inside
     }
 
-    /// Gives what lies in a cell another finish.
+    /// Gives the part in a region another finish.
     pub fn paint(&mut self, cell: &CutRegion, finish: SurfaceFinish) {
         let inside = self.cut(cell);
         self.faces.extend(inside.into_iter().map(|face| BodyFace { finish, ..face }));
     }
 
-    /// Moves what lies in a cell by `sink`, with walls around it, and gives it back as it was.
+    /// Moves the part in a region by `sink`, adds walls around it, and returns the part as it was.
     pub fn recess(
         &mut self,
         cell: &CutRegion,
@@ -229,7 +228,7 @@ impl PanelSkin {
             face.finish = floor;
             face.corners = face.corners.map(|corner| FaceCorner { at: sink(corner.at), ..corner });
         }
-        // Faces along the way of sinking are lines now; their neighbours meet without them.
+        // Faces along the direction of sinking have become lines; their neighbours meet without them.
         sunk.faces.retain(BodyFace::is_real);
         walls.faces.retain(BodyFace::is_real);
         sunk.smooth(0.7);
@@ -239,7 +238,7 @@ impl PanelSkin {
         inside
     }
 
-    /// Everything and its image on the other side of the plane y = 0.
+    /// Returns the surface and its mirror image in the plane y = 0.
     pub fn doubled(mut self) -> Self {
         let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
         let corner = |c: FaceCorner| FaceCorner { flat: flip(c.flat), at: flip(c.at), normal: flip(c.normal) };
@@ -252,7 +251,7 @@ impl PanelSkin {
         self
     }
 
-    /// The faces for which `wanted` holds, seen from inside.
+    /// Returns the faces for which `wanted` holds, turned to be seen from inside.
     pub fn lining(&self, finish: SurfaceFinish, wanted: impl Fn(&BodyFace) -> bool) -> Self {
         let turned = |face: &BodyFace| {
             let [a, b, c] = face.corners.map(|corner| FaceCorner { normal: -corner.normal, ..corner });
@@ -261,15 +260,15 @@ impl PanelSkin {
         Self { faces: self.faces.iter().filter(|face| wanted(face)).map(turned).collect() }
     }
 
-    /// Takes the faces for which `wanted` holds.
+    /// Removes the faces for which `wanted` holds and returns them.
     pub fn take(&mut self, wanted: impl Fn(&BodyFace) -> bool) -> Self {
         let (taken, kept) = std::mem::take(&mut self.faces).into_iter().partition(|face| wanted(face));
         self.faces = kept;
         Self { faces: taken }
     }
 
-    /// Closes the seams that cutting one of two neighbours leaves: a corner that lies on another face's edge becomes a
-    /// corner of that face.
+    /// Closes the seams left where only one of two neighbours was cut: a corner that lies on another face's edge becomes a corner
+    /// of that face.
     pub fn close_seams(&mut self) {
         self.weld();
         let mut edges: BTreeMap<(PointKey, PointKey), i32> = BTreeMap::new();
@@ -295,7 +294,7 @@ impl PanelSkin {
                 loose.extend([(PointKey::exact(a), a), (PointKey::exact(b), b)]);
             }
         }
-        // By x, so that an edge looks only at the corners beside it.
+        // Sorted by x, so that an edge checks only the corners near it.
         let mut loose: Vec<Vec3> = loose.into_values().collect();
         loose.sort_by(|a, b| a.x.total_cmp(&b.x));
         let mut whole = Vec::with_capacity(self.faces.len());
@@ -337,7 +336,7 @@ impl PanelSkin {
         self.faces = whole;
     }
 
-    /// Makes corners that are nearly one exactly one, and drops faces that have lost a side.
+    /// Merges corners that almost coincide, and drops faces that have lost a side.
     fn weld(&mut self) {
         const CELL_M: f32 = 0.01;
         let mut cells: BTreeMap<PointKey, Vec<Vec3>> = BTreeMap::new();
@@ -373,7 +372,7 @@ impl PanelSkin {
         });
     }
 
-    /// A mesh with shared corners; call [`PanelSkin::close_seams`] before.
+    /// Returns a mesh with shared corners; call [`PanelSkin::close_seams`] first.
     pub fn mesh(&self) -> Mesh {
         let mut mesh = Mesh::default();
         let mut shared: BTreeMap<CornerKey, u32> = BTreeMap::new();
@@ -394,15 +393,15 @@ impl PanelSkin {
     }
 }
 
-/// What makes two corners of a mesh one: place, normal, colour and material.
+/// Key of shared corners of a mesh: position, normal, colour and material.
 type CornerKey = (PointKey, PointKey, [u32; 4]);
 
-/// Corners closer than this are one, metres.
+/// Distance below which corners are merged, metres.
 const WELD_M: f32 = 6e-5;
-/// A corner closer to an edge than this lies on it, metres.
+/// Distance below which a corner lies on an edge, metres.
 const SEAM_M: f32 = 2.5e-4;
 
-/// The parts of a convex polygon on either side of a plane.
+/// Returns the parts of a convex polygon inside and outside a plane.
 fn part(polygon: &[FaceCorner], normal: Vec3, reach: f32) -> (Vec<FaceCorner>, Vec<FaceCorner>) {
     let side = |corner: &FaceCorner| {
         let off = normal.dot(corner.flat) - reach;
@@ -419,7 +418,7 @@ fn part(polygon: &[FaceCorner], normal: Vec3, reach: f32) -> (Vec<FaceCorner>, V
             beyond.push(*a);
         }
         if s * t < 0.0 {
-            // The same bits from both faces of an edge.
+            // Computed in one direction, so that both faces of an edge get the same bits.
             let first = (a.at.x, a.at.y, a.at.z) < (b.at.x, b.at.y, b.at.z);
             let cut = if first { a.mix(b, s / (s - t)) } else { b.mix(a, t / (t - s)) };
             within.push(cut);
@@ -430,7 +429,7 @@ fn part(polygon: &[FaceCorner], normal: Vec3, reach: f32) -> (Vec<FaceCorner>, V
     (if real(&within) { within } else { Vec::new() }, if real(&beyond) { beyond } else { Vec::new() })
 }
 
-/// Triangles of a convex polygon.
+/// Splits a convex polygon into triangles.
 fn fan(polygon: &[FaceCorner], finish: SurfaceFinish, into: &mut Vec<BodyFace>) {
     for k in 1..polygon.len().saturating_sub(1) {
         into.push(BodyFace { corners: [polygon[0], polygon[k], polygon[k + 1]], finish });

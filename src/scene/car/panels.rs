@@ -1,5 +1,5 @@
-//! What a body is cut into: arches, windows, lamps, grilles, gaps between panels. In: the left half of a body in paint.
-//! Out: the same in its materials, and the clear covers over its lamps. Metres; places are those before bending.
+//! Cuts of a body: arches, windows, lamps, grilles, gaps between panels. In: the left half of a body in paint. Out: the same half
+//! in its materials, and the clear covers over its lamps. Metres; positions are those before bending.
 
 use super::{
     body_profile::{self, BodyLines, CABIN_FRONT_M},
@@ -9,21 +9,21 @@ use super::{
 use crate::scene::{Material, mesh::SurfaceFinish};
 use glam::{Vec2, Vec3};
 
-/// Inner wall of the wheel houses.
+/// Distance of the wheel houses' inner wall from the middle of the car, metres.
 const ARCH_DEPTH_M: f32 = 0.58;
-/// Door edges along x at the belt.
+/// Rear and front edge of the front door along x at the belt, metres.
 const DOORS: [f32; 2] = [-0.01, 0.96];
-/// Clear plastic: the darker a pane, the less is seen through it.
+/// Clear plastic: a darker pane is less transparent.
 const CLEAR: SurfaceFinish = SurfaceFinish::new(Material::Glass, [0.002, 0.002, 0.002]);
-/// A gap between panels: dark paint, which the shader makes paler where a pixel is wider than the gap (`car.wgsl`).
+/// Gap between panels: dark paint, which the shader lightens where a pixel is wider than the gap (`car.wgsl`).
 const GAP: SurfaceFinish = SurfaceFinish::grey(Material::Paint, 0.02);
-/// What a lamp with depth amounts to from afar.
+/// Mean finish of a head lamp, for levels without depth.
 const HEAD: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.16);
 const DAYLIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.90);
 const AMBER: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.45, 0.10, 0.012]);
 const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.42);
 const REFLECTOR: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.16, 0.004, 0.004]);
-/// The frame of light around a rear lamp, and the lamp inside.
+/// Frame of light around a rear lamp, and the lamp inside it.
 const RUNNING: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.34, 1.0, 0.55]);
 const STOP: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.16, 0.10, 1.0]);
 
@@ -35,7 +35,7 @@ fn across<const N: usize>(list: [(f32, f32); N]) -> CutRegion {
     CutRegion::seen_along(0, &points(list))
 }
 
-/// A gap between panels, 5 mm wide, from `a` to `b`: as wide as they are built; wider ones look like sticks from close by.
+/// Returns a gap between panels from `a` to `b`, 5 mm wide as on real cars; wider ones look like rods from close by.
 fn gap(axis: usize, a: (f32, f32), b: (f32, f32)) -> CutRegion {
     let (a, b) = (Vec2::from(a), Vec2::from(b));
     let aside = (b - a).perp().normalize() * 0.0025;
@@ -55,7 +55,7 @@ pub(in crate::scene) fn add_details(skin: &mut PanelSkin, lines: &BodyLines, lev
     covers
 }
 
-/// The wheel houses, and the black sill between them.
+/// Cuts the wheel houses, and paints the black sill between them.
 fn arches(skin: &mut PanelSkin, level: LampLevel) {
     let sides = match level {
         LampLevel::Near => 30,
@@ -79,7 +79,7 @@ fn arches(skin: &mut PanelSkin, level: LampLevel) {
 fn windows(skin: &mut PanelSkin, lines: &BodyLines, level: LampLevel) {
     let outline: Vec<Vec2> = lines.side_glass.iter().copied().map(Vec2::from).collect();
     let side = CutRegion::seen_along(1, &outline).within(-Vec3::Y, -0.3).facing(Vec3::Y, 0.28);
-    // Windscreen and rear window stand between the pillars, whose inner edges are straight from above.
+    // Windscreen and rear window lie between the pillars, whose inner edges are straight seen from above.
     let framed = |[rear, front]: [f32; 2], least_z: f32, up: f32| {
         let width = |x: f32| body_profile::at(lines, x).roof_y - 0.042;
         let [a, b] = [width(rear), width(front)];
@@ -103,19 +103,19 @@ fn windows(skin: &mut PanelSkin, lines: &BodyLines, level: LampLevel) {
         return;
     }
     let mut bar = |x: f32, lean: f32, half: f32| {
-        // Leaning forwards with height.
+        // The bar leans forwards with height.
         let slope = lean / 0.6;
         let low = Vec3::new(-1.0, 0.0, slope);
         skin.paint(&side.clone().within(low, 0.8 * slope - x + half).within(-low, x + half - 0.8 * slope), GLOSS);
     };
-    // The pillar between the doors; the window's own division behind.
+    // The pillar between the doors, then the division of the rear side window.
     bar(-0.01, 0.03, 0.050);
     if level == LampLevel::Near {
         bar(lines.side_glass[9].0 + 0.52, 0.06, 0.016);
     }
 }
 
-/// Grille, intakes and head lamps.
+/// Cuts grille, intakes and head lamps.
 fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
     let ahead = |cell: CutRegion, x: f32| cell.within(-Vec3::X, -x);
     let back = |depth: f32| move |p: Vec3| p - Vec3::X * depth;
@@ -144,7 +144,7 @@ fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
     } else {
         skin.paint(&grille, DARK);
         skin.paint(&intake, DARK);
-        // 3 pixels by 1 where a car becomes far.
+        // The vent is 3 pixels by 1 at the distance where a car changes to the far level.
         if level == LampLevel::Mid {
             skin.paint(&vent, DARK);
         }
@@ -171,7 +171,7 @@ fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
     }
 }
 
-/// Rear lamps, the place of the plate, the bumper's lower part.
+/// Cuts the rear lamps, the recess of the plate and the lower part of the bumper.
 fn rear(skin: &mut PanelSkin, level: LampLevel) {
     let behind = |cell: CutRegion, x: f32| cell.within(Vec3::X, x);
     let lamp = behind(
@@ -199,7 +199,7 @@ fn rear(skin: &mut PanelSkin, level: LampLevel) {
     skin.paint(&lower.clone().within(-Vec3::Y, -0.52), AMBER);
     skin.paint(&lower.within(Vec3::Y, 0.50), WHITE);
     skin.paint(&reflector, REFLECTOR);
-    // A dark blade from lamp to lamp over the plate.
+    // A dark strip from lamp to lamp above the plate.
     skin.paint(&behind(across([(-0.1, 0.792), (0.35, 0.792), (0.35, 0.828), (-0.1, 0.828)]), -2.3), GLOSS);
     let pipe = behind(across([(0.47, 0.312), (0.63, 0.312), (0.655, 0.355), (0.455, 0.355)]), -2.2);
     if level == LampLevel::Near {
@@ -219,7 +219,7 @@ fn rear(skin: &mut PanelSkin, level: LampLevel) {
     }
 }
 
-/// Doors, bonnet and boot lid.
+/// Draws the gaps of doors, bonnet and boot lid.
 fn gaps(skin: &mut PanelSkin, lines: &BodyLines) {
     let (seat, tail) = (lines.cabin_rear_m, lines.side_glass[9].0);
     let mut draw = |cell: CutRegion| {
@@ -242,7 +242,7 @@ fn gaps(skin: &mut PanelSkin, lines: &BodyLines) {
         draw(door(way[0], way[1]));
     }
     draw(door((-0.90, 0.302), (DOORS[1], 0.302)));
-    // Bumpers end at the arches, in the line of the lamps.
+    // Bumpers end at the arches, in line with the lamps.
     draw(door((1.78, 0.56), (2.20, 0.655)));
     draw(door((-1.79, 0.60), (-2.32, 0.600)));
     let above = |a, b| gap(2, a, b).within(-Vec3::Z, -0.6).facing(Vec3::Z, 0.3);
@@ -251,7 +251,7 @@ fn gaps(skin: &mut PanelSkin, lines: &BodyLines) {
     draw(above((2.34, 0.560), (2.43, 0.42)));
     draw(above((2.43, 0.42), (2.445, -0.1)));
     let rear = |a, b| gap(0, a, b).within(Vec3::X, -2.2).facing(-Vec3::X, 0.2);
-    // The lid's lower edge runs round into its sides.
+    // The lower edge of the lid is rounded towards its sides.
     let lid = [(-0.1, 0.612), (0.470, 0.612), (0.508, 0.622), (0.526, 0.650), (0.530, 0.690), (0.530, 0.95)];
     lid.windows(2).for_each(|ends| draw(rear(ends[0], ends[1])));
     if seat > -2.0 {

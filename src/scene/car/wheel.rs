@@ -1,5 +1,5 @@
-//! One wheel: tyre and a rim of five spokes, so that turning is seen. Axle along y through the origin, outer side towards
-//! +y, metres.
+//! Wheel: a tyre and a rim with five spokes, which make rotation visible. Axle along y through the origin, outer side towards +y,
+//! metres.
 
 use super::materials::{LampLevel, WHEEL_RADIUS_M};
 use crate::scene::{
@@ -9,19 +9,18 @@ use crate::scene::{
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// Spokes of the rim.
 const SPOKES: usize = 5;
 /// Width of the tyre, metres.
 pub const WHEEL_WIDTH_M: f32 = 0.22;
 
-/// The wheel at each level of detail, closed.
+/// Returns the closed wheel at each level of detail.
 pub fn wheels() -> [Mesh; 3] {
     [LampLevel::Near, LampLevel::Mid, LampLevel::Far].map(wheel)
 }
 
 fn wheel(level: LampLevel) -> Mesh {
     let mut triangles = TriangleList::default();
-    // 40 corners leave 1 mm between chord and circle, 10 leave 16.
+    // 40 corners deviate from the circle by 1 mm, 10 corners by 16 mm.
     let sides = match level {
         LampLevel::Near => 40,
         LampLevel::Mid => 18,
@@ -31,11 +30,11 @@ fn wheel(level: LampLevel) -> Mesh {
     let r = WHEEL_RADIUS_M;
     let tyre = SurfaceFinish::grey(Material::Tyre, 0.022);
     let rim = SurfaceFinish::grey(Material::Metal, 0.46);
-    // Painted, not polished: spokes have to be seen turning in any light.
+    // Matt, not polished, so that turning spokes are visible in any light.
     let alloy = SurfaceFinish::grey(Material::Matt, 0.24);
     let well = SurfaceFinish::grey(Material::Matt, 0.02);
     let inside = SurfaceFinish::grey(Material::Matt, 0.015);
-    // From the middle of the inner side over the tread into the dish of the rim: (y, radius), finish up to the next.
+    // From the middle of the inner side over the tread into the dish of the rim: (y, radius), finish up to the next point.
     let profile = [
         (-0.085, 0.0, inside),
         (-0.085, 0.215, tyre),
@@ -50,7 +49,7 @@ fn wheel(level: LampLevel) -> Mesh {
         (half - 0.075, 0.190, well),
         (half - 0.075, 0.0, well),
     ];
-    // Far away: tread, two sides, a bright disc.
+    // At the far level: tread, two sides, a bright disc.
     let flat = [(-half, 0.0, tyre), (-half, r, tyre), (half, r, tyre), (half, 0.215, rim), (half, 0.0, rim)];
     let profile = if level == LampLevel::Far { &flat[..] } else { &profile };
     for pair in profile.windows(2) {
@@ -87,13 +86,13 @@ fn wheel(level: LampLevel) -> Mesh {
     triangles.into_mesh(40f32.to_radians())
 }
 
-/// A point at `radius` and `turn` (1 is once round, forwards roll) around the axle.
+/// Returns a point at `radius` and `turn` around the axle (1 is one revolution, positive rolls forwards).
 fn around(radius: f32, turn: f32, y: f32) -> Vec3 {
     let (sin, cos) = (turn * TAU).sin_cos();
     Vec3::new(radius * sin, y, radius * cos)
 }
 
-/// A tapered bar from the cap to the rim, its face slightly domed outwards.
+/// Adds a tapered bar from the cap to the rim, its face slightly domed outwards.
 fn spoke(triangles: &mut TriangleList, turn: f32, width: f32, finish: SurfaceFinish) {
     let half = WHEEL_WIDTH_M / 2.0;
     // Half widths in turns: 34 mm at the cap, 22 mm at the rim.
@@ -122,7 +121,7 @@ mod tests {
     use crate::scene::mesh::tests::{check, has_coat, open_edges, volume_m3, worst_agreement};
 
     #[test]
-    fn the_wheel_is_closed_round_and_as_large_as_its_hub_is_high() {
+    fn the_wheel_is_closed_round_and_has_the_radius_of_its_hubs_height() {
         for (wheel, most) in wheels().iter().zip([1800, 700, 100]) {
             check(wheel, "wheel");
             assert!(!has_coat(wheel), "drawn without");

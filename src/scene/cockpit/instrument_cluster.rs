@@ -1,5 +1,5 @@
-//! The instrument cluster of the full cockpit: a housing with a hood on the dashboard, seen over the steering wheel. Out: its
-//! mesh in the body's frame, and where its instrument is; the dial itself is drawn over its face (`render/dial.rs`).
+//! Instrument cluster of the full cockpit: a housing with a hood on the dashboard, seen over the steering wheel. Out: its mesh in
+//! the body's frame, and the position of the instrument. `render/dial.rs` draws the dial over its face.
 
 use crate::scene::{
     Material,
@@ -9,21 +9,21 @@ use crate::scene::{
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Middle of the instrument, straight before the driver's eye, metres.
+/// Middle of the instrument in the body's frame, metres: straight ahead of the driver's eye.
 pub const CLUSTER_M: Vec3 = Vec3::new(0.7726, 0.36, 0.9859);
-/// Radius of the instrument, metres: its number is as high in the picture as that of the plain speedometer beside a wheel was.
+/// Radius of the instrument, metres. Its number is as high in the picture as the number of the plain speedometer.
 pub const CLUSTER_RADIUS_M: f32 = 0.0684;
-/// Towards the eye, and up along the face.
+/// Unit directions in the body's frame: towards the eye, and up along the face.
 const TOWARDS: Vec3 = Vec3::new(-0.961, 0.0, 0.277);
 const UP: Vec3 = Vec3::new(0.277, 0.0, 0.961);
 /// Half the width and height of the face, metres.
 const HALF_M: Vec2 = Vec2::new(0.088, 0.0715);
-/// Leather over the hood, its seam along the lip, the walls inside it.
+/// Finishes: leather over the hood, its seam along the lip, the walls inside it.
 const HOOD: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.058, 0.054, 0.049]);
 const LIP: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.13);
 const WALL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.024);
 
-/// The housing: from the dashboard to the hood's lip, back to the face.
+/// Returns the housing: from the dashboard to the hood's lip, and back to the face.
 pub(in crate::scene) fn binnacle() -> TriangleList {
     const CORNERS: usize = 48;
     let outline = |k: usize| {
@@ -31,7 +31,7 @@ pub(in crate::scene) fn binnacle() -> TriangleList {
         // A rounded rectangle (Lamé's curve of the fourth order), clockwise for the driver.
         Vec2::from_angle(angle).to_array().map(|v| v.signum() * v.abs().sqrt())
     };
-    // Further towards the driver at the top than below.
+    // The lip is closer to the driver at the top than at the bottom.
     let lip_m = |up: f32| 0.010 + 0.034 * (0.5 + 0.5 * up);
     let place = |towards: f32, grown: f32, [left, up]: [f32; 2]| {
         CLUSTER_M + TOWARDS * towards + Vec3::Y * (HALF_M.x + grown) * left + UP * (HALF_M.y + grown) * up
@@ -46,7 +46,7 @@ pub(in crate::scene) fn binnacle() -> TriangleList {
         list.iter().map(|&(towards, lip, grown)| (0..CORNERS).map(ring(towards, lip, grown)).collect()).collect()
     };
     let mut all = TriangleList::default();
-    // Open at both ends: the back is in the dashboard, and one looks into the front.
+    // Open at both ends: the back is inside the dashboard, and the driver looks into the front.
     let mut wall = |rings: Vec<Vec<Vec3>>, finish: SurfaceFinish| {
         for pair in rings.windows(2) {
             for (k, next) in (0..CORNERS).map(|k| (k, (k + 1) % CORNERS)) {
@@ -60,7 +60,7 @@ pub(in crate::scene) fn binnacle() -> TriangleList {
     wall(lip, LIP);
     let inside = rings(&[(0.0, 1.0, 0.004), (-0.003, 1.0, 0.001), (0.0, 0.0, 0.0)]);
     wall(inside, WALL);
-    // A little larger than the wall around it.
+    // The face is slightly larger than the wall around it.
     let face: Vec<Vec3> = (0..CORNERS).map(|k| place(0.0, 0.003, outline(k))).collect();
     for k in 1..CORNERS - 1 {
         all.triangle([face[0], face[k + 1], face[k]], DARK);

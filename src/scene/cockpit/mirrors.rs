@@ -1,6 +1,6 @@
-//! The three mirrors of the full cockpit: the flat one at the windscreen's upper edge and a convex one on each door. In: the
-//! driver's eye, the body's place, the picture's angle. Out: [`MirrorPane`]s, a glass in the world with the camera behind it, and
-//! the housings around them as meshes: origin in the middle of the glass, x towards the driver, y to the driver's right, z
+//! Mirrors of the full cockpit: a flat one at the windscreen's upper edge and a convex one on each door. In: the driver's eye,
+//! the body's position, the picture's angle of view. Out: [`MirrorPane`]s, each a glass in the world with the camera behind it,
+//! and the housings around them as meshes: origin in the middle of the glass, x towards the driver, y to the driver's right, z
 //! up, metres.
 
 use crate::scene::{
@@ -13,43 +13,44 @@ use std::f32::consts::TAU;
 
 /// Half the width and height of the rear-view mirror's glass, metres.
 const REAR_M: Vec2 = Vec2::new(0.0986, 0.029);
-/// Where it hangs, in the body's frame, metres.
+/// Middle of the rear-view mirror in the body's frame, metres.
 const REAR_PLACE_M: Vec3 = Vec3::new(0.50, 0.0, 1.248);
-/// The same of the mirrors on the doors; the left one's place.
+/// Half the width and height of a door mirror's glass, and the left mirror's middle in the body's frame, metres.
 const SIDE_M: Vec2 = Vec2::new(0.075, 0.053);
 const SIDE_PLACE_M: Vec3 = Vec3::new(0.700, 0.925, 0.992);
-/// Radius of their glass, metres: UN R46 asks for 1.2 at least (class III).
+/// Radius of curvature of the door mirrors, metres; UN R46 requires at least 1.2 (class III).
 const SIDE_RADIUS_M: f32 = 1.3;
-/// How they are turned: outwards, so that they show the own flank at their edge and, on the ground 4 m behind the eye, more
-/// than the metre beside it that UN R46 asks for; and down, with the horizon near their upper edge. Radians.
+/// Angles of the door mirrors, radians. Yaw is outwards: their edge shows the ego's flank and, on the ground 4 m behind the eye,
+/// more than the metre beside it that UN R46 requires. Pitch is downwards: the horizon is near their upper edge.
 const SIDE_YAW_RAD: f32 = 0.125;
 const SIDE_PITCH_RAD: f32 = -0.105;
-/// A mirror that stands beside the picture is turned about the eye until it is in it, and stands so much nearer and smaller
-/// that it is before pillars and doors: it looks as large as where it belongs.
+/// Scale of a mirror outside the picture, which is turned about the eye into the picture. It is moved closer and made smaller by
+/// this factor, in front of pillars and doors, so that its apparent size is unchanged.
 const NEARER: f32 = 0.6;
-/// Free space between such a mirror and the picture's edge, radians.
+/// Free space between a mirror turned into the picture and the picture's edge, radians.
 const MARGIN_RAD: f32 = 0.020;
 
-/// A mirror's glass and what is seen in it.
+/// Glass of a mirror and its picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorPane {
     /// Upper left, upper right and lower left corner as the driver sees them, world axes.
     pub corners: [Vec3; 3],
-    /// The housing's frame in the body.
+    /// Transform from the housing's frame to the body's.
     pub body_from_glass: Affine3A,
-    /// Width as a share of the picture's, near enough to say how fine it is to be drawn.
+    /// Approximate width as a share of the picture's width, for the choice of resolution.
     pub width_share: f32,
-    /// Width over height.
+    /// Aspect ratio, width / height.
     pub aspect: f32,
-    /// The camera behind it, for a flat glass; its picture is flipped left to right.
+    /// Camera behind the glass as if it were flat; its picture is flipped left to right.
     pub camera: Camera,
-    /// How strongly it is curved, see [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
+    /// Curvature, see [`MirrorOptions::bend`](crate::scene::MirrorOptions::bend).
     pub bend: f32,
-    /// Stands where it belongs, not turned into the picture.
+    /// True if the mirror is in its real position, not turned into the picture.
     pub at_home: bool,
 }
 
-/// The rear-view mirror with `rear` behind it, the left and the right one, of a car whose body is at `world_from_body`.
+/// Returns the rear-view mirror with `rear` behind it, the left and the right door mirror, of a car whose body is at
+/// `world_from_body`.
 pub(in crate::scene) fn panes(world_from_body: Affine3A, rear: Camera, options: &ViewOptions) -> [MirrorPane; 3] {
     let eye = options.eye;
     let first = GlassPlace::new(REAR_PLACE_M, REAR_M, options).pane(world_from_body, rear, options.mirror.bend(eye));
@@ -67,7 +68,7 @@ pub(in crate::scene) fn panes(world_from_body: Affine3A, rear: Camera, options: 
     [first, left, right]
 }
 
-/// Where a glass is in the body.
+/// Position of a glass in the body.
 struct GlassPlace {
     body_from_glass: Affine3A,
     half_m: Vec2,
@@ -85,7 +86,7 @@ impl GlassPlace {
         let at_home = bearing.abs() <= most;
         let (turn, scale) = if at_home { (0.0, 1.0) } else { (most * bearing.signum() - bearing, NEARER) };
         let place = eye + scale * (Quat::from_rotation_z(turn) * off);
-        // It faces half way between the eye and what is behind.
+        // The glass faces half way between the eye and straight back.
         let x = ((eye - place).normalize() + Vec3::NEG_X).normalize();
         let y = Vec3::Z.cross(x).normalize();
         let axes = Mat3A::from_cols(x.into(), y.into(), x.cross(y).into()) * scale;
@@ -115,7 +116,8 @@ impl GlassPlace {
     }
 }
 
-/// The housings: of the rear-view mirror on its stalk, and of a mirror whose foot is at its right, at its left and below.
+/// Returns the housings: the rear-view mirror's with its stalk, and those of a mirror with its foot at the right, at the left and
+/// below.
 pub(in crate::scene) fn housings() -> [Mesh; 4] {
     let mut rear = shell(REAR_M, 0.030, 0.0075, GLOSS);
     // The stalk, from behind the glass up to the windscreen's edge.
@@ -143,7 +145,7 @@ pub(in crate::scene) fn housings() -> [Mesh; 4] {
     [rear, side, other, below].map(|triangles| triangles.into_mesh(0.8))
 }
 
-/// A housing so deep, with a rim so wide around a glass of `half_m`.
+/// Returns a housing `deep_m` deep, with a rim `rim_m` wide around a glass of `half_m`.
 fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> TriangleList {
     const CORNERS: usize = 40;
     let ring = |x: f32, grown: f32| -> Vec<Vec3> {
@@ -171,11 +173,11 @@ fn shell(half_m: Vec2, deep_m: f32, rim_m: f32, finish: SurfaceFinish) -> Triang
     all
 }
 
-/// A round bar through three places.
+/// Adds a round bar along a curve given by three points.
 fn tube(all: &mut TriangleList, way: [Vec3; 3], radius_m: f32, finish: SurfaceFinish) {
     const PLACES: usize = 9;
     let at = |t: f32| {
-        // A parabola through the ends that bends towards the middle (Bézier).
+        // A quadratic Bézier curve from the first point to the last, bent towards the middle one.
         way[0] * (1.0 - t) * (1.0 - t) + way[1] * 2.0 * t * (1.0 - t) + way[2] * t * t
     };
     let ring = |i: usize| -> Vec<Vec3> {
@@ -205,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn every_mirror_is_in_the_picture_and_where_it_belongs_if_the_picture_is_wide_enough() {
+    fn every_mirror_is_in_the_picture_and_in_its_real_place_if_it_fits() {
         // One television at a metre, and three of them side by side.
         for (screen_width_m, at_home) in [(1.2176, [false; 3]), (6.0, [true; 3])] {
             let (panes, camera, options) = pictured(screen_width_m);
@@ -220,7 +222,7 @@ mod tests {
                 if pane.at_home && pane.bend > 0.0 {
                     assert!(place.distance(home) < 1e-5);
                 }
-                // Not turned up or down.
+                // Not moved up or down.
                 let slope = |p: Vec3| (p - options.eye).z / (p - options.eye).truncate().length();
                 let home = if pane.bend > 0.0 { home } else { REAR_PLACE_M };
                 assert!((slope(place) - slope(home)).abs() < 1e-4);
@@ -229,18 +231,19 @@ mod tests {
     }
 
     #[test]
-    fn a_side_mirror_shows_the_strip_of_road_that_the_rule_asks_for_and_the_own_flank() {
+    fn a_side_mirror_shows_the_ego_flank_and_the_road_required_by_un_r46() {
         // UN R46, 15.2.4.3: a metre of road beside the car from 4 m behind the eye on, five from 30 m on, and the horizon.
         let (panes, _, options) = pictured(1.2176);
         for (pane, side) in panes[1..].iter().zip([1.0f32, -1.0]) {
             let Lens::Perspective { fov_x_rad } = pane.camera.lens else { panic!("a perspective") };
             let seen = |point: Vec3| {
-                // Where the glass shows it: a place of the flat picture, moved in by the curve (`render/post/tonemap.rs`).
+                // Position at which the glass shows the point: in the flat picture, moved inwards by the curvature
+                // (`render/post/tonemap.rs`).
                 let wide = Camera { lens: Lens::Perspective { fov_x_rad: 2.5 }, ..pane.camera };
                 let at = wide.project(point, 1.0).expect("behind the car");
                 let off = (at - 0.5) * 2.0 * 1.25f32.tan();
                 let angle = off.length().atan();
-                // atan(r) + 2 asin(bend r) = angle, by halving.
+                // Solves atan(r) + 2 asin(bend r) = angle by bisection.
                 let (mut low, mut high) = (0.0f32, 1.0f32);
                 for _ in 0..40 {
                     let middle = (low + high) / 2.0;
@@ -261,7 +264,7 @@ mod tests {
             }
             let horizon = seen(Vec3::new(-5000.0, flank, 1.0));
             assert!(horizon.abs().max_element() < 1.0, "{horizon}");
-            // The own car takes less than a quarter of the glass. The picture is not yet flipped.
+            // The ego's flank takes less than a quarter of the glass. The picture is not yet flipped.
             let flank = seen(Vec3::new(-2.4, flank, 0.9));
             assert!((0.45..1.0).contains(&(-side * flank.x)), "side {side}: {flank}");
         }

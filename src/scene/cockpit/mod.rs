@@ -1,6 +1,6 @@
-//! What a driver sees of the own car. Out: meshes in metres: bonnet and wings; the shelf behind the windscreen with the
-//! doors beside it; instruments, doors and pillars (these three in the body's frame); the steering wheel about its hub, its
-//! axle along x towards the driver; and the mirrors' housings. Drawn in the driver's view only.
+//! The ego seen from the driver's seat. Out: meshes in metres: bonnet and wings; the shelf behind the windscreen with the doors
+//! beside it; instruments, doors and pillars (these three in the body's frame); the steering wheel about its hub, its axle along
+//! x towards the driver; and the mirrors' housings. Drawn in the driver's view only.
 
 pub(super) mod instrument_cluster;
 pub(super) mod mirrors;
@@ -18,52 +18,51 @@ use super::{
 use glam::{Affine3A, Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Padded, grained plastic, and the dashboard's top with the faint sheen of a skin over foam.
+/// Padded, grained plastic, and the top of the dashboard with a faint sheen.
 const PADDED: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.034);
 const TOPPED: SurfaceFinish = SurfaceFinish::new(Material::Tyre, [0.058, 0.054, 0.049]);
-/// A fin of a vent.
 const FIN: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.050);
-/// Side of the square over which the grain of plastic repeats, metres.
+/// Side of the square at which the grain of plastic repeats, metres.
 const GRAIN_M: f32 = 0.26;
 const LINING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.070);
 const LEATHER: SurfaceFinish = SurfaceFinish::grey(Material::Tyre, 0.020);
-/// Where the steering wheel's hub is, metres: the rim stays below the instrument.
+/// Hub of the steering wheel in the body's frame, metres; it keeps the rim below the instrument.
 const HUB_M: Vec3 = Vec3::new(0.56, 0.36, 0.786);
-/// Rear end of the wings, where the doors begin.
+/// Rear end of the wings, where the doors begin, x in metres.
 const DOOR_M: f32 = 0.99;
-/// How far the wheel leans back from upright, radians.
+/// Angle by which the steering wheel leans back from upright, radians.
 const LEAN_RAD: f32 = 0.42;
-/// How far below the horizon the bonnet ends straight before the driver, metres at 1 m: below that, and to either side below
-/// a circle that touches it there, it hides the road and what is on it.
+/// Distance of the bonnet's edge below the horizon straight ahead of the driver, metres at 1 m. The bonnet hides the road below
+/// this edge and, to either side, below a circle that touches it there.
 pub const BONNET_EDGE: f32 = 0.155;
-/// Radius of the rim, metres.
+/// Radius of the steering wheel's rim, metres.
 const RIM_M: f32 = 0.185;
 
-/// The own car from the seat.
+/// Meshes of the ego seen from the driver's seat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cockpit {
-    /// Bonnet and wings.
+    /// Bonnet, wings and wipers, in the body's frame.
     pub bonnet: Mesh,
     /// The dashboard's top from the windscreen's foot on, and the doors below their windows.
     pub shelf: Mesh,
-    /// Housing of the instruments, doors' edges, pillars.
+    /// Housing of the instruments, edges of the doors, pillars.
     pub cabin: Mesh,
     /// Steering wheel, see [`Cockpit::body_from_wheel`].
     pub wheel: Mesh,
-    /// Housings of mirrors, see [`Pane::body_from_glass`](super::MirrorPane::body_from_glass): the rear-view mirror's with its
+    /// Housings of mirrors, placed by [`body_from_glass`](super::MirrorPane::body_from_glass): the rear-view mirror's with its
     /// stalk, and those with their foot at the right, at the left and below.
     pub housings: [Mesh; 4],
 }
 
 impl Cockpit {
-    /// All parts, of the ego's style.
+    /// Builds all parts, for the ego's body style.
     pub(in crate::scene) fn new() -> Self {
         Self { bonnet: bonnet(), shelf: shelf(), cabin: cabin(), wheel: wheel(), housings: mirrors::housings() }
     }
 
-    /// The steering wheel's place in the body when it is turned by `wheel_rad`, positive to the left.
+    /// Returns the transform from the steering wheel to the body when it is turned by `wheel_rad`, positive to the left.
     pub fn body_from_wheel(wheel_rad: f32) -> Affine3A {
-        // The axle points back and up at the driver; a turn to the left is a negative one about it.
+        // The axle points back and up to the driver; a turn to the left is negative about it.
         let axle = Quat::from_rotation_y(LEAN_RAD) * Quat::from_rotation_z(std::f32::consts::PI);
         Affine3A::from_rotation_translation(axle * Quat::from_rotation_x(wheel_rad), HUB_M)
     }
@@ -72,7 +71,7 @@ impl Cockpit {
 fn bonnet() -> Mesh {
     let lines = STYLES[0];
     let mut shell = BodyParts::new(lines, LampLevel::Near).shell;
-    // What of the body lies before the windscreen or beside the dashboard and can be seen from above.
+    // The part of the body before the windscreen or beside the dashboard that is visible from above.
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > DOOR_M && p.z < 0.93));
     let mut sheet = shell.take(|face| face.corners.iter().all(|c| seen(c.flat)));
     for corner in sheet.faces.iter_mut().flat_map(|face| &mut face.corners) {
@@ -87,14 +86,14 @@ fn bonnet() -> Mesh {
     mesh
 }
 
-/// How far the bonnet falls towards the windscreen between the wings: without that a driver of an upright eye would see a
-/// strip of it that is 4 % of the picture high.
+/// Returns the distance by which the bonnet falls towards the windscreen between the wings, metres. Without it an upright driver
+/// would see a strip of bonnet that is 4 % of the picture high.
 fn dip_m(flat: Vec3) -> f32 {
     let share = flat.y.abs() / body_profile::at(STYLES[0], flat.x).belt_y;
     0.034 * body_profile::smooth((1.85 - flat.x) / 0.60) * body_profile::smooth((0.99 - share) / 0.20)
 }
 
-/// Two thin arms at rest on the bonnet's rear edge.
+/// Draws two thin arms at rest on the bonnet's rear edge.
 fn wipers(parts: &mut TriangleList) {
     const PLACES: usize = 12;
     for (from, to) in [(0.62, 0.06), (0.01, -0.56)] {
@@ -108,12 +107,12 @@ fn wipers(parts: &mut TriangleList) {
     }
 }
 
-/// The black seal along the windscreen's foot, under which the bonnet's rear edge ends.
+/// Draws the black seal along the windscreen's foot, under which the bonnet's rear edge ends.
 fn seal(parts: &mut TriangleList) {
     const PLACES: usize = 41;
     let ring = |i: usize| {
         let y = 0.84 - 1.68 * i as f32 / (PLACES - 1) as f32;
-        // High enough to close the gap between sheet and dashboard, and running out beside the pillars.
+        // High enough to close the gap between bonnet and dashboard, and thinning out beside the pillars.
         let thin = body_profile::smooth((0.84 - y.abs()) / 0.10);
         let at = on_shelf((0.012, -0.046 + 0.008 * thin), y);
         (0..8)
@@ -131,7 +130,7 @@ fn shelf() -> Mesh {
     all
 }
 
-/// The doors below their windows, seen from within: they hide the road beside the scuttle.
+/// Returns the doors below their windows, seen from inside; they hide the road beside the scuttle.
 fn doors() -> PanelSkin {
     const PARTS: usize = 8;
     const REAR_M: f32 = 0.40;
@@ -142,7 +141,7 @@ fn doors() -> PanelSkin {
         let place = |i: usize, row: usize| {
             let x = REAR_M + (CABIN_FRONT_M + 0.28 - REAR_M) * i as f32 / PARTS as f32;
             let at = body_profile::at(lines, x);
-            // Higher beside the wing's rear end, of which a driver would see a splinter.
+            // Higher beside the wing's rear end, a sliver of which would be visible otherwise.
             let z =
                 at.belt_z + 0.026 * body_profile::smooth((x - 0.78) / 0.15) * body_profile::smooth((1.38 - x) / 0.12);
             let (inwards, z) = [(0.010, z - 0.002), (0.060, z - 0.010), (0.110, 0.55)][row];
@@ -159,7 +158,7 @@ fn doors() -> PanelSkin {
     skin
 }
 
-/// Texture coordinates for what has a grain; `u` below zero tells the shader that it has (`car.wgsl`).
+/// Sets texture coordinates on parts with a grain; `u` below zero marks them for the shader (`car.wgsl`).
 fn grained(mut mesh: Mesh) -> Mesh {
     for v in mesh.vertices.iter_mut().filter(|v| v.material == Material::Tyre as u32) {
         v.uv = [v.position[1] / GRAIN_M - 20.0, v.position[0] / GRAIN_M];
@@ -167,7 +166,8 @@ fn grained(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// A place of the dashboard's top: so far behind the foot of the windscreen, to the left, and above its crown.
+/// Returns a point on the dashboard's top from its distances behind the windscreen's foot, above the crown there, and to the
+/// left, metres.
 fn on_shelf((back, up): (f32, f32), y: f32) -> Vec3 {
     let lines = STYLES[0];
     let foot = body_profile::bend(lines, Vec3::new(CABIN_FRONT_M + 0.03, y, 0.95));
@@ -175,11 +175,11 @@ fn on_shelf((back, up): (f32, f32), y: f32) -> Vec3 {
     Vec3::new(foot.x - back * (1.0 + 0.12 * (y / 0.8) * (y / 0.8)), y, at.crown(y.clamp(-0.8, 0.8)) + up)
 }
 
-/// The bed of the defroster's vents: its edges behind the windscreen's foot, and how it lies.
+/// Front and rear edge of the defroster's vents: distance behind the windscreen's foot, height above the crown, metres.
 const VENT: [(f32, f32); 2] = [(0.040, -0.052), (0.082, -0.064)];
 
-/// From the foot of the windscreen to below the picture: a dark sill, the vents of the defroster, a padded shelf with a
-/// seam, rolled at its edges.
+/// Returns the dashboard's top, from the foot of the windscreen to below the picture: a dark sill, the vents of the defroster, a
+/// padded shelf with a seam, rounded at its edges.
 fn scuttle() -> PanelSkin {
     const COLUMNS: usize = 32;
     let rows = [
@@ -187,7 +187,7 @@ fn scuttle() -> PanelSkin {
         ((-0.05, -0.052), DARK),
         ((0.030, -0.037), TOPPED),
         ((0.034, -0.044), TOPPED),
-        // Down into the vents and out of them over a rolled edge.
+        // Down into the vents and up over a rounded edge.
         ((0.038, -0.051), DARK),
         (VENT[0], DARK),
         (VENT[1], DARK),
@@ -195,7 +195,6 @@ fn scuttle() -> PanelSkin {
         ((0.094, -0.0575), TOPPED),
         ((0.106, -0.0585), TOPPED),
         ((0.150, -0.066), TOPPED),
-        // A seam.
         ((0.166, -0.0695), DARK),
         ((0.170, -0.0715), TOPPED),
         ((0.176, -0.0705), TOPPED),
@@ -205,7 +204,7 @@ fn scuttle() -> PanelSkin {
         ((0.50, -0.16), TOPPED),
     ];
     let place = |(back, up): (f32, f32), column: usize| {
-        // Narrower and deeper where it runs on under the bonnet and the wings.
+        // Narrower and deeper where it continues under the bonnet and the wings.
         let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
         on_shelf((back, up), width * (column as f32 / COLUMNS as f32 - 0.5))
     };
@@ -220,7 +219,7 @@ fn scuttle() -> PanelSkin {
     skin
 }
 
-/// The fins of the vents, in three groups.
+/// Returns the fins of the vents, in three groups.
 fn fins() -> TriangleList {
     const PITCH_M: f32 = 0.013;
     let mut all = TriangleList::default();
@@ -266,13 +265,13 @@ fn cabin() -> Mesh {
     all
 }
 
-/// Along the edge of the windscreen, from the dashboard to the roof: lined inside, with a dark seal towards the glass.
+/// Draws a pillar along the windscreen's edge, from the dashboard to the roof: lined inside, with a dark seal towards the glass.
 fn pillar(all: &mut TriangleList, side: f32) {
     const PLACES: usize = 25;
     let middle = |i: usize| {
         let x = CABIN_FRONT_M + 0.05 - 0.95 * i as f32 / (PLACES - 1) as f32;
         let at = body_profile::at(STYLES[0], x.min(CABIN_FRONT_M));
-        // Its foot is in the dashboard.
+        // The foot of the pillar is inside the dashboard.
         let foot_m = 0.09 * (1.0 - i as f32 / 3.0).max(0.0).powi(2);
         Vec3::new(x + 0.5 * foot_m, side * (at.roof_y + 0.022), at.roof_z - 0.010 - foot_m)
     };
@@ -300,7 +299,7 @@ fn wheel() -> Mesh {
     let rim = |i: usize| -> Vec<Vec3> {
         let turn = TAU * (i % (PLACES - 1)) as f32 / (PLACES - 1) as f32;
         let out = Vec3::new(0.0, turn.sin(), turn.cos());
-        // Thicker where the thumbs lie.
+        // Thicker at the thumbs.
         let thick = 0.0145 + 0.002 * (2.0 * turn).cos().min(0.0).abs();
         let corner = |k: usize| {
             let (sin, cos) = (TAU * k as f32 / 14.0).sin_cos();
@@ -309,7 +308,7 @@ fn wheel() -> Mesh {
         (0..14).map(corner).collect()
     };
     triangles.bar(PLACES, rim, LEATHER);
-    // A thin bright ring marks straight ahead at the top.
+    // A thin bright ring at the top marks straight ahead.
     let mark = |i: usize| -> Vec<Vec3> {
         let turn = -0.035 + 0.07 * i as f32 / 4.0;
         let out = Vec3::new(0.0, turn.sin(), turn.cos());
@@ -338,7 +337,7 @@ fn wheel() -> Mesh {
         };
         triangles.bar(7, ring, GLOSS);
     }
-    // The column behind.
+    // The steering column.
     triangles.ellipsoid(Vec3::new(-0.09, 0.0, -0.01), Vec3::new(0.07, 0.05, 0.05), [10, 14], |_| TRIM);
     triangles.into_mesh(1.0)
 }
@@ -350,7 +349,7 @@ mod tests {
     use crate::scene::mesh::tests::{check, faces, has_coat, open_edges, volume_m3};
 
     #[test]
-    fn the_cockpit_leaves_the_road_free() {
+    fn the_cockpit_does_not_hide_the_road() {
         let cockpit = Cockpit::new();
         let eye = ViewOptions::default().eye;
         let placed = |mesh: &Mesh, from: Affine3A| -> Vec<Vec3> {
@@ -363,12 +362,12 @@ mod tests {
         check(&cockpit.shelf, "shelf");
         check(&cockpit.cabin, "cabin");
         check(&cockpit.wheel, "wheel");
-        // Straight ahead the bonnet ends 9 degrees below the horizon: the asphalt shows from 7.5 m before the eye on,
-        // 5 m before the bumper, and of a car 2 m ahead everything above its bumper.
+        // Straight ahead the bonnet ends 9 degrees below the horizon. The asphalt is visible from 7.5 m before the eye, 5 m
+        // before the bumper; of a car 2 m ahead all above its bumper is visible.
         let bonnet = [&cockpit.bonnet, &cockpit.shelf].map(|mesh| placed(mesh, Affine3A::IDENTITY)).concat();
         let edge = highest(&bonnet, &|p| p.x > 0.4 && (p.y / p.x).abs() < 0.30);
         assert!((-0.19..-0.14).contains(&edge), "{edge}");
-        // Where the speedometer stands below it the bonnet hides all that the instrument would hide.
+        // Where the speedometer covers the bonnet, the bonnet hides all that the instrument would hide.
         let along_edges: Vec<Vec3> = faces(&cockpit.bonnet)
             .flat_map(|(corners, _)| {
                 let [a, b, c] = corners.map(|corner| Vec3::from(corner.position) - eye);
@@ -377,13 +376,13 @@ mod tests {
             .collect();
         for k in -7..7 {
             let (left, right) = (0.02 * k as f32, 0.02 * (k + 1) as f32);
-            // An instrument is round: beside its middle it begins lower. The largest one has this radius, metres at 1 m.
+            // An instrument is round, so it begins lower beside its middle. Radius of the largest one, metres at 1 m.
             let radius = 0.155f32;
             let lower = radius - (radius * radius - left.abs().min(right.abs()).powi(2)).sqrt();
             let edge = highest(&along_edges, &|p| p.x > 0.4 && (left..=right).contains(&(p.y / p.x)));
             assert!(edge >= -BONNET_EDGE - lower, "{left}: {edge}");
         }
-        // Nothing of the cabin rises above it but the pillars at the picture's edges, however the wheel is turned.
+        // No part of the cabin rises above the edge but the pillars at the picture's edges, at any steering angle.
         let cabin = placed(&cockpit.cabin, Affine3A::IDENTITY);
         assert!(highest(&cabin, &|p| p.x > 0.2 && (p.y / p.x).abs() < 0.36) < edge, "cabin");
         for turn in [-3.0, -0.5, 0.0, 1.0, 4.0] {
@@ -401,13 +400,13 @@ mod tests {
     }
 
     #[test]
-    fn the_steering_wheel_turns_the_way_it_is_turned() {
+    fn a_left_turn_moves_the_top_of_the_steering_wheel_left() {
         let top = Vec3::new(0.0, 0.0, RIM_M);
         let at = |turn: f32| Cockpit::body_from_wheel(turn).transform_point3(top);
         assert!(at(0.0).z > HUB_M.z + 0.15 && (at(0.0).y - HUB_M.y).abs() < 1e-5, "{}", at(0.0));
-        // To the left the top of the rim goes left, which is +y.
+        // In a turn to the left the top of the rim moves left, towards +y.
         assert!(at(0.5).y > HUB_M.y + 0.05, "{}", at(0.5));
-        // Its face looks at the driver: backwards and up.
+        // The face of the wheel points at the driver: backwards and up.
         let face = Cockpit::body_from_wheel(0.0).transform_vector3(Vec3::X);
         assert!(face.x < -0.8 && face.z > 0.3, "{face}");
         let mesh = wheel();

@@ -1,5 +1,5 @@
-//! The land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's
-//! place. Out: one mesh in world axes. Fine cells where eyes are near, coarse ones far away.
+//! Land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's position. Out:
+//! one mesh in world axes, with fine cells near the road and coarse ones far away.
 
 pub(super) mod noise;
 pub(super) mod tufts;
@@ -12,55 +12,55 @@ use super::{
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
-/// Meadow, linear albedo.
+/// Linear albedo of the meadow.
 pub(in crate::scene) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
-/// Height of the meadow beside the road, metres: below the asphalt, above the foot of the verge.
+/// Height of the meadow beside a road at height 0, metres: below the asphalt, above the foot of the verge.
 pub(in crate::scene) const BESIDE_ROAD_M: f32 = -0.045;
-/// Up to this distance from the centre line the land is flat, metres.
+/// Distance from the centre line up to which the land is flat, metres.
 pub(in crate::scene) const FLAT_M: f32 = 15.0;
-/// How far the land reaches beyond the road network, metres.
+/// Reach of the land beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
-/// How far hills reach beyond the road network, metres.
+/// Reach of the hills beyond the road network, metres.
 const RANGES_M: f32 = 9000.0;
 
-/// The shape of the ground.
+/// Heights and colours of the ground.
 pub(in crate::scene) struct Relief<'a> {
     roads: &'a RoadSurfaces,
     seed: u64,
-    /// Height of the meadow beside roads over them, metres.
+    /// Height of the meadow relative to the road beside it, metres.
     beside_m: f32,
 }
 
 impl<'a> Relief<'a> {
-    /// Ground around a road.
+    /// Creates the ground around the roads.
     pub fn new(roads: &'a RoadSurfaces, seed: u64) -> Self {
         let beside_m = VergeShape::of(roads).meadow_m;
         Self { roads, seed, beside_m }
     }
 
-    /// Height, metres.
+    /// Returns the height of the ground in the local frame, metres.
     pub fn height_m(&self, point: Vec2) -> f32 {
         let distance = self.roads.middle_m(point);
         let rolling = smoothstep(FLAT_M, 75.0, distance);
         let waves = 0.9 * noise::value(self.seed ^ 1, point / 48.0) + 0.35 * noise::value(self.seed ^ 2, point / 19.0);
-        // Hills begin beyond the network itself, so that a large one has none in its middle.
+        // Hills begin outside the network, so that a large network has none in its middle.
         let beyond = (point.distance(self.roads.centre()) - self.roads.radius_m()).min(distance);
         let hills = smoothstep(110.0, 620.0, beyond);
         let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
-        // Ranges on the horizon, some kilometres away, the further the higher.
+        // Ranges on the horizon, some kilometres away, rising with distance.
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
         let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
         let base_m = self.beside_m + self.roads.height_m(point);
         base_m + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
     }
 
-    /// Unit normal, from the heights around.
+    /// Returns the unit normal, from heights at the distance `span_m` on either side.
     fn normal(&self, point: Vec2, span_m: f32) -> Vec3 {
         let rise = |d: Vec2| (self.height_m(point + d) - self.height_m(point - d)) / (2.0 * span_m);
         Vec3::new(-rise(Vec2::X * span_m), -rise(Vec2::Y * span_m), 1.0).normalize()
     }
 
-    /// Colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
+    /// Returns the colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
     pub fn colour(&self, point: Vec2) -> [f32; 3] {
         let broad = noise::fractal(self.seed ^ 4, point / 34.0);
         let small = noise::fractal(self.seed ^ 5, point / 7.0);
@@ -70,7 +70,7 @@ impl<'a> Relief<'a> {
         let far = smoothstep(150.0, 500.0, point.distance(self.roads.centre()) - self.roads.radius_m());
         let field = noise::value(self.seed ^ 6, point / 120.0);
         let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
-        // From afar woods lie over the hills, with fields between them.
+        // From afar, hills are wooded, with fields between the woods.
         let distant = smoothstep(700.0, 1600.0, point.distance(self.roads.centre()) - self.roads.radius_m());
         let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
         let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
@@ -78,23 +78,23 @@ impl<'a> Relief<'a> {
     }
 }
 
-/// The whole land.
+/// Returns the mesh of the ground and the hills on the horizon.
 pub(in crate::scene) fn land(relief: &Relief) -> Mesh {
     let mut mesh = ground(relief);
     ranges(&mut mesh, relief);
     mesh
 }
 
-/// Smallest cell, metres; cells are this times powers of two.
+/// Side of the smallest cell, metres; the sides of cells are this times powers of two.
 const CELL_M: f32 = 4.0;
-/// The most of them beside the roads of a network, about.
+/// Approximate maximum number of the smallest cells beside the roads of a network.
 const MOST_CELLS: f32 = 40_000.0;
 
-/// The smallest cell of a place: larger where roads are so long that there would be too many.
+/// Returns the side of the smallest cell for these roads, metres: larger for long roads, to limit the number of cells.
 fn cell_m(roads: &RoadSurfaces) -> f32 {
-    // Cells are small up to 20 m and some beside a road; what roads share is counted once at most.
+    // Cells are small up to about 20 m beside a road; the area of the whole network is the upper limit.
     let around = 2.0 * roads.radius_m();
-    // Where roads rise, cells have to follow them.
+    // Where roads have slopes, cells must be fine enough to follow them.
     let finest_m = if roads.level_m().is_some() { CELL_M } else { CELL_M / 2.0 };
     let fine_m2 = (roads.length_m() * 45.0).min(around * around);
     let mut cell_m = finest_m;
@@ -104,8 +104,8 @@ fn cell_m(roads: &RoadSurfaces) -> f32 {
     cell_m
 }
 
-/// A grid of squares, each split while it is large for its distance from the road; squares next to smaller ones take in the
-/// corners on their edges, so that there are no cracks.
+/// Returns a grid of squares, each split while it is large for its distance from the road. Squares next to smaller ones include
+/// the corners on their edges, so that there are no cracks.
 fn ground(relief: &Relief) -> Mesh {
     let half = relief.roads.radius_m() + REACH_M;
     let cell_m = cell_m(relief.roads);
@@ -138,7 +138,7 @@ fn ground(relief: &Relief) -> Mesh {
         }
     }
     for &(low, side) in &squares {
-        // Round the square, counter-clockwise, with every corner that lies on its edges.
+        // Around the square, counter-clockwise, with every corner on its edges.
         let mut rim = Vec::new();
         let turns = [(IVec2::ZERO, IVec2::X), (IVec2::X, IVec2::Y), (IVec2::ONE, -IVec2::X), (IVec2::Y, -IVec2::Y)];
         for (corner, along) in turns {
@@ -158,8 +158,8 @@ fn ground(relief: &Relief) -> Mesh {
     mesh
 }
 
-/// Hills beyond the squares up to [`RANGES_M`]: rings of quads about the centre, as fine from there to the horizon as its
-/// outline needs. The first ring lies under the squares' rim.
+/// Adds the hills beyond the squares, up to [`RANGES_M`]: rings of quads about the centre, as fine as the outline of the horizon
+/// needs. The first ring lies under the squares' rim.
 fn ranges(mesh: &mut Mesh, relief: &Relief) {
     const RINGS: u32 = 13;
     const SIDES: u32 = 216;
@@ -181,7 +181,7 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
         for side in 0..SIDES {
             let [a, b] = [side, (side + 1) % SIDES].map(|side| first + ring * SIDES + side);
             let [c, d] = [a + SIDES, b + SIDES];
-            // The outer ring is half a side further on where its number is odd.
+            // Odd rings are offset by half a side.
             if ring % 2 == 0 {
                 mesh.indices.extend([a, c, b, b, c, d]);
             } else {
@@ -222,7 +222,7 @@ mod tests {
         let roads = network::surfaces(&map.network);
         let mesh = ground(&Relief::new(&roads, 5));
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
-        // Inside, every edge belongs to two triangles: open edges lie on the rim only.
+        // Inside, every edge belongs to two triangles: open edges are on the rim only.
         let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
         for t in mesh.indices.chunks(3) {
             for k in 0..3 {

@@ -1,9 +1,9 @@
-//! Smooth seeded noise over the plane, for ground, colours and woods. In: a seed and a point in units of the noise's wave
-//! length. Out: -1..1. Integer hashing and polynomials only, so the bits are the same on every machine.
+//! Smooth seeded noise over the plane, for ground, colours and woods. In: a seed and a point in units of the wavelength. Out:
+//! -1..1. Uses integer hashing and polynomials only, so the bits are the same on every machine.
 
 use glam::{IVec2, Vec2};
 
-/// Value noise: smooth, -1..1, features about one unit across.
+/// Returns value noise: smooth, -1..1, features about one unit across.
 pub(in crate::scene) fn value(seed: u64, point: Vec2) -> f32 {
     let cell = point.floor();
     let f = point - cell;
@@ -16,30 +16,30 @@ pub(in crate::scene) fn value(seed: u64, point: Vec2) -> f32 {
     near + (far - near) * fade.y
 }
 
-/// Three octaves of [`value`], each half as large and half as strong; -1..1.
+/// Returns the mean of three octaves of [`value`], each half as large and half as strong; -1..1.
 pub(in crate::scene) fn fractal(seed: u64, point: Vec2) -> f32 {
     // Octaves are shifted so that their lattices do not coincide.
     let octave = |k: u64, scale: f32, shift: f32| value(seed ^ (k << 40), point * scale + Vec2::splat(shift));
     (octave(1, 1.0, 0.0) + octave(2, 2.0, 0.37) * 0.5 + octave(3, 4.0, 0.71) * 0.25) / 1.75
 }
 
-/// 0 below `low`, 1 above `high`, smooth between.
+/// Returns 0 below `low`, 1 above `high`, and a smooth value between.
 pub(in crate::scene) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Mixes two colours.
+/// Mixes two colours linearly: `a` at `t` = 0, `b` at `t` = 1.
 pub(in crate::scene) fn mix(a: [f32; 3], b: [f32; 3], t: f32) -> [f32; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t)
 }
 
-/// A colour made lighter or darker.
+/// Multiplies a colour by a brightness factor.
 pub(in crate::scene) fn shade(colour: [f32; 3], factor: f32) -> [f32; 3] {
     colour.map(|c| c * factor)
 }
 
-/// -1..1 for a lattice point (SplitMix64's mixing).
+/// Returns the value of a lattice point, -1..1 (SplitMix64's mixing).
 fn lattice(seed: u64, cell: IVec2) -> f32 {
     let packed = (u64::from(cell.x as u32) << 32) | u64::from(cell.y as u32);
     let mut z = (packed ^ seed).wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -60,14 +60,14 @@ mod tests {
             let point = Vec2::new(i as f32 * 0.01, i as f32 * -0.007);
             let here = value(9, point);
             assert!((-1.0..=1.0).contains(&here) && (-1.0..=1.0).contains(&fractal(9, point)));
-            // Steepest slope of the quintic fade is 1.875 per unit over a range of 2, in two axes.
+            // The steepest slope of the quintic fade is 1.875 per unit over a range of 2, in two axes.
             assert!((here - before).abs() < 2.0 * 1.875 * 0.017 + 1e-4, "jump at {point}");
             before = here;
         }
     }
 
     #[test]
-    fn another_seed_is_another_noise() {
+    fn different_seeds_give_different_noise() {
         let at = |seed| value(seed, Vec2::new(3.3, 1.2));
         assert_eq!(at(1).to_bits(), at(1).to_bits());
         assert_ne!(at(1).to_bits(), at(2).to_bits());

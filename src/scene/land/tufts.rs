@@ -1,5 +1,5 @@
-//! Tufts of grass beside the road, so that the meadow has depth where the eye is near. In: the roads, the ground, a seed. Out: places
-//! and a mesh, metres.
+//! Tufts of grass beside the road, which give the meadow depth near the eye. In: the roads, the ground, a seed. Out: places and a
+//! mesh, metres.
 
 use super::{
     Relief,
@@ -19,20 +19,20 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Tufts grow up to this far from the asphalt, metres.
+/// Largest distance of tufts from the asphalt, metres.
 const TUFTS_M: f32 = 45.0;
-/// They stand close up to this far from it, metres; further out each is larger.
+/// Distance from the asphalt up to which tufts are dense, metres; further out each is larger.
 const CLOSE_M: f32 = 9.0;
-/// The variant of cards that carry stalks with ears and flowers (`grass.wgsl` has the same number).
+/// Variant of cards with stalks, ears and flowers (`grass.wgsl` has the same number).
 const STALKS: usize = VARIANTS - 1;
-/// Side of the lattice on which tufts are sown, metres.
+/// Side of the lattice on which tufts are placed, metres.
 const TUFT_EVERY_M: f32 = 0.46;
-/// The most squares of the lattice for a network, about.
+/// Approximate maximum number of lattice squares for a network.
 const MOST_SQUARES: f32 = 400_000.0;
-/// The most tufts of a static scene.
+/// Maximum number of tufts in a static scene.
 const MOST_TUFTS: usize = 60_000;
 
-/// A tuft: upright cards about a common foot.
+/// Returns a tuft: upright cards around a common foot.
 pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
     let mut random = rng::stream(seed, "tuft");
     let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
@@ -50,10 +50,10 @@ pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
         for place in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y] {
             let middle = out.extend(height / 2.0);
             let position = middle + (across * (2.0 * place.x - 1.0)).extend(0.0) + along * (2.0 * place.y - 1.0);
-            // Dark at the foot, where blades shade each other; lit as the ground is.
+            // Dark at the foot, where blades shade each other; lit like the ground.
             let colour = shade(colour, 0.52 + 0.78 * place.y);
             let normal = (Vec3::Z + (out * 0.5).extend(0.0)).normalize();
-            // The card's variant beside its place, as in `foliage`.
+            // The card's variant is encoded with the position, as in `leaf_cards`.
             let uv = place + 2.0 * variant as f32 * Vec2::X;
             mesh.vertex(Vertex::new(position, normal, colour, uv, Material::Leaves));
         }
@@ -62,15 +62,15 @@ pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
     mesh
 }
 
-/// Where tufts grow: densest at the edge of the gravel, in drifts further out.
+/// Places tufts: densest at the edge of the gravel, in drifts further out.
 pub(in crate::scene) fn sow(roads: &RoadSurfaces, relief: &Relief, seed: u64) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "tufts");
     let mut draw = |high: f32| random.uniform(0.0, f64::from(high)) as f32;
-    // Over a whole network the lattice is wider: no more than a few tufts are drawn for each that stays.
+    // For a whole network the lattice is coarser, so that only a few tufts are drawn for each one kept.
     let squares = (roads.length_m() * TUFTS_M).min(4.0 * roads.radius_m() * roads.radius_m()) / MOST_SQUARES;
     let every_m = TUFT_EVERY_M.max(squares.sqrt());
     let reach = ((roads.radius_m() + SHOULDER_M + TUFTS_M) / every_m).ceil() as i32;
-    // A square of the lattice is looked at closely only if its block of 16 x 16 is near the road.
+    // The squares of a block of 16 x 16 are checked only if the block is near the road.
     const BLOCK: i32 = 16;
     let block_m = BLOCK as f32 * every_m;
     let blocks = reach / BLOCK + 1;
@@ -106,7 +106,7 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, relief: &Relief, seed: u64) ->
             });
         }
     }
-    // Too many for a long road: every so many stays.
+    // On a long road there are too many: only every `keep`-th tuft stays.
     let keep = places.len().div_ceil(MOST_TUFTS).max(1);
     places.into_iter().step_by(keep).collect()
 }

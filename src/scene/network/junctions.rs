@@ -1,5 +1,5 @@
-//! Areas of junctions: where lanes meet. In: outlines of the network, and the heights of the lanes around them. Out: asphalt with a
-//! shoulder and a verge wherever no lane leads on.
+//! Areas of junctions, between the lanes that meet there. In: the network's outlines, and the heights of the adjoining lanes. Out: asphalt,
+//! with a shoulder and a verge along each side without a lane.
 
 use super::{
     ASPHALT, Layer, SHOULDER, points,
@@ -13,24 +13,24 @@ use crate::{
 };
 use glam::{Vec2, Vec3};
 
-/// How far an end of a lane may be from a side of the area that it leads to, metres.
+/// Maximum distance along the lane between its end and the middle of a side that it meets, metres.
 const MEETS_M: f32 = 0.6;
-/// The furthest that a corner of the shoulder reaches, in widths of the shoulder.
+/// Maximum reach of a shoulder's corner, as a multiple of the shoulder's width.
 const MOST_MITRE: f32 = 2.0;
 
-/// The area of a junction.
+/// Area of a junction.
 #[derive(Clone, Debug)]
 pub(super) struct JunctionArea {
-    /// Its corners, counter-clockwise.
+    /// Corners in world axes, counter-clockwise, metres.
     pub outline: Vec<Vec3>,
-    /// Of each side, from its corner to the next: whether a lane leads on there.
+    /// True for each side that a lane meets. Side `k` goes from corner `k` to the next.
     open: Vec<bool>,
 }
 
-/// An end of a lane: its middle, the direction of the lane, half its width.
+/// End of a lane: its middle, the direction of the lane, half its width in metres.
 type LaneEnd = (Vec3, Vec2, f32);
 
-/// All areas of junctions that have one.
+/// Returns the areas of all junctions whose outline encloses one.
 pub(super) fn areas(net: &Network) -> Vec<JunctionArea> {
     let mut ends: Vec<Vec<LaneEnd>> = vec![Vec::new(); net.junctions().len()];
     for id in net.lane_ids() {
@@ -52,7 +52,7 @@ pub(super) fn areas(net: &Network) -> Vec<JunctionArea> {
 fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
     let flat: Vec<Vec2> = shape.iter().map(|point| point.truncate()).collect();
     let round = triangulation::cleaned(&flat);
-    // SUMO keeps one height for the whole area; the lanes that lead there have their own.
+    // SUMO has one height for the whole junction, but the adjoining lanes may end at others: weight those by inverse squared distance.
     let height_m = |point: Vec2| {
         let weights = ends.iter().map(|(end, ..)| (1.0 / (0.01 + end.truncate().distance_squared(point)), end.z));
         let (sum, all) = weights.fold((0.0, 0.0), |(sum, all), (weight, z_m)| (sum + weight * z_m, all + weight));
@@ -71,7 +71,7 @@ fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
     (!outline.is_empty()).then_some(JunctionArea { outline, open })
 }
 
-/// Paves an area, its shoulder and its verge.
+/// Paves an area, and the shoulder and the verge of each side without a lane.
 pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
     let JunctionArea { outline, open } = area;
     paver.area(outline, Layer::Junction, super::plain_asphalt());
@@ -80,7 +80,7 @@ pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
         let along = (outline[(k + 1) % n] - outline[k]).truncate().normalize_or_zero();
         Vec2::new(along.y, -along.x)
     };
-    // A corner's way out: square to its closed sides, or between them.
+    // Offset of the shoulder's outer edge at a corner, in shoulder widths: normal to the closed side, or along the bisector of two.
     let way_out = |k: usize| {
         let (before, after) = ((k + n - 1) % n, k);
         let mut ways = [before, after].into_iter().filter(|side| !open[*side]).map(outwards);
@@ -97,7 +97,7 @@ pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
         let ends = [side, (side + 1) % n];
         let ways = ends.map(way_out);
         let rows = [0.0, 1.0];
-        // Counter-clockwise, the outside is on the right.
+        // The outline is counter-clockwise, so its outside is on the right.
         let place = |row: f64, offset_m: f64| {
             let k = usize::from(row > 0.5);
             outline[ends[k]] + (ways[k] * -offset_m as f32).extend(0.0)

@@ -1,5 +1,5 @@
-//! Lanes as ribbons side by side: asphalt with its tracks, markings in strips of their own, shoulder and verge beside the outermost,
-//! pavements a kerb higher, ballast under rails. In: a lane of the network. Out: ribbons.
+//! Lanes as adjacent ribbons: asphalt with wheel tracks, strips with markings, shoulder and verge beside the outermost lane, raised
+//! pavements with kerbs, rails on ballast. In: a lane of the network. Out: ribbons.
 
 use super::{
     ASPHALT, Layer, SHOULDER,
@@ -14,45 +14,49 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Paving of pavements, linear albedo.
+/// Colour of pavements, linear albedo.
 pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
-/// Kerb stones.
+/// Colour of kerb stones, linear albedo.
 const KERB: [f32; 3] = [0.36, 0.355, 0.34];
-/// From this far on from a kerb there is road, metres.
+/// Distance outside a walking area at which another paved surface is looked for, metres. A side with one there has a kerb.
 const KERB_TO_M: f32 = 0.3;
-/// Polished rails, and half the gauge, their width and height, metres.
+/// Colour of polished rails, linear albedo.
 const RAIL: [f32; 3] = [0.030, 0.027, 0.025];
 const HALF_GAUGE_M: f64 = 0.7175;
+/// Width of a rail's head, metres.
 const RAIL_M: f64 = 0.07;
+/// Height of a rail above the ballast, metres.
 const RAIL_HEIGHT_M: f32 = 0.05;
-/// Half the width of all lines, metres, and what their strips hold to the side of the line.
+/// Half the width of every painted line, metres.
 const LINE_HALF_M: f64 = 0.06;
+/// Width of bare asphalt beside a line, within its strip, metres.
 const BARE_M: f64 = 0.16;
-/// Rows of corners are no further apart, metres: by them the colour varies.
+/// Maximum distance between rows of a level lane's vertices, metres. The asphalt's colour varies from row to row.
 const ROW_M: f64 = 12.0;
-/// And where a lane rises: by them it is told where a bridge begins.
+/// Maximum distance between rows of a lane that is not level, metres. Bridges begin and end at rows.
 const RISING_ROW_M: f64 = 4.0;
-/// How far what closes seams reaches beyond a lane, metres.
+/// Half the width of the strip under a seam between lanes, metres.
 const SEAM_M: f64 = 0.15;
 
-/// Dash and gap of a broken line, metres: within towns, on roads outside and on motorways, (`docs/references.md: roads`).
+/// Returns dash and gap of a broken line, metres. They depend on the speed limit: towns, rural roads, motorways
+/// (`docs/references.md: roads`).
 fn dashes_m(lane: &Lane) -> (f64, f64) {
     match lane.speed_limit_mps {
-        // 50 and 100 km/h, and some for rounding.
+        // Limits of 50 and 100 km/h, with a margin for rounding.
         limit if limit < 15.0 => (3.0, 6.0),
         limit if limit < 28.0 => (4.0, 8.0),
         _ => (6.0, 12.0),
     }
 }
 
-/// A lane's line by metres as drawn.
+/// Centre line of a lane, measured along the drawn line. SUMO's length of the lane may differ.
 pub(super) struct LaneLine<'n> {
     lane: &'n Lane,
-    /// Length as drawn, metres.
+    /// Length of the drawn line, metres.
     pub drawn_m: f64,
-    /// Places of the line's points, metres as drawn.
+    /// Positions of the line's points along the drawn line, metres.
     joints_m: Vec<f64>,
-    /// The furthest that rows are apart.
+    /// Maximum distance between rows, metres.
     row_m: f64,
 }
 
@@ -68,12 +72,13 @@ impl<'n> LaneLine<'n> {
         Self { lane, drawn_m: joints_m[joints_m.len() - 1], joints_m, row_m }
     }
 
-    /// The place `row` metres along and `offset_m` to the left.
+    /// Returns the point `row` metres along the drawn line and `offset_m` to its left.
     pub fn place(&self, row: f64, offset_m: f64) -> Vec3 {
         self.lane.line.pose(row / self.drawn_m * self.lane.length_m, offset_m).position.as_vec3()
     }
 
-    /// Rows between two places: their ends, the line's joints, and some between.
+    /// Returns the rows from `from_m` to `to_m`: both ends, the line's points between them, and further rows so that none are more than
+    /// `row_m` apart.
     pub fn rows(&self, from_m: f64, to_m: f64) -> Vec<f64> {
         let inner = self.joints_m.iter().copied().filter(|row| (from_m + 1e-3..to_m - 1e-3).contains(row));
         let marks: Vec<f64> = [from_m].into_iter().chain(inner).chain([to_m]).collect();
@@ -86,7 +91,7 @@ impl<'n> LaneLine<'n> {
     }
 }
 
-/// Paves a lane.
+/// Paves a lane, with its markings and its roadside. Crossings are left to [`super::paint`].
 pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut Paver, roadside: Roadside) {
     let lane = net.lane(id);
     let line = LaneLine::new(lane);
@@ -111,7 +116,7 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     }
     let through = through_markings(net, id).filter(|_| kind == EdgeKind::Internal);
     if kind == EdgeKind::Internal && through.is_none() {
-        // The colour is that of the junction's area, which lies over most of it.
+        // The same colour as the junction's area, which covers most of the lane.
         let junction = net.edge_of(id).junction;
         let layer =
             if junction.is_some_and(|at| shared.junctions.contains(&at)) { Layer::SharedWay } else { Layer::Way };
@@ -120,14 +125,14 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     }
     let markings = through.unwrap_or_else(|| [Side::Right, Side::Left].map(|side| net.marking(id, side)));
     roadside.pave_deck(paver, &rows, &place, half_m);
-    // Repairs and cracks begin elsewhere in each lane.
+    // The texture's start differs between lanes, so that repairs and cracks do not line up.
     let start = Some((id.index() % 61) as f64 * 71.0);
     let inset = markings.map(inset_m);
     let (right_m, left_m) = (-half_m + inset[0], half_m - inset[1]);
     let tone = |share: f32| shade(ASPHALT, share);
     let mut columns = vec![(right_m, tone(1.10)), (left_m, tone(1.10))];
     if half_m > 1.2 {
-        // Tyres polish and darken two tracks; the middle keeps a film of oil.
+        // Tyres darken two tracks. Oil darkens the middle less.
         let inner = [(-0.72, 1.06), (-0.45, 0.88), (0.0, 0.93), (0.45, 0.88), (0.72, 1.06)];
         columns.splice(1..1, inner.map(|(at, share)| (at * half_m, tone(share))));
     }
@@ -152,8 +157,8 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     }
 }
 
-/// Markings on the right and the left of a way through a junction on which nobody meets: where a street bends, or lanes begin and end,
-/// lines go on. `None` elsewhere.
+/// Returns the markings on the right and the left of a lane inside a junction without crossing connections, such as a bend of a street.
+/// `None` for all other lanes: their markings end at the junction.
 fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     let junction = net.junction(net.edge_of(id).junction?);
     let (&[before], mut after) = (net.predecessors(id), net.successors(id)) else { return None };
@@ -166,7 +171,7 @@ fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     }
     let of = |side: Side| match (net.marking(before, side), net.marking(after, side)) {
         (Marking::Edge, Marking::Broken) | (Marking::Broken, Marking::Edge) => Marking::Broken,
-        // Both directions do not bend about one middle.
+        // The two directions do not bend about one centre, so their centre lines would not coincide.
         (Marking::Centre { .. }, _) => Marking::None,
         (one, other) if one == other => one,
         _ => Marking::None,
@@ -174,12 +179,12 @@ fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     Some([of(Side::Right), of(Side::Left)])
 }
 
-/// The right one first.
+/// Returns the right column first.
 fn ordered([a, b]: [Column; 2]) -> [Column; 2] {
     if a.offset_m <= b.offset_m { [a, b] } else { [b, a] }
 }
 
-/// How much of the lane the strip of a marking takes, metres.
+/// Returns the width of a marking's strip inside the lane, metres.
 fn inset_m(marking: Marking) -> f64 {
     match marking {
         Marking::None | Marking::Kerb => 0.0,
@@ -188,10 +193,10 @@ fn inset_m(marking: Marking) -> f64 {
     }
 }
 
-/// The strip of a marking on one side: -1 is the right, 1 the left.
+/// Paves the strip of a marking on one side of a lane; `side` is -1 on the right, 1 on the left.
 fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut Paver, start: Option<f64>) {
     let half_m = lane.half_width_m();
-    // The line's middle and the strip's ends, metres from the lane's middle; and whether the line is broken.
+    // Distances of the line's middle and of the strip's outer edge from the lane's middle, metres; true if the line is broken.
     let wide_m = LINE_HALF_M + BARE_M;
     let (middle_m, outer_m, broken) = match marking {
         Marking::None | Marking::Kerb => return,
@@ -216,7 +221,7 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
     if line.drawn_m < dash_m + gap_m / 2.0 {
         return section(0.0, line.drawn_m, false);
     }
-    // Both directions see the same dashes: half a gap at either end.
+    // Half a gap at either end, so that the dashes of both directions coincide.
     let n = (line.drawn_m / (dash_m + gap_m)).round().max(1.0);
     let period_m = line.drawn_m / n;
     let gap_m = period_m * gap_m / (dash_m + gap_m);
@@ -228,7 +233,7 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
     }
 }
 
-/// A pavement: a kerb higher than what lies beside it.
+/// Paves a pavement, with a kerb towards adjacent lanes and a verge on an outer side.
 fn footway(net: &Network, id: LaneId, rows: &[f64], place: SurfacePoint, paver: &mut Paver, roadside: Roadside) {
     let half_m = net.lane(id).half_width_m();
     let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
@@ -242,29 +247,29 @@ fn footway(net: &Network, id: LaneId, rows: &[f64], place: SurfacePoint, paver: 
             roadside.pave(paver, rows, place, half_m, sign > 0.0);
             continue;
         }
-        // The face of the kerb looks outwards: seen from there, the upper column is on the left of the lower one.
+        // The kerb's face points outwards. Columns go from right to left of the line, so on the left the upper one comes first.
         let upper = Column::tarred(sign * half_m, Layer::Pavement, KERB);
         let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
         paver.ribbon(rows, place, if sign > 0.0 { [upper, lower] } else { [lower, upper] }, Ground::Tarred, None);
     }
 }
 
-/// True of a way across a junction that leads straight on.
+/// Checks whether a lane inside a junction leads straight on.
 fn leads_straight_on(net: &Network, id: LaneId) -> bool {
     let ways = net.predecessors(id).iter().flat_map(|before| net.connections_from(*before));
     ways.into_iter().any(|way| way.next() == id && way.direction == TurnDirection::Straight)
 }
 
-/// Areas for people that vehicles drive across, because the network has no crossing there, and the junctions that have some.
+/// Walking areas that vehicles drive across, as in networks without crossings, and the junctions that have such areas.
 #[derive(Debug, Default)]
 pub(super) struct SharedAreas {
     lanes: BTreeSet<LaneId>,
     junctions: BTreeSet<JunctionId>,
 }
 
-/// All shared areas of a network.
+/// Returns all shared areas of a network.
 pub(super) fn shared_areas(net: &Network) -> SharedAreas {
-    // Of each junction, points in the middle of vehicles' ways.
+    // Sample points on the centre lines of each junction's lanes.
     let mut driven: BTreeMap<JunctionId, Vec<Vec3>> = BTreeMap::new();
     let of_kind = |kind: EdgeKind| net.lane_ids().filter(move |id| net.edge_of(*id).kind == kind);
     for id in of_kind(EdgeKind::Internal) {
@@ -287,7 +292,7 @@ pub(super) fn shared_areas(net: &Network) -> SharedAreas {
     shared
 }
 
-/// Where people wait and turn corners.
+/// Paves a walking area, with a kerb on each side that borders another paved surface. Shared areas have no kerbs.
 fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roadside) {
     let outline = super::points(lane.shape());
     if is_shared {
@@ -298,7 +303,7 @@ fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roads
     let round = super::triangulation::cleaned(&flat);
     for (k, &from) in round.iter().enumerate() {
         let to = round[(k + 1) % round.len()];
-        // A kerb stands towards the road only.
+        // No kerb towards open ground.
         let along = flat[to] - flat[from];
         let outside = (flat[from] + flat[to]) / 2.0 + Vec2::new(along.y, -along.x).normalize_or_zero() * KERB_TO_M;
         if roadside.surfaces.border_m(outside) > 0.0 {
@@ -312,7 +317,7 @@ fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roads
     }
 }
 
-/// Ballast with two rails; across roads the rails alone.
+/// Paves a railway: ballast with two rails and verges, or inside a junction the rails alone, almost flush with the road.
 fn railway(rows: &[f64], place: SurfacePoint, half_m: f64, inside: bool, paver: &mut Paver, roadside: Roadside) {
     if !inside {
         let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));

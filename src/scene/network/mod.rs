@@ -1,10 +1,11 @@
-//! The scene of a road network: all lanes with their markings, junctions, crossings and signals. In: a
-//! [`Network`]. Out: meshes in world axes, heads of signals, and where the land may not be. Metres.
+//! Scene of a road network: all lanes with their markings, junctions, crossings and signals. In: a [`Network`]. Out: meshes in world axes,
+//! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
-//! `lanes` paves streets, `junctions` the areas between them, `strips` and `triangulation` are their tools; `paint` has stop lines and
-//! crossings, `signals` the heads, `posts` the reflector posts; `road_surfaces` keeps land, grass and trees off all of it.
+//! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
+//! crossings, `verge` the roadside, `signals` the signal heads, `posts` the reflector posts. `road_surfaces` keeps land, grass and trees
+//! off the pavement.
 //!
-//! Surfaces that overlap lie in layers, a few millimetres one over the other, so that nothing flickers: see [`Layer`].
+//! Overlapping surfaces lie in layers a few millimetres apart, which prevents z-fighting: see [`Layer`].
 
 mod junctions;
 mod lanes;
@@ -32,28 +33,28 @@ use crate::map::{
 };
 use glam::{DVec3, Vec3};
 
-/// Height of a surface over its lane's centre line, metres.
+/// Layer of a surface. Its height above the lane's centre line is [`Layer::z_m`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Layer {
     /// Stop lines and crossings.
     Paint,
-    /// Pavements and the corners where people wait.
+    /// Pavements, and walking areas that no vehicle crosses.
     Pavement,
-    /// Ways across junctions where people walk on the same ground.
+    /// Lanes inside a junction that has a shared walking area.
     SharedWay,
-    /// Where people walk and vehicles cross.
+    /// Walking areas that vehicles drive across.
     Shared,
     /// Lanes of streets, with their markings.
     Street,
-    /// Areas of junctions.
+    /// Area of a junction, inside its outline.
     Junction,
-    /// The shoulder around junctions.
+    /// Shoulder around the areas of junctions.
     Apron,
-    /// Ways across junctions, where areas leave a gap.
+    /// Lanes inside junctions, visible where the junction's area has a gap.
     Way,
-    /// What closes seams between lanes.
+    /// Strips of asphalt under the seams between lanes.
     Seam,
-    /// The upper edge of the verge, under the asphalt's edge.
+    /// Upper edge of the verge, under the asphalt's edge.
     Verge,
 }
 
@@ -74,12 +75,12 @@ impl Layer {
     }
 }
 
-/// Colour of asphalt where no wheel runs.
+/// Returns the colour of asphalt outside wheel tracks, linear albedo.
 fn plain_asphalt() -> [f32; 3] {
     shade(ASPHALT, 1.04)
 }
 
-/// All that is paved, for the land around it.
+/// Returns all paved surfaces of a network, for the land around them.
 pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
     let mut collector = SurfaceCollector::default();
     for id in net.lane_ids() {
@@ -96,7 +97,7 @@ pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
     RoadSurfaces::new(collector)
 }
 
-/// The paved surfaces with their markings, and the verges beside them.
+/// Returns the mesh of paved surfaces, markings, verges and bridges.
 pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
     let roadside = verge::Roadside::new(surfaces);
     let mut paver = Paver::new(relief, seed, surfaces.centre() - surfaces.radius_m());
@@ -111,18 +112,18 @@ pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed
     paver.mesh
 }
 
-/// True of a way through a junction whose ways cross nowhere.
+/// Checks whether a lane is inside a junction that has no crossing connections.
 fn no_one_meets(net: &Network, inside: LaneId) -> bool {
     let junction = net.edge_of(inside).junction.map(|junction| net.junction(junction));
     junction.is_some_and(|junction| junction.links.iter().all(|link| link.crosses.iter().next().is_none()))
 }
 
-/// Asphalt beyond the edge of the outermost lane, metres.
+/// Width of the shoulder: asphalt beyond the edge of the outermost lane, metres.
 const SHOULDER: f64 = map::SHOULDER_M;
-/// The same for the picture, m.
+/// Width of the shoulder in single precision, for meshes, metres.
 pub(super) const SHOULDER_M: f32 = map::SHOULDER_M as f32;
 
-/// Dark asphalt, linear albedo.
+/// Base colour of asphalt, linear albedo.
 const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
 /// Paint of markings, linear albedo.
 const PAINT: [f32; 3] = [0.70, 0.70, 0.67];

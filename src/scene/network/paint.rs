@@ -1,36 +1,37 @@
-//! What is painted across lanes: stop lines, lines to yield at, crossings. In: right of way and signals of the network. Out: strips
-//! of paint just over the asphalt. Widths are those of `docs/references.md: roads`.
+//! Transverse markings: stop lines, yield lines, crossings. In: right of way and signals of the network. Out: strips of paint just above
+//! the asphalt. Widths are from `docs/references.md: roads`.
 
 use super::{lanes::LaneLine, strips::Paver};
 use crate::map::network::{EdgeKind, Lane, LaneId, LinkState, Network};
 
-/// Width of stop lines and of lines to yield at, metres.
+/// Width of stop lines and yield lines, metres.
 const STOP_WIDTH_M: f64 = 0.5;
-/// How far its middle is before the end of the lane, metres: SUMO's vehicles stop before the end.
+/// Distance of the line's middle from the end of the lane, metres: SUMO's vehicles stop before the end.
 const BEFORE_END_M: f64 = 0.55;
-/// Dash and gap of a line to yield at, metres.
+/// Dash and gap of a yield line, metres.
 const YIELD_M: (f64, f64) = (0.5, 0.25);
-/// Dash and gap of the lines beside a way for people at signals, and half the width of these lines, metres.
+/// Dash and gap of the two lines of a signalised crossing, metres.
 const FORD_M: (f64, f64) = (0.5, 0.2);
+/// Half the width of the lines of a signalised crossing, metres.
 const FORD_HALF_M: f32 = 0.06;
 /// Bar and gap of a zebra crossing, metres.
 const ZEBRA_M: f64 = 0.5;
 
-/// How vehicles stop at the end of a lane.
+/// Kind of a line across the end of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum StopLine {
-    /// A whole line: a signal, or a stop sign.
+    /// Solid line of a signal or a stop sign.
     Solid,
-    /// A broken line: yield.
+    /// Broken line of a yield sign.
     Broken,
 }
 
-/// What is painted at the end of a lane.
+/// Returns the line across the end of a lane; `None` if vehicles there have right of way.
 fn stop_line(net: &Network, lane: LaneId) -> Option<StopLine> {
     let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
     let ruled = ways().any(|way| way.signal.is_some_and(|signal| signal.index.is_some()));
     let stops = ways().any(|way| matches!(way.state, LinkState::Stop | LinkState::AllwayStop));
-    // A left turn that lets oncoming traffic pass has no line; a lane from which every way yields has.
+    // A lane has a yield line only if all its connections yield, not if only a left turn yields to oncoming traffic.
     let yields = ways().next().is_some() && ways().all(|way| way.state == LinkState::Minor);
     match (ruled || stops, yields) {
         (true, _) => Some(StopLine::Solid),
@@ -39,13 +40,13 @@ fn stop_line(net: &Network, lane: LaneId) -> Option<StopLine> {
     }
 }
 
-/// True of a lane of a street on which vehicles drive.
+/// Checks whether a lane is a street's lane for road vehicles: not a footway or railway, and not inside a junction.
 pub(super) fn is_driven(net: &Network, id: LaneId) -> bool {
     let lane: &Lane = net.lane(id);
     net.edge_of(id).kind.is_street() && !lane.is_footway() && !lane.is_railway()
 }
 
-/// Lines at the ends of lanes.
+/// Adds stop lines and yield lines at the ends of lanes.
 pub(super) fn stop_lines(net: &Network, paver: &mut Paver) {
     for id in net.lane_ids().filter(|id| is_driven(net, *id)) {
         let Some(stop) = stop_line(net, id) else { continue };
@@ -55,7 +56,7 @@ pub(super) fn stop_lines(net: &Network, paver: &mut Paver) {
         if row < STOP_WIDTH_M {
             continue;
         }
-        // Up to the edge line on the outside; to the middle of the line on the inside.
+        // The line ends 2 cm inside the lane's edges.
         let half_m = lane.half_width_m() - 0.02;
         let place = |offset_m: f64| line.place(row, offset_m);
         match stop {
@@ -69,7 +70,7 @@ pub(super) fn stop_lines(net: &Network, paver: &mut Paver) {
     }
 }
 
-/// Ways for people across streets: bars where they have priority, two broken lines where a signal rules them.
+/// Adds pedestrian crossings: two broken lines if signalised, else the bars of a zebra crossing.
 pub(super) fn crossings(net: &Network, paver: &mut Paver) {
     for id in net.lane_ids().filter(|id| net.edge_of(*id).kind == EdgeKind::Crossing) {
         let lane = net.lane(id);
@@ -94,7 +95,8 @@ pub(super) fn crossings(net: &Network, paver: &mut Paver) {
     }
 }
 
-/// Dashes from end to end, with half a gap at either, stretched to a whole number.
+/// Returns start and end of each dash along a length, metres, with half a gap at either end. Dashes and gaps are scaled to fit a whole
+/// number of them.
 fn dashes(length_m: f64, (dash_m, gap_m): (f64, f64)) -> Vec<(f64, f64)> {
     let n = (length_m / (dash_m + gap_m)).round().max(1.0);
     let period_m = length_m / n;

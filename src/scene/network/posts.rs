@@ -11,22 +11,22 @@ use crate::{
 use glam::{DVec2, Quat, Vec3};
 use std::collections::BTreeSet;
 
-/// Distance of the posts along the road, m (as on German roads in narrow bends).
+/// Distance between posts along the road, m (as on German roads in narrow bends).
 pub const POST_EVERY_M: f64 = 25.0;
-/// Distance of the posts from the asphalt, m.
+/// Distance between a post and the asphalt, m.
 const POST_BESIDE_M: f32 = 0.75;
 /// Height of a post, m.
 const POST_HEIGHT_M: f32 = 1.0;
-/// Depth of its foot in the ground, m.
+/// Depth of a post's foot in the ground, m.
 const FOOT_M: f32 = 0.08;
-/// Posts stand where the limit is higher than in towns (50 km/h), m/s.
+/// Speed limit above which a road has posts, m/s: just above the 50 km/h of towns.
 const TOWN_MPS: f64 = 14.0;
-/// A post that is nearer to other asphalt stands in its way, m.
+/// Minimum distance between a post and any asphalt, m. Nearer posts are left out.
 const FREE_M: f32 = 0.5;
-/// Posts of a road that is so much higher than the ground would stand in the air, m.
+/// Maximum height of a road with posts above the ground, m. On bridges, posts would stand in the air.
 const BRIDGE_M: f32 = 1.5;
 
-/// All posts, on the outer side of the outermost lanes: the right, or the left with left-hand traffic.
+/// Returns all posts, on the outer side of the outermost lanes: the right, or the left with left-hand traffic.
 pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
     let post = post();
     let mut mesh = Mesh::default();
@@ -34,7 +34,7 @@ pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
     for (lanes, is_closed) in chains(net) {
         let length_m: f64 = lanes.iter().map(|lane| net.lane(*lane).line.drawn_m()).sum();
         let count = (length_m / POST_EVERY_M).round() as usize;
-        // The ends of an open chain are mouths of other roads.
+        // The ends of an open chain may be junctions with other roads: keep half a spacing from them.
         let first_m = if is_closed { 0.0 } else { POST_EVERY_M / 2.0 };
         let (mut lane, mut start_m) = (0, 0.0);
         for k in 0..count {
@@ -68,15 +68,15 @@ pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
     mesh
 }
 
-/// Chains of outermost lanes that follow each other without a crossing, with the insides of junctions between them, and whether the end
-/// of each is its start.
+/// Returns chains of outermost lanes that follow each other without a crossing, including the lanes inside junctions between them. The
+/// flag is true if a chain is closed.
 fn chains(net: &Network) -> Vec<(Vec<LaneId>, bool)> {
     let outermost = |lane: &LaneId| {
         let outer = if net.is_left_hand() { Side::Left } else { Side::Right };
         is_driven(net, *lane) && net.neighbour(*lane, outer).is_none() && net.lane(*lane).speed_limit_mps > TOWN_MPS
     };
     let streets: BTreeSet<LaneId> = net.lane_ids().filter(outermost).collect();
-    // The only way on, through a junction in which no other way crosses or joins.
+    // Lanes up to the next street, if the way there is unambiguous and no other lane crosses or joins it.
     let next = |lane: LaneId| -> Option<Vec<LaneId>> {
         let mut inside = Vec::new();
         let mut at = lane;
@@ -99,7 +99,7 @@ fn chains(net: &Network) -> Vec<(Vec<LaneId>, bool)> {
     let has_before: BTreeSet<LaneId> = streets.iter().filter_map(|lane| next(*lane)?.last().copied()).collect();
     let mut seen = BTreeSet::new();
     let mut chains = Vec::new();
-    // Chains with a beginning first; what is left are closed ones.
+    // Open chains first; the remaining lanes form closed ones.
     for &start in streets.difference(&has_before).chain(&streets) {
         if !seen.insert(start) {
             continue;
@@ -119,18 +119,18 @@ fn chains(net: &Network) -> Vec<(Vec<LaneId>, bool)> {
     chains
 }
 
-/// One post: white, a black band near its top, in it a reflector to either side. Front towards -x.
+/// Returns one post: white, with a black band near its top and a reflector at either end of the band. The reflectors face along ±x.
 fn post() -> Mesh {
     let white = SurfaceFinish::grey(Material::Matt, 0.72);
     let black = SurfaceFinish::grey(Material::Matt, 0.015);
     let mut triangles = TriangleList::default();
-    // A triangle with blunt corners, as moulded posts have; its edge points away from the road.
+    // A triangle with blunt corners, as moulded posts have. Its narrow edge points away from the road.
     let outline = [(-0.045, 0.055), (-0.012, -0.055), (0.012, -0.055), (0.045, 0.055), (0.03, 0.065), (-0.03, 0.065)];
     let bands = [(0.0, 0.66, white), (0.66, 0.88, black), (0.88, POST_HEIGHT_M, white)];
     for (low, high, finish) in bands {
         for k in 0..outline.len() {
             let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);
-            // The band falls towards the road, as its upper and lower edges do.
+            // The band and the top slope down towards the road.
             let at = |(x, y): (f32, f32), z: f32| Vec3::new(x, y, if z > 0.0 { z - y * 0.5 } else { z });
             triangles.quad([at(a, low), at(b, low), at(b, high), at(a, high)], finish);
         }
@@ -186,12 +186,12 @@ mod tests {
     #[test]
     fn posts_stand_on_no_asphalt_and_in_no_town() {
         let net = |name: &str| Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network");
-        // Ramps of a motorway, which join and leave.
+        // A motorway with entry and exit ramps.
         let ramps = net("ramps");
         let (surfaces, feet_of_ramps) = (network::surfaces(&ramps), feet(&ramps));
         assert!(!feet_of_ramps.is_empty());
         assert!(feet_of_ramps.iter().all(|foot| surfaces.border_m(*foot) > FREE_M - 0.1));
-        // Limits of 50 km/h.
+        // All limits are 50 km/h.
         assert!(feet(&net("town")).is_empty());
     }
 }

@@ -1,32 +1,32 @@
-//! All that is paved in a network, for those who ask where a point of the land lies: how far from the nearest lane, and how high
-//! the ground is between roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Exact up to
-//! [`NEAR_M`] from the roads; further off within the width of a cell of the first look.
+//! All paved surfaces of a network, and queries for points of the land: distance from the nearest lane, and height of the ground between
+//! roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Distances are exact up to [`NEAR_M`] from the
+//! roads. Further away they are estimated from sample points, with an error of about the samples' spacing.
 
 use crate::scene::land::noise::smoothstep;
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 
-/// Up to this distance from a road the answer is exact, metres.
+/// Maximum distance from a road at which distances are exact, metres.
 const NEAR_M: f32 = 90.0;
-/// Side of a cell, metres; twice as large as often as there would be too many.
+/// Initial side of a grid cell, metres. The side is doubled until there are at most [`MOST_CELLS`].
 const CELL_M: f32 = 16.0;
 const MOST_CELLS: usize = 1 << 20;
-/// Pieces of lines are no longer than this, metres: each counts with its height at the place that is nearest.
+/// Maximum length of a segment, metres. Each segment within reach contributes the height of its nearest point to the ground's height.
 const PIECE_M: f32 = 8.0;
-/// The most points of the first look.
+/// Maximum number of sample points of the roads, for points of the land far from all of them.
 const MOST_COARSE: usize = 1000;
-/// Roads shape the ground up to this distance, metres.
+/// Maximum distance from its edge at which a segment shapes the ground, metres.
 const SHAPED_M: f32 = 90.0;
-/// Beside a road that lies below another, the ground is as low as that road up to this distance from its lanes, metres, and rises by 45
-/// degrees from there: wider than a cell of the land, so that none of it comes through the lower road.
+/// Half-width of the cutting around a road below another, from the lower road's edge, metres. The ground there is as low as that road and
+/// rises by 45 degrees beyond. The cutting is wider than a cell of the land, so that no land covers the lower road.
 const CUTTING_M: f32 = 5.7;
-/// How much lower a road lies than the ground around until it is one below another and not the same one some metres on, metres.
+/// Range of depths below the mean ground over which a road's cutting sets in, metres. Slopes of the same road cause smaller depths.
 const BELOW_M: [f32; 2] = [1.0, 2.0];
 
-/// Half the width of the lane that stands for all where the land asks how far the road is, m.
+/// Nominal half-width of a lane, for distances from a lane's middle, m.
 pub(in crate::scene) const HALF_LANE_M: f32 = 1.6;
 
-/// A straight piece of a lane, or of the outline of an area.
+/// Straight segment of a lane's centre line, or of an area's outline (half-width 0).
 #[derive(Clone, Copy, Debug)]
 struct SurfaceSegment {
     from: Vec3,
@@ -35,7 +35,7 @@ struct SurfaceSegment {
 }
 
 impl SurfaceSegment {
-    /// Distance from its edge on the ground, negative on it, and its height there.
+    /// Returns the horizontal distance of a point from the segment's edge, negative inside, and the height of the segment's nearest point.
     fn beside(&self, point: Vec2) -> (f32, f32) {
         let (from, along) = (self.from.truncate(), (self.to - self.from).truncate());
         let share = ((point - from).dot(along) / along.length_squared().max(1e-9)).clamp(0.0, 1.0);
@@ -44,7 +44,7 @@ impl SurfaceSegment {
     }
 }
 
-/// The surfaces while they are collected.
+/// Collector of paved surfaces, from which [`RoadSurfaces`] is built.
 #[derive(Debug, Default)]
 pub(in crate::scene) struct SurfaceCollector {
     pieces: Vec<SurfaceSegment>,
@@ -52,7 +52,7 @@ pub(in crate::scene) struct SurfaceCollector {
 }
 
 impl SurfaceCollector {
-    /// A strip along a line, as wide on both sides.
+    /// Adds a strip along a line, `half_width_m` wide on either side.
     pub fn line(&mut self, points: &[Vec3], half_width_m: f32) {
         for pair in points.windows(2) {
             let n = (pair[0].truncate().distance(pair[1].truncate()) / PIECE_M).ceil().max(1.0);
@@ -62,7 +62,7 @@ impl SurfaceCollector {
         }
     }
 
-    /// An area by its outline, either way round.
+    /// Adds an area by its outline, in either orientation.
     pub fn area(&mut self, outline: &[Vec3]) {
         if outline.len() < 3 {
             return;
@@ -73,30 +73,31 @@ impl SurfaceCollector {
     }
 }
 
-/// What is paved, by cells of a grid.
+/// Paved surfaces of a network, sorted into the cells of a grid.
 #[derive(Debug)]
 pub(in crate::scene) struct RoadSurfaces {
     pieces: Vec<SurfaceSegment>,
     areas: Vec<Vec<Vec3>>,
-    /// Middle of the box around all, and the radius around it that holds everything, m.
+    /// Centre of the bounding box of all segments.
     centre: Vec2,
+    /// Radius around the centre that encloses all segments, m.
     radius_m: f32,
     low: Vec2,
     cell_m: f32,
     columns: i32,
     rows: i32,
-    /// Where the pieces and areas of each cell begin, one more at the end.
+    /// Index in `members` of each cell's first entry, plus one more index at the end.
     starts: Vec<u32>,
-    /// Pieces, and after them areas, by number.
+    /// Members of all cells: indices of segments, and of areas plus the number of segments.
     members: Vec<u32>,
-    /// Some points of roads, at most one in a square.
+    /// Sample points of roads, at most one in each square of a lattice.
     coarse: Vec<Vec3>,
-    /// The height of all roads, if it is one.
+    /// Common height of all roads, metres; `None` if heights differ by 1 cm or more.
     level_m: Option<f32>,
 }
 
 impl RoadSurfaces {
-    /// Sorts what was collected into cells.
+    /// Sorts the collected surfaces into cells.
     pub fn new(SurfaceCollector { pieces, areas }: SurfaceCollector) -> Self {
         let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]);
         let low = points().reduce(Vec3::min).unwrap_or_default();
@@ -140,37 +141,37 @@ impl RoadSurfaces {
         Self { pieces, areas, centre, radius_m, low, cell_m, columns, rows, starts, members, coarse, level_m }
     }
 
-    /// Middle of the box around all roads.
+    /// Returns the centre of the bounding box of all roads, m.
     pub fn centre(&self) -> Vec2 {
         self.centre
     }
 
-    /// Radius around the middle that holds everything, m.
+    /// Returns the radius around the centre that encloses all surfaces, m.
     pub fn radius_m(&self) -> f32 {
         self.radius_m
     }
 
-    /// The height of all roads, if it is one.
+    /// Returns the common height of all roads, metres; `None` if heights differ by 1 cm or more.
     pub fn level_m(&self) -> Option<f32> {
         self.level_m
     }
 
-    /// Height of the highest road, metres, 0 at least.
+    /// Returns the height of the highest road, metres; at least 0.
     pub fn highest_m(&self) -> f32 {
         self.pieces.iter().map(|piece| piece.from.z.max(piece.to.z)).fold(0.0, f32::max)
     }
 
-    /// Length of all lines and outlines, metres.
+    /// Returns the total length of all lines and outlines, metres.
     pub fn length_m(&self) -> f32 {
         self.pieces.iter().map(|piece| piece.from.distance(piece.to)).sum()
     }
 
-    /// Distance from the nearest lane's edge or area, metres; 0 on it.
+    /// Returns the distance from the nearest paved surface, metres; 0 inside.
     pub fn border_m(&self, point: Vec2) -> f32 {
         let mut best_m = f32::INFINITY;
         let rings = (NEAR_M / self.cell_m).ceil() as i32;
         for ring in 0..=rings {
-            // Nothing in this ring is nearer than what lies inside it.
+            // No member of this ring can be nearer than the best one so far.
             if best_m <= (ring - 1).max(0) as f32 * self.cell_m {
                 break;
             }
@@ -193,13 +194,13 @@ impl RoadSurfaces {
         far.sqrt().max(NEAR_M)
     }
 
-    /// Distance from the middle of the nearest lane, as if it were [`HALF_LANE_M`] wide to either side, m.
+    /// Returns the distance from the middle of the nearest lane, m, if each lane were [`HALF_LANE_M`] wide on either side.
     pub fn middle_m(&self, point: Vec2) -> f32 {
         self.border_m(point) + HALF_LANE_M
     }
 
-    /// Height of the ground, metres: that of the road near by, in between a mean of those around, and never above a road that lies
-    /// below another.
+    /// Returns the height of the ground, metres: a weighted mean of the heights of the surrounding roads, dominated by the nearest. Around
+    /// a road that lies below another, the ground does not cover the lower one.
     pub fn height_m(&self, point: Vec2) -> f32 {
         if let Some(level_m) = self.level_m {
             return level_m;
@@ -209,7 +210,7 @@ impl RoadSurfaces {
             sum += weight * z_m;
             weights += weight;
         };
-        // What is far off decides where nothing is near: about from 50 m on.
+        // The sample points have small weights: they dominate from about 50 m from the nearest road.
         let share = 3e-5 / self.coarse.len() as f32;
         for far in &self.coarse {
             add(share / (1.0 + far.truncate().distance_squared(point)), far.z);
@@ -218,7 +219,7 @@ impl RoadSurfaces {
             for piece in self.ring(point, ring).filter_map(|member| self.pieces.get(member)) {
                 let (off_m, z_m) = piece.beside(point);
                 if off_m < SHAPED_M {
-                    // Shepard's weights, which end where a road's reach does.
+                    // Shepard's inverse distance weights, falling to 0 at `SHAPED_M`.
                     let near = off_m.max(0.0) + 0.3;
                     add(((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4), z_m);
                     lowest_m = lowest_m.min(z_m + (off_m - CUTTING_M).max(0.0));
@@ -230,7 +231,7 @@ impl RoadSurfaces {
         mean_m - above_m * smoothstep(BELOW_M[0], BELOW_M[1], above_m)
     }
 
-    /// Members of the cells at this many cells from that of a point; those of the grid's rim for points beyond it.
+    /// Returns the members of the grid's cells in the square ring `ring` cells away from the point's cell. A member may occur repeatedly.
     fn ring(&self, point: Vec2, ring: i32) -> impl Iterator<Item = usize> + '_ {
         let at = ((point - self.low) / self.cell_m).floor().as_ivec2();
         let row = move |y: i32| {
@@ -248,7 +249,7 @@ impl RoadSurfaces {
     }
 }
 
-/// Middle of the box around all pieces, and the radius around it that holds them, m.
+/// Returns the centre of the bounding box of all segments, and the radius around it that encloses them, m.
 fn circle(pieces: &[SurfaceSegment]) -> (Vec2, f32) {
     let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
     let low = points().reduce(Vec2::min).unwrap_or_default();
@@ -260,7 +261,7 @@ fn circle(pieces: &[SurfaceSegment]) -> (Vec2, f32) {
     (centre, pieces.iter().map(reach).fold(0.0, f32::max))
 }
 
-/// At most one point in each square of a lattice as fine as [`MOST_COARSE`] allows.
+/// Samples at most one point in each square of a lattice, fine enough to give at most [`MOST_COARSE`] points.
 fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
     let mut side_m = 2.0 * CELL_M;
     loop {
@@ -276,7 +277,7 @@ fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
     }
 }
 
-/// True if a point lies inside an outline.
+/// Checks whether a point lies inside an outline (even-odd rule).
 pub(in crate::scene) fn contains(outline: &[Vec3], point: Vec2) -> bool {
     let mut inside = false;
     for (k, a) in outline.iter().enumerate() {

@@ -1,7 +1,6 @@
-//! Heads of signals: three lamps one over the other in a dark housing on a dark board, on a pole beside the stop line, over the lanes
-//! further in on an arm, and once more across the junction, where the first vehicle at the line sees it. In: the network.
-//! Out: one mesh of what stands there, and where the lamps are, with the link whose light each head shows. Sizes are
-//! those of `docs/references.md: roads`.
+//! Signal heads: three lamps in a vertical dark housing with a backboard. One head is on a pole beside the stop line, one over each further
+//! lane on an arm, and one across the junction, visible to the first vehicle at the line. In: the network. Out: one mesh of poles, arms and
+//! heads; the lamps' positions, with the link whose state each head shows. Sizes are from `docs/references.md: roads`.
 
 use super::{paint::is_driven, road_surfaces::RoadSurfaces};
 use crate::{
@@ -17,46 +16,48 @@ use crate::{
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Radius of a lamp, and distance of two in a housing, metres.
+/// Radius of a lamp, metres.
 pub(in crate::scene) const LAMP_M: f32 = 0.15;
+/// Distance between the middles of two lamps in a housing, metres.
 const LAMP_EVERY_M: f32 = 0.36;
-/// Height of the middle lamp on a pole, over lanes, and across the junction, metres.
+/// Height of the middle lamp on a pole, beside the stop line or across the junction, metres.
 const POLE_HEAD_M: f32 = 2.75;
+/// Height of the middle lamp over a lane, metres.
 const ARM_HEAD_M: f32 = 5.6;
-/// Height of the arm over the middle of the heads that hang from it, metres.
+/// Height of the arm above the middle lamps of its heads, metres.
 const ARM_OVER_M: f32 = 0.85;
-/// How far a pole stands beside the outermost lane, metres: beyond its shoulder.
+/// Distance between a pole and the edge of the outermost lane, metres: beyond the shoulder.
 const BESIDE_M: f64 = 0.95;
-/// How far before the end of the lane heads stand, metres: at the far edge of the stop line.
+/// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
 const BEFORE_END_M: f64 = 0.15;
-/// A head across the junction stands at most this far from the stop line, metres.
+/// Maximum distance of a head across the junction from the stop line, metres.
 const ACROSS_M: f32 = 45.0;
 
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.22);
 const HOUSING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
 const RIM: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.62);
-/// Lamps that are dark, from the top.
+/// Colours of unlit lamps, from the top: red, yellow, green; linear albedo.
 const DARK: [[f32; 3]; 3] = [[0.075, 0.006, 0.004], [0.075, 0.035, 0.003], [0.004, 0.050, 0.028]];
 /// Light of the lamps, from the top: red, yellow, green.
 const LIT: [[f32; 3]; 3] = [[3.6, 0.030, 0.012], [3.2, 1.35, 0.02], [0.05, 2.6, 0.95]];
 
-/// A head: what it shows, and where its lamps are.
+/// Signal head: the link whose state it shows, and the positions of its lamps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SignalHead {
-    /// The lane whose drivers it is for.
+    /// Lane for whose drivers the head is.
     pub lane: LaneId,
-    /// Which signal.
+    /// Signal that controls the head.
     pub signal: SignalId,
-    /// Which of its links.
+    /// Index of the link whose state the head shows, among the signal's links.
     pub link: u32,
-    /// Middle of the front of each lamp, world axes: red, yellow, green.
+    /// Centre of the front of each lamp, world axes, metres: red, yellow, green.
     pub lamps: [Vec3; 3],
-    /// Unit direction in which they shine.
+    /// Direction in which the lamps shine, a unit vector in world axes.
     pub facing: Vec3,
 }
 
 impl SignalHead {
-    /// The lamps that are lit: `time_s` decides while they blink.
+    /// Returns the lit lamps. Blinking lamps are lit for the first half of each second of `time_s`.
     pub(in crate::scene) fn lit(&self, states: &SignalStates, time_s: f64) -> impl Iterator<Item = LitLamp> {
         let lit: &[usize] = match states.light(self.signal, self.link) {
             Some(SignalLight::Red) => &[0],
@@ -71,7 +72,7 @@ impl SignalHead {
     }
 }
 
-/// The connection whose light stands for a lane: the way straight on, or else the one that needs the least turn.
+/// Returns the connection whose light represents a lane, with its signal and link index: straight on, or else slight turns, right, left.
 fn shown(net: &Network, lane: LaneId) -> Option<(&Connection, SignalId, u32)> {
     let turn = |way: &Connection| match way.direction {
         TurnDirection::Straight => 0,
@@ -87,7 +88,7 @@ fn shown(net: &Network, lane: LaneId) -> Option<(&Connection, SignalId, u32)> {
     ruled.min_by_key(|(way, ..)| turn(way))
 }
 
-/// All heads, and what holds them.
+/// Returns the mesh of all signal heads, poles and arms, and the heads.
 pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, Vec<SignalHead>) {
     let mut triangles = TriangleList::default();
     let mut heads = Vec::new();
@@ -97,7 +98,7 @@ pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, 
     (triangles.into_mesh(0.6), heads)
 }
 
-/// The heads for one street.
+/// Adds the heads at the end of one edge.
 fn approach(
     net: &Network,
     edge: EdgeId,
@@ -108,7 +109,7 @@ fn approach(
     let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
     let ruled: Vec<_> = lanes.iter().filter_map(|&lane| Some((lane, shown(net, lane)?))).collect();
     let (Some(&outermost), false) = (lanes.first(), ruled.is_empty()) else { return };
-    // The side of the pole: right, or left with left-hand traffic.
+    // The pole is on the right, or on the left with left-hand traffic.
     let side = if net.is_left_hand() { 1.0 } else { -1.0 };
     let at = |lane: LaneId, offset_m: f64| {
         let of = net.lane(lane);
@@ -117,7 +118,7 @@ fn approach(
     };
     let beside = |lane: LaneId| side * (net.lane(lane).half_width_m() + BESIDE_M);
     let foot = at(outermost, beside(outermost));
-    // Poles and arms are behind the heads.
+    // Offset from heads to their poles and arms.
     let behind = direction(&at(outermost, 0.0)) * 0.22;
     let mut arm_end: Option<Vec3> = None;
     for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
@@ -149,7 +150,8 @@ fn approach(
     }
 }
 
-/// Where a head stands across the junction: beside the lane straight on, or on the far side of the road that is met.
+/// Returns the foot of the head across the junction: beside the exit lane if the way is straight on, else beyond the road ahead. `None` if
+/// there is no free place in range.
 fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &RoadSurfaces) -> Option<Vec3> {
     let (from, ahead) = (line.position.as_vec3(), direction(line));
     let near = |foot: &Vec3| foot.distance(from) < ACROSS_M && (*foot - from).dot(ahead) > 6.0;
@@ -160,7 +162,7 @@ fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &R
             let pose = net.pose(LanePosition { lane: exit, s_m: 0.3 + f64::from(k), offset_m: beside_m });
             pose.position.as_vec3()
         };
-        // Some metres further on where another lane is in the way.
+        // Up to 7 m further on if another lane is in the way.
         let paved = net.edge_of(exit).lanes().any(|lane| net.lane(lane).is_footway());
         let free = |foot: &Vec3| paved || surfaces.border_m(foot.truncate()) > 0.5;
         return (0..8).map(foot).find(free).filter(near);
@@ -173,12 +175,12 @@ fn direction(pose: &Pose3) -> Vec3 {
     Vec2::from_angle(pose.yaw_rad as f32).extend(0.0)
 }
 
-/// A pole from the ground.
+/// Adds a pole, with 0.5 m of it in the ground.
 fn pole(triangles: &mut TriangleList, foot: Vec3, height_m: f32) {
     bar(triangles, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
 }
 
-/// A round bar.
+/// Adds a steel bar with a hexagonal section.
 fn bar(triangles: &mut TriangleList, from: Vec3, to: Vec3, radius_m: f32) {
     const SIDES: usize = 6;
     let along = (to - from).normalize_or(Vec3::Z);
@@ -194,14 +196,14 @@ fn bar(triangles: &mut TriangleList, from: Vec3, to: Vec3, radius_m: f32) {
     triangles.bar(2, ring, STEEL);
 }
 
-/// A housing about its middle lamp; gives the middles of the lamps' fronts.
+/// Adds a housing centred on its middle lamp; returns the centres of the lamps' fronts, from the top.
 fn housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
     let left = Vec3::Z.cross(facing);
     let turn = Mat3::from_cols(facing, left, Vec3::Z);
     let mut head = TriangleList::default();
     let [high, wide] = [LAMP_EVERY_M * 1.5 + 0.03, 0.20];
     head.cuboid(Vec3::new(-0.10, 0.0, 0.0), Vec3::new(0.10, wide, high), HOUSING);
-    // The board, and its pale rim.
+    // The backboard and its pale rim.
     head.cuboid(Vec3::new(-0.02, 0.0, 0.0), Vec3::new(0.012, wide + 0.16, high + 0.16), HOUSING);
     let (y, z) = (wide + 0.20, high + 0.20);
     let corners = [(-y, -z), (y, -z), (y, z), (-y, z)].map(|(y, z)| Vec3::new(-0.026, y, z));
@@ -216,7 +218,7 @@ fn housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3
     heights.map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
 }
 
-/// A lamp's glass.
+/// Adds a lamp's lens, slightly conical.
 fn lens(head: &mut TriangleList, height_m: f32, finish: SurfaceFinish) {
     const SIDES: usize = 12;
     let rim = |k: usize| {
@@ -228,11 +230,11 @@ fn lens(head: &mut TriangleList, height_m: f32, finish: SurfaceFinish) {
     }
 }
 
-/// A hood over a lamp, seen from both sides.
+/// Adds a hood over a lamp, visible from inside and outside.
 fn hood(head: &mut TriangleList, height_m: f32) {
     const SIDES: usize = 6;
     let edge = |k: usize, out_m: f32| {
-        // From a little below the middle on one side over the top to the other.
+        // The arc starts a little below the middle on one side and ends a little below it on the other.
         let angle = TAU * (-0.04 + 0.58 * k as f32 / SIDES as f32);
         Vec3::new(out_m, 1.08 * LAMP_M * angle.cos(), height_m + 1.08 * LAMP_M * angle.sin())
     };
@@ -243,7 +245,7 @@ fn hood(head: &mut TriangleList, height_m: f32) {
     }
 }
 
-/// A lamp that is lit, of radius 1, shining along x: its light is the instance's colour.
+/// Returns the mesh of a lit lamp of radius 1 that shines along +x. Its light is the instance's colour.
 pub(in crate::scene) fn lit_lamp() -> Mesh {
     const SIDES: usize = 16;
     let finish = SurfaceFinish::grey(Material::SignalLamp, 0.02);

@@ -1,5 +1,5 @@
-//! Ribbons and areas of paved ground. In: places along a line with columns beside it, outlines. Out: one mesh in world axes; `uv` is
-//! metres along and across on lanes, and metres of the world on areas, far from where lanes have their tracks.
+//! Ribbons and areas of paved ground. In: points along a line with columns beside it, outlines. Out: one mesh in world axes. `uv` is in
+//! metres: along and across on lanes; world coordinates on areas, shifted away from the range in which lanes have wheel tracks.
 
 use super::{Layer, PAINT, triangulation};
 use crate::scene::{
@@ -11,73 +11,74 @@ use crate::scene::{
 };
 use glam::{Vec2, Vec3};
 
-/// Half the width of the line that `road.wgsl` draws, and how far into its strip the line's middle lies, metres.
+/// Half the width of the line that `road.wgsl` draws, and distance of the line's middle from the strip's edge, metres.
 const LINE_HALF_M: f32 = 0.059;
 const LINE_MIDDLE: f32 = 0.22;
 
-/// What a ribbon is made of between two columns.
+/// Material of a ribbon between two columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Ground {
-    /// Asphalt, and what is paved like it, in the columns' colours.
+    /// Asphalt or similar paving in the columns' colours, with a slight random variation.
     Tarred,
-    /// The same without patches: where ribbons lie over each other on one layer, they are one colour.
+    /// Paving in the columns' colours without variation, so that overlapping ribbons of one layer match.
     Even,
-    /// Asphalt with a painted line; the columns' `share` says how far into the line's strip they are.
+    /// Asphalt with a painted line. The columns' `share` is the distance from the strip's edge, in the metres of `road.wgsl`.
     Painted,
-    /// Gravel with grass growing into it; the columns' `share` says how far.
+    /// Gravel with grass growing into it, more of it the greater the columns' `share`.
     Grown,
 }
 
-/// A line of corners beside a line.
+/// Line of vertices at a constant offset from a centre line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Column {
-    /// Metres to the left of the line.
+    /// Offset to the left of the line, metres.
     pub offset_m: f64,
-    /// Height over the line, metres.
+    /// Height above the line, metres.
     pub z_m: f32,
-    /// Colour where it is tarred.
+    /// Colour of paving or paint, linear albedo; unused on the verge.
     pub colour: [f32; 3],
-    /// See [`Ground`].
+    /// Position within a painted line's strip, or amount of grass on the verge: see [`Ground`].
     pub share: f32,
 }
 
 impl Column {
-    /// A column of tarred ground.
+    /// Returns a column of paved ground.
     pub fn tarred(offset_m: f64, layer: Layer, colour: [f32; 3]) -> Self {
         Self { offset_m, z_m: layer.z_m(), colour, share: 0.0 }
     }
 
-    /// A column of a strip with a painted line `half_width_m` wide on both sides of its middle, which is `off_m` from the column.
+    /// Returns a column of a strip with a painted line. `half_width_m` is half the line's width. `off_m` is the column's offset from the
+    /// line's middle.
     pub fn painted(offset_m: f64, layer: Layer, off_m: f64, half_width_m: f64) -> Self {
         let share = LINE_MIDDLE + off_m as f32 * LINE_HALF_M / half_width_m as f32;
         Self { offset_m, z_m: layer.z_m(), colour: PAINT, share }
     }
 
-    /// A column of the verge.
+    /// Returns a column of the verge.
     pub fn grown(offset_m: f64, z_m: f32, share: f32) -> Self {
         Self { offset_m, z_m, colour: [0.0; 3], share }
     }
 }
 
-/// Makes the mesh.
+/// Builder of the mesh of roads.
 pub(super) struct Paver<'a> {
-    /// What is paved so far.
+    /// Mesh of all ribbons and areas so far.
     pub mesh: Mesh,
     relief: &'a Relief<'a>,
     seed: u64,
-    /// From the world to `uv` of areas.
+    /// Offset from world coordinates to `uv` on areas, metres.
     shift: Vec2,
 }
 
 impl<'a> Paver<'a> {
-    /// Nothing is paved yet; nothing lies further south-west than `low`.
+    /// Returns a paver with an empty mesh. `low` is the south-west corner of a box around all roads.
     pub fn new(relief: &'a Relief<'a>, seed: u64, low: Vec2) -> Self {
-        // Tracks of wheels, and repairs, lie up to 3 m from the middle of a lane.
+        // Wheel tracks and repairs lie within 3 m of a lane's middle, at smaller `uv` than any area.
         Self { mesh: Mesh::default(), relief, seed, shift: Vec2::splat(16.0) - low }
     }
 
-    /// A ribbon between two columns, the right one first, through `rows` of a line; `place` gives the place at a row and an offset.
-    /// `start` is added to the row for `uv`; without it, `uv` is that of areas.
+    /// Adds a ribbon between two columns, the right one first, along the `rows` of a line. `place` returns the point at a row and an
+    /// offset. `start` is added to the row for `uv`; without it, the ribbon has the `uv` of areas.
     pub fn ribbon(
         &mut self,
         rows: &[f64],
@@ -108,7 +109,7 @@ impl<'a> Paver<'a> {
         }
     }
 
-    /// An area on a layer, in one colour.
+    /// Adds an area on a layer, in one colour.
     pub fn area(&mut self, outline: &[Vec3], layer: Layer, colour: [f32; 3]) {
         let flat: Vec<Vec2> = outline.iter().map(|point| point.truncate()).collect();
         let triangles = triangulation::triangles(&flat);
@@ -120,9 +121,9 @@ impl<'a> Paver<'a> {
         self.mesh.indices.extend(triangles.iter().flatten().map(|corner| first + *corner as u32));
     }
 
-    /// A flat quadrilateral of paint that is drawn as one line, whose middle runs from `from` to `to`.
+    /// Adds a painted line with its middle from `from` to `to`, as one flat quadrilateral.
     pub fn painted_line(&mut self, from: Vec3, to: Vec3, half_width_m: f32) {
-        // What of the strip is bare.
+        // Width of the strip, as a multiple of the line's: its edges are bare asphalt.
         const BARE: f32 = 1.15;
         let along = to - from;
         let across = Vec3::Z.cross(along).normalize_or_zero() * half_width_m * BARE;
@@ -147,10 +148,10 @@ impl<'a> Paver<'a> {
             Ground::Grown => Material::Verge,
         };
         if matches!(ground, Ground::Painted | Ground::Grown) {
-            // Paint and grass spare a channel (`road.wgsl`).
+            // The blue channel of paint and grass carries the share (`road.wgsl`).
             colour[2] = column.share;
         }
-        // On walls and kerbs, along and up.
+        // `uv` on walls and kerbs is along and up.
         let on_area = || if normal.z > 0.3 { point + self.shift } else { Vec2::new(point.x + point.y, at.z + 64.0) };
         let uv = uv.unwrap_or_else(on_area);
         self.mesh.vertex(Vertex::new(at, normal, colour, uv, material));

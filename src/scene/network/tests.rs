@@ -1,4 +1,4 @@
-//! What the parts of a network's scene promise together. In: networks of `tests/data/networks`. Out: nothing.
+//! Tests of a whole network's scene. In: networks of `tests/data/networks`. Out: nothing.
 
 use super::*;
 use crate::{
@@ -20,7 +20,7 @@ fn network(name: &str) -> Arc<Network> {
     Arc::new(Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests"))
 }
 
-/// Distance from the nearest lane's edge, looked for in all lanes point by point.
+/// Returns the distance from the nearest lane's edge or junction by brute force, metres, for comparison.
 fn border_m(net: &Network, point: Vec2) -> f32 {
     let lanes =
         net.lane_ids().filter(|id| !matches!(net.edge_of(*id).kind, EdgeKind::WalkingArea | EdgeKind::Crossing));
@@ -43,7 +43,7 @@ fn distances_are_those_of_all_lanes_and_junctions() {
     for name in ["roundabout", "hill", "town-left"] {
         let net = network(name);
         let surfaces = surfaces(&net);
-        // Near the corners of junctions there are no lanes, and it is paved all the same.
+        // The corners of junctions are paved although no lane is near.
         for area in junctions::areas(&net) {
             let n = area.outline.len();
             let middle = area.outline.iter().map(|corner| corner.truncate()).sum::<Vec2>() / n as f32;
@@ -60,7 +60,7 @@ fn distances_are_those_of_all_lanes_and_junctions() {
                 random.uniform(low.y - 60.0, high.y + 60.0) as f32,
             );
             let (found, exact) = (surfaces.border_m(point), border_m(&net, point));
-            // Points stand 25 cm apart on the lines of the one; outlines of junctions and walking areas reach a little beyond lanes.
+            // The brute-force points are 25 cm apart. Outlines of junctions and walking areas reach a little beyond lanes.
             if exact < 80.0 {
                 assert!(found <= exact + 0.02 && found > exact - 9.0, "{name} {point}: {found}, {exact}");
             }
@@ -81,7 +81,7 @@ fn the_land_follows_roads_and_never_covers_one() {
         let net = network(name);
         let static_scene = StaticScene::of_network(&net, 1, 0);
         check(&static_scene.road, name);
-        // The land's triangles by squares of 8 m.
+        // The land's triangles, sorted into squares of 8 m.
         let mut squares: std::collections::BTreeMap<[i32; 2], Vec<[Vec3; 3]>> = Default::default();
         for (corners, _) in faces(&static_scene.land) {
             let corners = corners.map(|corner| Vec3::from(corner.position));
@@ -151,11 +151,11 @@ fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
         let net = network(name);
         let static_scene = StaticScene::of_network(&net, 1, 0);
         check(&static_scene.road, name);
-        // Inside of tight bends a ribbon folds over; there is little of that.
+        // A ribbon folds over on the inside of tight bends, on a small area only.
         let (mut up, mut down) = (0.0, 0.0);
         faces(&static_scene.road).for_each(|(_, face)| if face.z > 0.0 { up += face.z } else { down -= face.z });
         assert!(down < 0.004 * up, "{name}: {down} of {up} m2 face down");
-        // Every junction's middle is paved.
+        // The triangles fill the area of each junction.
         for area in junctions::areas(&net) {
             let flat: Vec<Vec2> = area.outline.iter().map(|corner| corner.truncate()).collect();
             let of = |[a, b, c]: [usize; 3]| (flat[b] - flat[a]).perp_dot(flat[c] - flat[a]) / 2.0;
@@ -189,7 +189,7 @@ fn every_lane_with_a_signal_has_a_head_that_faces_it() {
                     beside_m > 0.4 || middle.z > 4.5 || name.starts_with("town"),
                     "{name}: {middle} stands in the road"
                 );
-                // A pole on the left with traffic on the left.
+                // The pole is on the left only with left-hand traffic.
                 let stands = net.lane(id).line.pose(net.lane(id).length_m, 0.0).position.as_vec3();
                 let left_m = end.truncate().perp_dot((middle - stands).truncate());
                 let near = (middle - stands).truncate().length() < 8.0 && middle.z < 4.0;
@@ -201,7 +201,7 @@ fn every_lane_with_a_signal_has_a_head_that_faces_it() {
 }
 
 #[test]
-fn on_a_network_wheels_turn_with_the_vehicles_own_heading_and_bodies_lie_along_the_slope() {
+fn wheels_turn_with_a_vehicles_heading_and_its_body_follows_the_slope() {
     let net = network("hill");
     let static_scene = StaticScene::of_network(&net, 1, 0);
     let at = net.lane(net.lane_named("up_0").expect("a lane")).line.pose(80.0, 0.0);
@@ -213,11 +213,11 @@ fn on_a_network_wheels_turn_with_the_vehicles_own_heading_and_bodies_lie_along_t
         let view = scene::view(&snapshot, 1.0, ViewKind::Chase, &ViewOptions::default(), &static_scene);
         view.cars[1]
     };
-    // 2 mrad in 0.1 m: a bend of 50 m. The axles are 2.8 m apart.
+    // 2 mrad in 0.1 m is a bend with a radius of 50 m. The wheelbase is 2.8 m.
     assert!((drawn(0.002).steer_rad - (2.8f32 / 50.0).atan()).abs() < 1e-3, "{}", drawn(0.002).steer_rad);
     assert!((drawn(-0.002).steer_rad + (2.8f32 / 50.0).atan()).abs() < 1e-3);
     assert_eq!(drawn(0.0).steer_rad, 0.0);
-    // From (50.8252, 100.2586, 5) to (111.4802, 115.4223, 14), as the file has it: 9 m in 62.52 m.
+    // The network's file has this lane from (50.8252, 100.2586, 5) to (111.4802, 115.4223, 14): 9 m up in 62.52 m.
     let forward = drawn(0.0).rotation * Vec3::X;
     assert!((forward.z / forward.truncate().length() - 9.0 / 62.52).abs() < 2e-3, "{forward}");
     assert_eq!(drawn(0.0).position.z, at.position.z as f32);

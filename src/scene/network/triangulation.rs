@@ -1,12 +1,12 @@
-//! Areas as triangles. In: an outline on the ground, either way round, also one that crosses itself a little, as those of junctions
-//! sometimes do. Out: triangles that face up, by the numbers of its corners.
+//! Triangulation of areas by ear clipping. In: an outline on the ground, in either orientation. Slight self-intersections, as in some
+//! outlines of junctions, are allowed. Out: triangles that face up, as indices of the outline's corners.
 
 use glam::Vec2;
 
-/// Corners closer than this are one, metres.
+/// Distance up to which two successive corners count as one, metres.
 const SAME_M: f32 = 0.005;
 
-/// An outline without corners that say nothing, counter-clockwise; empty where no area is left.
+/// Returns the indices of an outline's corners without duplicates, counter-clockwise; empty if the area is below 0.01 m².
 pub(super) fn cleaned(outline: &[Vec2]) -> Vec<usize> {
     let mut kept: Vec<usize> = Vec::new();
     for k in 0..outline.len() {
@@ -27,7 +27,8 @@ pub(super) fn cleaned(outline: &[Vec2]) -> Vec<usize> {
     kept
 }
 
-/// Cuts ears off the outline until nothing is left. Where none is an ear, because the outline crosses itself, the sharpest corner is cut.
+/// Cuts ears off the outline until none is left. If no corner is an ear, because the outline intersects itself, cuts the corner whose
+/// triangle is the least thin.
 pub(super) fn triangles(outline: &[Vec2]) -> Vec<[usize; 3]> {
     let mut left = cleaned(outline);
     let mut cut = Vec::with_capacity(left.len());
@@ -40,7 +41,7 @@ pub(super) fn triangles(outline: &[Vec2]) -> Vec<[usize; 3]> {
             doubled(corner) > 0.0
                 && !left.iter().any(|&other| !corner.contains(&other) && within(outline, corner, other))
         };
-        // Of all ears the one whose triangle is the least thin, so that long slivers do not run across a junction.
+        // Cut the ear with the least thin triangle, so that no long slivers run across a junction.
         let fat = |k: usize| {
             let [a, b, c] = corners(k);
             let longest = [(a, b), (b, c), (c, a)].map(|(p, q)| outline[p].distance_squared(outline[q]));
@@ -57,7 +58,7 @@ pub(super) fn triangles(outline: &[Vec2]) -> Vec<[usize; 3]> {
     cut
 }
 
-/// True if a corner of the outline lies in a triangle of it, its edges included.
+/// Checks whether a corner of the outline lies in a triangle of its corners, edges included. Corners at the same point do not count.
 fn within(outline: &[Vec2], [a, b, c]: [usize; 3], corner: usize) -> bool {
     let [a, b, c, p] = [a, b, c, corner].map(|k| outline[k]);
     let side = |u: Vec2, v: Vec2| (v - u).perp_dot(p - u);
@@ -75,7 +76,7 @@ mod tests {
 
     #[test]
     fn triangles_fill_the_outline_and_face_up() {
-        // A cross of five unit squares: area 5, twelve corners, eight of them convex.
+        // A cross of five unit squares has area 5 and twelve corners, eight of them convex.
         let cross = [(1, 0), (2, 0), (2, 1), (3, 1), (3, 2), (2, 2), (2, 3), (1, 3), (1, 2), (0, 2), (0, 1), (1, 1)];
         let mut cross: Vec<Vec2> = cross.iter().map(|&(x, y)| Vec2::new(x as f32, y as f32)).collect();
         for _ in 0..2 {
@@ -83,17 +84,17 @@ mod tests {
             assert!((area(&cross) - 5.0).abs() < 1e-5, "{}", area(&cross));
             cross.reverse();
         }
-        // The same with a corner twice.
+        // The cross with a duplicate corner.
         cross.insert(3, cross[3]);
         assert!((area(&cross) - 5.0).abs() < 1e-5);
     }
 
     #[test]
-    fn what_has_no_area_has_no_triangles() {
+    fn an_outline_without_an_area_has_no_triangles() {
         for outline in [vec![], vec![Vec2::ONE], vec![Vec2::ZERO, Vec2::X], vec![Vec2::ZERO, Vec2::X, Vec2::X * 2.0]] {
             assert!(triangles(&outline).is_empty(), "{outline:?}");
         }
-        // A bow tie: both halves lie the other way round, and nothing panics.
+        // A bow tie, with halves of opposite orientation, must not panic.
         triangles(&[Vec2::ZERO, Vec2::ONE, Vec2::X, Vec2::Y]);
     }
 }

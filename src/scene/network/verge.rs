@@ -1,5 +1,5 @@
-//! What lies beside asphalt. On the ground the verge: gravel, then grass that dips under the meadow. On a bridge a parapet, and the deck's
-//! side and underside. In: where the asphalt ends, how high the ground is. Out: ribbons.
+//! Roadsides. On the ground, a verge: gravel, then grass that dips under the meadow. On a bridge, a parapet, and the side and underside of
+//! the deck. In: the edge of the asphalt, the height of the ground. Out: ribbons.
 
 use super::{
     Layer,
@@ -8,13 +8,13 @@ use super::{
 };
 use glam::Vec3;
 
-/// How far the verge begins under the asphalt, metres.
+/// Overlap of the verge under the asphalt, metres.
 const UNDER_M: f64 = 0.12;
-/// Width of its gravel, metres.
+/// Width of the verge's gravel, metres.
 const GRAVEL_M: f64 = 0.42;
-/// A road that is so much higher than the ground is on a bridge, metres: the verge reaches down less far.
+/// Height above the ground from which a road is on a bridge, metres. Lower ground is out of the verge's reach.
 const BRIDGE_M: f32 = 1.5;
-/// Thickness of a deck, height and thickness of a parapet, metres, and their concrete.
+/// Depth of a deck's underside below the road, metres.
 const DECK_M: f32 = 0.9;
 const PARAPET_M: f32 = 0.9;
 const PARAPET_WIDE_M: f64 = 0.25;
@@ -25,13 +25,13 @@ const CONCRETE: [f32; 3] = [0.30, 0.295, 0.28];
 pub(in crate::scene) struct VergeShape {
     width_m: f64,
     foot_m: f32,
-    /// Height of the meadow beside roads over them, metres.
+    /// Height of the meadow beside roads relative to them, metres.
     pub meadow_m: f32,
 }
 
 impl VergeShape {
-    /// On level ground as beside a closed route. Where roads rise, the land follows them in cells of some metres: it lies lower, so that
-    /// none of it comes through the asphalt, and the verge reaches down to it.
+    /// Returns the shape of the verges of a network. On networks that are not level, the land follows the roads in cells of some metres. It
+    /// lies lower there, so that it does not cover the asphalt, and the verge reaches further down.
     pub fn of(surfaces: &RoadSurfaces) -> Self {
         if surfaces.level_m().is_some() {
             Self { width_m: 1.7, foot_m: -0.14, meadow_m: crate::scene::land::BESIDE_ROAD_M }
@@ -41,31 +41,31 @@ impl VergeShape {
     }
 }
 
-/// A line's places, by metres along and to the left.
+/// Function from metres along a line and metres to its left to a point in world axes.
 pub(super) type SurfacePoint<'a> = &'a dyn Fn(f64, f64) -> Vec3;
 
-/// What lies beside the roads of a network.
+/// Builder of verges, parapets and decks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Roadside<'a> {
     shape: VergeShape,
-    /// What is paved.
+    /// Paved surfaces of the network.
     pub surfaces: &'a RoadSurfaces,
 }
 
 impl<'a> Roadside<'a> {
-    /// The sides of these roads.
+    /// Returns the builder for a network's roads.
     pub fn new(surfaces: &'a RoadSurfaces) -> Self {
         Self { shape: VergeShape::of(surfaces), surfaces }
     }
 
-    /// Beside a line: from `edge_m` outwards, on the left or the right.
+    /// Adds the verge or parapet beside a line, from `edge_m` outwards, on the left or the right.
     pub fn pave(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, edge_m: f64, left: bool) {
         for (rows, is_bridge) in self.runs(rows, place) {
             let edge =
                 |beyond_m: f64, z_m: f32| Column { z_m, ..Column::tarred(edge_m + beyond_m, Layer::Street, CONCRETE) };
             let wide = PARAPET_WIDE_M;
             let (columns, ground) = if is_bridge {
-                // Up on the inside, over the top, and down on the outside to the underside of the deck.
+                // The parapet's inner face, top and outer face, down to the underside of the deck.
                 let top = [edge(0.0, PARAPET_M), edge(wide, PARAPET_M)];
                 (vec![edge(0.0, -0.05), top[0], top[1], edge(wide, -DECK_M)], Ground::Even)
             } else {
@@ -83,22 +83,22 @@ impl<'a> Roadside<'a> {
         }
     }
 
-    /// The underside of a lane on a bridge.
+    /// Adds the deck's underside below a lane, on bridges only.
     pub fn pave_deck(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, half_m: f64) {
         for (rows, _) in self.runs(rows, place).into_iter().filter(|(_, is_bridge)| *is_bridge) {
             let reach_m = half_m + 0.4 + PARAPET_WIDE_M;
             let column = |at: f64| Column { z_m: -DECK_M, ..Column::tarred(at, Layer::Street, CONCRETE) };
-            // Seen from below, the left is on the right.
+            // Left and right are exchanged, so that the surface faces down.
             paver.ribbon(rows, place, [column(reach_m), column(-reach_m)], Ground::Even, None);
         }
     }
 
-    /// Runs of rows on the ground and on bridges; each begins where the one before it ends.
+    /// Splits rows into runs on the ground (`false`) and on bridges (`true`). Each run begins with the last row of the one before it.
     fn runs<'r>(&self, rows: &'r [f64], place: SurfacePoint) -> Vec<(&'r [f64], bool)> {
         if self.surfaces.level_m().is_some() || rows.len() < 2 {
             return vec![(rows, false)];
         }
-        // Of each stretch from a row to the next.
+        // Decided at the middle of each interval between two rows.
         let is_bridge = |k: usize| {
             let at = place((rows[k] + rows[k + 1]) / 2.0, 0.0);
             self.surfaces.height_m(at.truncate()) < at.z - BRIDGE_M

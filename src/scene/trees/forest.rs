@@ -1,4 +1,4 @@
-//! Where trees stand: in clumps with glades between, close to the road but never on or over it. In: the road, the models'
+//! Placement of trees: in clumps with glades between, close to the road but never on or over it. In: the road, the models'
 //! crowns, a seed. Out: places. Distances in metres.
 
 use crate::{
@@ -22,19 +22,19 @@ pub const TRUNK_FREE_M: f32 = 4.0;
 pub const CROWN_FREE_M: f32 = 1.2;
 /// Trees stand up to this far from the centre line, metres.
 pub const FOREST_M: f32 = 120.0;
-/// The most trees of a static scene.
+/// Maximum number of trees in a static scene.
 pub const MOST_TREES: usize = 5000;
 
-/// Trees on the horizon, at most.
+/// Maximum number of trees on the horizon.
 const MOST_DISTANT: usize = 3200;
 
-/// Side of the lattice on which seedlings fall, one to a square, metres.
+/// Side of the lattice squares, each with one seedling, metres.
 const SEEDLING_M: f32 = 4.2;
 
 struct Seedling {
     place: TreePlace,
     crown_m: f32,
-    /// Those with the lowest are kept.
+    /// Rank in thinning; the lowest are kept.
     rank: f32,
 }
 
@@ -52,7 +52,7 @@ pub(in crate::scene) fn plant(
     let mut seedlings = Vec::new();
     for row in -reach..=reach {
         for column in -reach..=reach {
-            // The same numbers are drawn for every square, whatever becomes of it.
+            // Each square draws the same number of random values, whether or not it gets a tree.
             let draw: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
             let jitter = Vec2::new(column as f32 + draw[0], row as f32 + draw[1]) - Vec2::splat(0.5);
             let point = roads.centre() + jitter * SEEDLING_M;
@@ -65,7 +65,7 @@ pub(in crate::scene) fn plant(
     grown
 }
 
-/// The largest distance of a leaf from the trunk.
+/// Returns the largest distance of a leaf from the trunk, metres.
 pub(in crate::scene) fn crown_radius_m(model: &Mesh) -> f32 {
     model.vertices.iter().map(|v| Vec3::from(v.position).truncate().length()).fold(0.0, f32::max)
 }
@@ -82,10 +82,10 @@ fn seedling(
     if distance > FOREST_M || distance < HALF_LANE_M + TRUNK_FREE_M {
         return None;
     }
-    // Woods and glades some 40 m across; denser in a belt 10-40 m from the road, thin far out where few see it.
+    // Woods and glades about 40 m across; denser in a belt 10-40 m from the road, thin far out where few are visible.
     let wood = noise::fractal(seed ^ 0x7ee5, point / 42.0);
     let density = smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * smoothstep(35.0, FOREST_M, distance)) + 0.04;
-    // Spruces keep together; bushes fringe the woods and stand nearest the road.
+    // Spruces grow in groups; bushes grow at the edges of woods and nearest the road.
     let conifers = noise::value(seed ^ 0x5b0c, point / 60.0);
     let kind = match draw[2] {
         d if d < 0.16 + 0.25 * smoothstep(14.0, 6.0, distance) => trees::BUSH,
@@ -100,13 +100,13 @@ fn seedling(
     if distance - crown_m < HALF_LANE_M + CROWN_FREE_M || draw[4] > density {
         return None;
     }
-    // A little into the ground, so that no foot hangs in the air on a slope.
+    // Slightly below the ground, so that no foot is in the air on a slope.
     let position = point.extend(relief.height_m(point) - 0.05);
     let place = TreePlace { position, yaw_rad: draw[5] * std::f32::consts::TAU, scale, tint: [1.0; 3], kind };
     Some(Seedling { place, crown_m, rank: draw[4] / density })
 }
 
-/// Keeps the strongest, none so close to a stronger one that their crowns are one.
+/// Keeps the seedlings of lowest rank, but none so close to a kept one that their crowns would merge.
 fn thin(seedlings: Vec<Seedling>, most: usize) -> Vec<TreePlace> {
     const SQUARE_M: f32 = 12.0;
     let square = |p: Vec3| (p.truncate() / SQUARE_M).floor().as_ivec2();
@@ -129,7 +129,7 @@ fn thin(seedlings: Vec<Seedling>, most: usize) -> Vec<TreePlace> {
     places
 }
 
-/// Unit normals of the ground around trees, over the width of a crown.
+/// Returns the unit normals of the ground around trees, averaged over the width of a crown.
 pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Vec3> {
     const SPAN_M: f32 = 1.5;
     let normal = |place: &TreePlace| {
@@ -140,7 +140,7 @@ pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Ve
     places.iter().map(normal).collect()
 }
 
-/// Woods on the hills around, in drifts with open land between them; none where a static scene has no trees at all.
+/// Places woods on the surrounding hills, in drifts with open land between them; none if the static scene has no trees at all.
 pub(in crate::scene) fn horizon(roads: &RoadSurfaces, relief: &Relief, seed: u64, most: usize) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "horizon");
     let mut places = Vec::new();
@@ -159,7 +159,7 @@ pub(in crate::scene) fn horizon(roads: &RoadSurfaces, relief: &Relief, seed: u64
             p if p < 0.92 => 1,
             _ => 2,
         };
-        // Further ones stand for more trees.
+        // Distant trees are larger, because each stands for several.
         let scale = (0.85 + 0.5 * size) * (1.0 + beyond / 1300.0);
         let position = point.extend(relief.height_m(point) - 0.4);
         places.push(TreePlace { position, yaw_rad: yaw * std::f32::consts::TAU, scale, tint: [1.0; 3], kind });
@@ -168,7 +168,7 @@ pub(in crate::scene) fn horizon(roads: &RoadSurfaces, relief: &Relief, seed: u64
     places
 }
 
-/// No two trees have one green.
+/// Gives each tree its own shade of green.
 fn tint(places: &mut [TreePlace], random: &mut Stream) {
     for place in places {
         let (bright, warm) = (random.uniform(0.78, 1.15) as f32, random.uniform(-0.12, 0.12) as f32);
@@ -195,7 +195,7 @@ mod tests {
         let shipped = crate::map::list();
         assert!(shipped.len() >= 3, "the maps of maps/");
         let shipped = shipped.iter().map(|info| RoadMap::load(&info.name).expect("a shipped map loads"));
-        // Those of networks stand by another rule (scene::network).
+        // Trees of networks follow another rule (scene::network).
         let shipped = shipped.filter(|map| map.route.is_closed());
         for map in shipped.chain([ring(250.0), circuit()]) {
             for seed in [1, 2] {
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ring_has_hundreds_of_trees_inside_and_outside_and_a_long_road_thousands_at_most() {
+    fn a_ring_has_hundreds_of_trees_and_a_long_road_thousands_at_most() {
         let (small, roads) = static_scene(&ring(250.0));
         assert!((600..=1000).contains(&small.tree_places.len()), "{}", small.tree_places.len());
         let inside = small.tree_places.iter().filter(|t| t.position.truncate().length() < 39.0).count();
@@ -229,7 +229,7 @@ mod tests {
 
     #[test]
     fn trees_stand_in_clumps_and_glades() {
-        // Counts in squares of 25 m vary more than those of even sowing (variance equal to the mean).
+        // Counts in squares of 25 m vary more than in an even distribution, whose variance equals the mean.
         let (static_scene, _) = static_scene(&ring(641.0));
         let mut counts: BTreeMap<[i32; 2], usize> = BTreeMap::new();
         for x in -8..8 {

@@ -1,74 +1,74 @@
-//! Leaf cards: flat pieces that the tree shader cuts into leaves or needles. In: where a card lies and how large
-//! it is. Out: two triangles a card, lit as a part of its crown. Metres.
+//! Leaf cards: flat pieces that the tree shader cuts into leaves or needles. In: position and size of a card. Out: two triangles
+//! per card, lit as a part of its crown. Metres.
 //!
-//! The texture coordinates carry more than a place on the card: the whole part of half of `v` is the card's [`CardCut`],
-//! that of half of `u` a number by which two cards of one cut differ; what is left over is the place, 0 to 1.
+//! Texture coordinates hold two numbers and the position on the card. The integer part of `v / 2` is the card's [`CardCut`], the
+//! integer part of `u / 2` its variant. The remainders of `u` and `v` are the position on the card, 0 to 1.
 
 use crate::scene::{Material, Mesh, Vertex, land::noise::shade};
 use glam::{Vec2, Vec3};
 
-/// How much a model shows.
+/// Level of detail of a tree model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum ModelDetail {
-    /// Every twig: at most 1500 triangles.
+    /// All twigs; at most 1500 triangles.
     Near,
-    /// Boughs: at most 400.
+    /// Boughs only; at most 400 triangles.
     Mid,
-    /// What throws the shadow: solid, because the shadow's pass cuts nothing out.
+    /// Solid shape for shadows, because the shadow pass cuts nothing out.
     Shade,
 }
 
-/// What the shader cuts out of a card (`render/leaves.rs` has the same numbers).
+/// Shape that the shader cuts out of a card (`render/leaves.rs` has the same numbers).
 #[repr(u8)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum CardCut {
-    /// A spray of some twenty leaves.
+    /// Spray of about twenty leaves.
     Spray = 0,
-    /// The same with leaves half as large, on cards twice as large.
+    /// Spray with leaves half as large, for cards twice as large.
     Mass = 1,
-    /// A spray of small leaves.
+    /// Spray of small leaves.
     Fine = 2,
-    /// A conifer's bough: the stem runs along `v`, twigs and needles to either side.
+    /// Bough of a conifer: the stem runs along `v`, twigs and needles to either side.
     Bough = 3,
 }
 
-/// How many cards of one cut differ.
+/// Number of different cards of each cut.
 pub(in crate::scene) const VARIANTS: usize = 8;
 
-/// A flat piece: middle, half sides.
+/// Flat piece of foliage.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct LeafCard {
-    /// Middle.
+    /// Middle of the card, metres.
     pub at: Vec3,
-    /// From the middle to the edge where `u` is 1.
+    /// Vector from the middle to the edge where `u` is 1.
     pub across: Vec3,
-    /// From the middle to the edge where `v` is 1.
+    /// Vector from the middle to the edge where `v` is 1.
     pub along: Vec3,
     /// Linear albedo in full light.
     pub colour: [f32; 3],
-    /// Which of the [`VARIANTS`].
+    /// Index of the variant, below [`VARIANTS`].
     pub variant: usize,
-    /// What is cut out.
+    /// Shape cut out by the shader.
     pub cut: CardCut,
 }
 
-/// Where a crown is, for the light on its leaves.
+/// Ellipsoid around a crown, for the light on its leaves.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct TreeCrown {
-    /// Middle.
+    /// Middle of the ellipsoid, metres.
     pub middle: Vec3,
-    /// Half axes.
+    /// Half axes along x, y and z, metres.
     pub half: Vec3,
 }
 
 impl TreeCrown {
-    /// How far out a point is: 0 the middle, 1 the hull.
+    /// Returns the relative distance of a point from the middle: 0 in the middle, 1 on the hull.
     pub fn outside(&self, position: Vec3) -> f32 {
         ((position - self.middle) / self.half).length()
     }
 
-    /// A leaf's normal and how much light reaches it: the hull and the top more than the inside. Normals follow the
-    /// crown, not the card, so that light falls on the tree as on one soft body.
+    /// Returns a leaf's normal and its share of light, which is larger at the hull and the top than inside. Normals follow the
+    /// crown, not the card, so that the tree is lit as one soft body.
     fn light(&self, position: Vec3, own: Vec3) -> (Vec3, f32) {
         let from_middle = (position - self.middle) / self.half;
         let outside = from_middle.length().min(1.1);
@@ -79,12 +79,13 @@ impl TreeCrown {
 }
 
 impl LeafCard {
-    /// Texture coordinates of the place (0..1, 0..1).
+    /// Returns the texture coordinates of a position on the card (0..1, 0..1).
     pub fn uv(&self, place: Vec2) -> Vec2 {
         place + 2.0 * Vec2::new(self.variant as f32, self.cut as u8 as f32)
     }
 
-    /// The card `times` as large, drawn into its crown by a share of what it has grown, so that the outline stays.
+    /// Returns the card scaled by `times` and moved into its crown by the share `inwards` of its growth, so that the outline
+    /// stays.
     pub fn grown(&self, times: f32, inwards: f32, crown: &TreeCrown) -> Self {
         let grown = (self.across.length() + self.along.length()) / 2.0 * (times - 1.0);
         let out = (self.at - crown.middle).normalize_or_zero();
@@ -92,7 +93,7 @@ impl LeafCard {
         Self { at, across: self.across * times, along: self.along * times, ..*self }
     }
 
-    /// Adds the card to a mesh.
+    /// Adds the card to a mesh, lit as a part of `crown`.
     pub fn draw(&self, mesh: &mut Mesh, crown: &TreeCrown) {
         let first = mesh.vertices.len() as u32;
         for place in [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y] {
@@ -105,8 +106,8 @@ impl LeafCard {
     }
 }
 
-/// One card for every so many that are next to each other, in their middle and of their mean colour, and for how many of
-/// them it stands (k-means from every so many-th card on; Lloyd 1982).
+/// Merges neighbouring cards, about `every` into one at their mean position and colour, and returns each with the number of cards
+/// it replaces. K-means, started from every `every`-th card (Lloyd 1982).
 pub(in crate::scene) fn gathered(cards: &[LeafCard], every: usize) -> Vec<(LeafCard, usize)> {
     const ROUNDS: usize = 4;
     let mut seeds: Vec<LeafCard> = cards.iter().step_by(every).copied().collect();
@@ -129,7 +130,7 @@ pub(in crate::scene) fn gathered(cards: &[LeafCard], every: usize) -> Vec<(LeafC
     seeds.into_iter().zip(counts).filter(|(_, count)| *count > 0).collect()
 }
 
-/// A bent, tapering stem of `sides` faces, open at its ends (which are in the ground and in the leaves).
+/// Adds a bent, tapering stem of `sides` faces, open at its ends, which are hidden in the ground and in the leaves.
 pub(in crate::scene) fn stem(mesh: &mut Mesh, path: &[Vec3], radii: &[f32], sides: u32, colour: [f32; 3]) {
     let first = mesh.vertices.len() as u32;
     for (i, (&at, &radius)) in path.iter().zip(radii).enumerate() {
@@ -138,9 +139,9 @@ pub(in crate::scene) fn stem(mesh: &mut Mesh, path: &[Vec3], radii: &[f32], side
         for k in 0..sides {
             let (sin, cos) = (std::f32::consts::TAU * k as f32 / sides as f32).sin_cos();
             let out = x * cos + y * sin;
-            // Patches of light and dark as bark has.
+            // Light and dark patches of bark.
             let patch = 0.85 + 0.15 * ((i as u32 * 7 + k * 3) % 5) as f32 / 2.0;
-            // There and back, so that the bark has no seam.
+            // The texture runs round and back, so that the bark has no seam.
             let uv = Vec2::new((2.0 * k as f32 / sides as f32 - 1.0).abs(), at.z * 0.45);
             mesh.vertex(Vertex::new(at + out * radius, out, shade(colour, patch), uv, Material::Bark));
         }

@@ -1,6 +1,6 @@
-//! Tree models, foot at the origin, metres: an oak, a maple, a birch, a spruce and a hazel bush, each grown once and drawn
-//! at three [`ModelDetail`]s from the same boughs, so that near and far trees have one shape. Broad-leaved trees: a wandering
-//! stem, boughs by the golden angle whose reach follows the species' outline, twigs on them, leaf cards along the twigs.
+//! Tree models, foot at the origin, metres: an oak, a maple, a birch, a spruce and a hazel bush. Each is generated once and drawn
+//! at three [`ModelDetail`]s from the same boughs, so that near and far trees have the same shape. Broad-leaved trees: an
+//! irregular stem, boughs at the golden angle with the reach of the species' outline, twigs on them, leaf cards along the twigs.
 
 pub(super) mod forest;
 pub(super) mod leaf_cards;
@@ -15,41 +15,40 @@ use crate::rng::{self, Stream};
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Number of models.
 #[cfg(test)]
 pub(in crate::scene) const KINDS: usize = 5;
-/// Index of the bush, which stands at the edges of the woods.
+/// Index of the bush, which grows at the edges of woods.
 pub(in crate::scene) const BUSH: usize = 4;
-/// Index of the spruce, which keeps to its own kind.
+/// Index of the spruce, which grows in groups.
 pub(in crate::scene) const SPRUCE: usize = 3;
 
-/// All models in a fixed order.
+/// Returns all models, in the order oak, maple, birch, spruce, hazel.
 pub(in crate::scene) fn models(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
     let broad = |kind| TreeSkeleton::new(kind, seed).draw(detail);
     vec![broad(&OAK), broad(&MAPLE), broad(&BIRCH), spruce::spruce(seed, detail), broad(&HAZEL)]
 }
 
-/// The measures of a broad-leaved tree.
+/// Dimensions of a broad-leaved tree.
 struct BroadLeafMeasures {
     name: &'static str,
     height_m: f32,
     width_m: f32,
-    /// Where the crown begins, as a fraction of the height.
+    /// Height of the crown's lower end, as a fraction of the tree's height.
     crown_from: f32,
     trunk_radius_m: f32,
-    /// Stems from the ground.
+    /// Number of stems from the ground.
     stems: usize,
     boughs: usize,
     /// Height in the crown (0..1) at which it is widest.
     widest: f32,
-    /// Angle of the boughs above the horizon at their foot, radians.
+    /// Angle of the boughs above the horizon at their base, radians.
     rise_rad: f32,
-    /// How far their ends hang, as a fraction of their length; negative bends them up.
+    /// Drop of the boughs' ends, as a fraction of their length; negative bends them up.
     droop: f32,
     cards: usize,
     /// Half the side of a leaf card, metres.
     card_m: f32,
-    /// What is cut out of the cards near by.
+    /// Shape cut out of the cards at the near level.
     cut: CardCut,
     bark: [f32; 3],
     leaf: [f32; 3],
@@ -124,15 +123,15 @@ const HAZEL: BroadLeafMeasures = BroadLeafMeasures {
     leaf: [0.092, 0.132, 0.044],
 };
 
-/// A stem, bough or twig.
+/// Stem, bough or twig.
 struct Limb {
     path: [Vec3; 4],
     radii: [f32; 4],
-    /// 0 stem, 1 bough, 2 twig.
+    /// Order of branching: 0 stem, 1 bough, 2 twig.
     order: usize,
 }
 
-/// A tree before it is drawn.
+/// Branches and leaf cards of a tree, from which each level of detail is drawn.
 struct TreeSkeleton {
     kind: &'static BroadLeafMeasures,
     limbs: Vec<Limb>,
@@ -145,14 +144,14 @@ fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
     random.uniform(f64::from(low), f64::from(high)) as f32
 }
 
-/// A direction, all equally likely.
+/// Returns a random direction, uniform over the sphere.
 fn any_direction(random: &mut Stream) -> Vec3 {
     let z = draw(random, -1.0, 1.0);
     (Vec2::from_angle(draw(random, 0.0, TAU)) * (1.0 - z * z).sqrt()).extend(z)
 }
 
 impl BroadLeafMeasures {
-    /// Reach of the crown at the height `t` in it (0 its foot, 1 its top), as a fraction of half its width.
+    /// Returns the reach of the crown at the height `t` in it (0 bottom, 1 top), as a fraction of half its width.
     fn outline(&self, t: f32) -> f32 {
         let d = if t < self.widest {
             (self.widest - t) / (self.widest + 0.12)
@@ -164,7 +163,7 @@ impl BroadLeafMeasures {
 }
 
 impl Limb {
-    /// A point at the fraction `t` of the way.
+    /// Returns a point at the fraction `t` of the limb's length.
     fn at(&self, t: f32) -> Vec3 {
         let place = t.clamp(0.0, 0.9999) * 3.0;
         let i = place as usize;
@@ -211,14 +210,14 @@ impl TreeSkeleton {
 
     fn draw(&self, detail: ModelDetail) -> Mesh {
         let mut mesh = Mesh::default();
-        // Sides of a limb by its order; none is left out.
+        // Sides of a limb by its order; 0 omits the limb.
         let sides: [u32; 3] = match detail {
             ModelDetail::Near => [8, 3, 0],
             ModelDetail::Mid => [5, 0, 0],
             ModelDetail::Shade => [3, 0, 0],
         };
         for limb in self.limbs.iter().filter(|limb| sides[limb.order] > 0) {
-            // In the shade, of several stems only one is seen.
+            // For the shadow, one of several stems is enough.
             if matches!(detail, ModelDetail::Near | ModelDetail::Mid) || mesh.vertices.is_empty() {
                 stem(&mut mesh, &limb.path, &limb.radii, sides[limb.order], self.kind.bark);
             }
@@ -226,7 +225,7 @@ impl TreeSkeleton {
         let mut cards = match detail {
             ModelDetail::Near => self.cards.clone(),
             ModelDetail::Mid => {
-                // One for four stands closer to the middle of the crown than the outermost of them did.
+                // A card that replaces four is closer to the middle of the crown than the outermost of the four.
                 let merged = |(card, count): (LeafCard, usize)| {
                     let times = 1.85 * (count as f32 / 4.0).sqrt().clamp(0.6, 1.4);
                     LeafCard { cut: CardCut::Mass, ..card.grown(times, 0.2, &self.crown) }
@@ -239,14 +238,14 @@ impl TreeSkeleton {
                 return mesh;
             }
         };
-        // The hull first: what lies behind it is not shaded then.
+        // The hull first, so that the leaves behind it are not shaded (early depth test).
         cards.sort_by(|a, b| self.crown.outside(b.at).total_cmp(&self.crown.outside(a.at)));
         cards.iter().for_each(|card| card.draw(&mut mesh, &self.crown));
         mesh
     }
 }
 
-/// The `k`th stem from the ground to near the top.
+/// Returns the `k`th stem, from the ground to near the top.
 fn stem_of(kind: &BroadLeafMeasures, k: usize, random: &mut Stream) -> Limb {
     let spread = if kind.stems == 1 { 0.035 } else { 0.22 };
     let lean = Vec2::from_angle(TAU * k as f32 / kind.stems as f32 + draw(random, -0.4, 0.4)) * spread * kind.height_m;
@@ -262,13 +261,13 @@ fn stem_of(kind: &BroadLeafMeasures, k: usize, random: &mut Stream) -> Limb {
     Limb { path, radii: [r * 1.35, r * 0.82, r * 0.45, r * 0.10], order: 0 }
 }
 
-/// A bough from the height `t` of the crown outwards.
+/// Returns a bough that ends at the height `t` of the crown.
 fn bough_of(kind: &BroadLeafMeasures, stem: &Limb, t: f32, azimuth: f32, random: &mut Stream) -> Limb {
     let crown_m = kind.height_m * (1.0 - kind.crown_from);
-    // It leaves the stem below the height where its end will be.
+    // The bough leaves the stem below the height of its end.
     let from = (kind.crown_from * 0.9 + (1.0 - kind.crown_from) * t * 0.86).clamp(0.03, 0.97);
     let foot = stem.at(from);
-    // More towards one side, as trees grow towards the light.
+    // Longer towards one side, as trees grow towards the light.
     let reach = kind.width_m / 2.0 * kind.outline(t) * draw(random, 0.58, 0.98) * (1.0 + 0.14 * (azimuth + 1.0).sin());
 
     // Steeper towards the top.
@@ -284,7 +283,7 @@ fn bough_of(kind: &BroadLeafMeasures, stem: &Limb, t: f32, azimuth: f32, random:
     Limb { path: [foot, point(0.35), point(0.7), point(1.0)], radii: [r, r * 0.75, r * 0.5, r * 0.2], order: 1 }
 }
 
-/// A twig from the fraction `from` of a bough to one side.
+/// Returns a twig to one side of a bough, from the fraction `from` of the bough's length.
 fn twig_of(bough: &Limb, from: f32, side: f32, random: &mut Stream) -> Limb {
     let foot = bough.at(from);
     let along = (bough.at(from + 0.1) - bough.at(from - 0.1)).normalize_or(Vec3::X);
@@ -299,9 +298,9 @@ fn twig_of(bough: &Limb, from: f32, side: f32, random: &mut Stream) -> Limb {
     }
 }
 
-/// Leaf cards along the outer part of boughs and twigs and about the tips of the stems.
+/// Returns leaf cards along the outer part of boughs and twigs and around the tips of the stems.
 fn leaves(kind: &BroadLeafMeasures, limbs: &[Limb], random: &mut Stream) -> Vec<LeafCard> {
-    // Longer limbs bear more.
+    // Longer limbs have more leaves.
     let bears = |limb: &Limb| limb.length_m() * if limb.order == 0 { 0.16 * kind.crown_from + 0.10 } else { 1.0 } + 0.2;
     let weights: Vec<f32> = limbs.iter().map(bears).collect();
     let total: f32 = weights.iter().sum();
@@ -319,7 +318,7 @@ fn leaves(kind: &BroadLeafMeasures, limbs: &[Limb], random: &mut Stream) -> Vec<
         let t = inner + (1.02 - inner) * draw(random, 0.0, 1.0).sqrt();
         let size = kind.card_m * draw(random, 0.75, 1.20);
         let outwards = any_direction(random);
-        // Leaves hang about their twig, more of them above it.
+        // Leaves surround their twig, with more of them above it.
         let at = limb.at(t) + outwards * size * draw(random, 0.15, 1.15) + Vec3::Z * size * 0.2;
         let face = (any_direction(random) + outwards * 0.55 + Vec3::Z * 0.35).normalize_or(Vec3::Z);
         let (x, y) = face.any_orthonormal_pair();
@@ -341,7 +340,7 @@ fn tinted(leaf: [f32; 3], tint: f32) -> [f32; 3] {
     mix(shade(leaf, 0.80), [leaf[0] * 1.20, leaf[1] * 1.12, leaf[2] * 1.04], tint)
 }
 
-/// A solid lump of leaves for the shadow: a dented ball.
+/// Adds a solid lump of leaves for the shadow: a dented ball.
 pub(in crate::scene) fn lump(mesh: &mut Mesh, random: &mut Stream, at: Vec3, size_m: f32) {
     let turn = Mat3::from_rotation_z(draw(random, 0.0, TAU)) * Mat3::from_rotation_x(draw(random, 0.0, TAU));
     let first = mesh.vertices.len() as u32;
@@ -353,7 +352,7 @@ pub(in crate::scene) fn lump(mesh: &mut Mesh, random: &mut Stream, at: Vec3, siz
     mesh.indices.extend(ICOSAHEDRON_FACES.iter().flatten().map(|i| first + i));
 }
 
-/// Corners of the unit icosahedron.
+/// Returns the corners of the unit icosahedron.
 fn icosahedron() -> [Vec3; 12] {
     // 1 and the golden ratio, on the unit sphere.
     const A: f32 = 0.525_731_1;
@@ -388,7 +387,7 @@ mod tests {
     use crate::scene::mesh::tests::check;
 
     #[test]
-    fn trees_are_sound_and_as_small_as_their_distance_allows() {
+    fn trees_are_valid_meshes_within_their_triangle_limits() {
         let near = models(1, ModelDetail::Near);
         assert_eq!(near.len(), KINDS);
         let levels = [(ModelDetail::Near, 500, 1500), (ModelDetail::Mid, 100, 400), (ModelDetail::Shade, 60, 450)];
@@ -405,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn a_card_says_its_cut_its_variant_and_its_place() {
+    fn texture_coordinates_of_a_card_hold_cut_variant_and_position() {
         for mesh in models(1, ModelDetail::Near).iter().chain(&models(1, ModelDetail::Mid)) {
             for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {
                 let [variant, cut] = v.uv.map(|c| (c / 2.0).floor());
@@ -419,7 +418,7 @@ mod tests {
 
     #[test]
     fn crowns_are_irregular() {
-        // Seen from above, the outline's radius varies by more than a tenth of itself: no lollipops.
+        // Seen from above, the outline's radius varies by more than a tenth.
         for (kind, mesh) in models(1, ModelDetail::Near).iter().enumerate() {
             let mut reach = [0f32; 24];
             for v in mesh.vertices.iter().filter(|v| v.material == Material::Leaves as u32) {

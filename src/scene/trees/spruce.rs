@@ -1,5 +1,5 @@
-//! The spruce: whorls of drooping boughs up a straight stem, long below, short above. In: a seed and a detail. Out: a mesh,
-//! foot at the origin, metres. Every bough is a bent strip of leaf cards with a second one hanging under it.
+//! Spruce model: whorls of drooping boughs along a straight stem, long below, short above. In: a seed and a detail. Out: a mesh,
+//! foot at the origin, metres. Each bough is a bent strip of leaf cards with a second strip hanging under it.
 
 use super::leaf_cards::{CardCut, LeafCard, ModelDetail, TreeCrown, VARIANTS, stem};
 use crate::{
@@ -16,11 +16,11 @@ const HEIGHT_M: f32 = 12.5;
 const RADIUS_M: f32 = 2.6;
 /// Height of the lowest whorl, metres.
 const FOOT_M: f32 = 0.7;
-/// No bough lies in the ground, metres.
+/// Lower limit of a bough's coordinates, metres: no bough is below the ground.
 const ON_GROUND: Vec3 = Vec3::new(f32::MIN, f32::MIN, 0.0);
 const BARK: [f32; 3] = [0.155, 0.118, 0.092];
 
-/// Whorls, boughs in a whorl and width of a bough as a fraction of its length.
+/// Returns the number of whorls, boughs per whorl, and the width of a bough as a fraction of its length.
 fn counts(detail: ModelDetail) -> (usize, usize, f32) {
     match detail {
         ModelDetail::Near => (20, 9, 0.36),
@@ -29,7 +29,7 @@ fn counts(detail: ModelDetail) -> (usize, usize, f32) {
     }
 }
 
-/// The spruce at a detail.
+/// Returns the spruce at a level of detail.
 pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
     let mut random = rng::stream(seed, "spruce");
     let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
@@ -51,7 +51,7 @@ pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
             let azimuth = turn + TAU * (k as f32 + draw(-0.28, 0.28)) / boughs as f32;
             let length = radius * draw(0.66, 1.06) * (1.0 + 0.15 * (azimuth + 2.0).sin());
             let foot = Vec3::Z * (z + draw(-0.22, 0.22));
-            // Low boughs hang, high ones stand up.
+            // Low boughs hang, high boughs point up.
             let pitch = -0.42 + 0.95 * t * t + draw(-0.10, 0.10);
             let tint = draw(0.0, 1.0);
             let colour = mix([0.034, 0.058, 0.031], [0.054, 0.082, 0.040], tint);
@@ -68,7 +68,7 @@ pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
 struct Bough {
     foot: Vec3,
     azimuth: f32,
-    /// Above the horizon, radians.
+    /// Angle above the horizon, radians.
     pitch: f32,
     length: f32,
     wide: f32,
@@ -76,11 +76,11 @@ struct Bough {
     variant: usize,
 }
 
-/// A strip from the stem outwards, near by bent in the middle, with a curtain of twigs under it.
+/// Draws a strip from the stem outwards, bent in the middle at the near level, with a curtain of twigs under it.
 fn bough(mesh: &mut Mesh, bough: &Bough, detail: ModelDetail) {
     let out = Vec2::from_angle(bough.azimuth);
     let point = |share: f32| {
-        // Down, and up again at its end.
+        // Slope of the bough; its end curves upwards.
         let up = bough.length * (share * bough.pitch.tan() + 0.16 * share * share);
         bough.foot + (out * bough.length * share).extend(up)
     };
@@ -107,11 +107,11 @@ fn bough(mesh: &mut Mesh, bough: &Bough, detail: ModelDetail) {
         }
     };
     strip(aside, 0.0, 1.0);
-    // Fewer boughs have more under them.
+    // The fewer boughs there are, the more hangs under each.
     strip(aside * 0.18, if detail == ModelDetail::Near { 0.30 } else { 0.50 }, 0.85);
 }
 
-/// The tip: two upright cards that cross.
+/// Draws the tip: two crossed upright cards.
 fn leader(mesh: &mut Mesh) {
     let crown = TreeCrown { middle: Vec3::Z * (HEIGHT_M - 2.0), half: Vec3::splat(2.0) };
     for across in [Vec3::X, Vec3::Y] {
@@ -127,7 +127,7 @@ fn leader(mesh: &mut Mesh) {
     }
 }
 
-/// A solid cone for the shadow.
+/// Draws a solid cone for the shadow.
 fn skirt(mesh: &mut Mesh, low_z: f32, high_z: f32, radius: f32, turn: f32, points: usize) {
     let first = mesh.vertices.len() as u32;
     let rim = 2 * points as u32;

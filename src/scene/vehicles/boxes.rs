@@ -1,4 +1,5 @@
-//! Bodies with flat sides: van, lorry, articulated lorry and bus. Out: models at their usual sizes, metres; see the parent's head.
+//! Vehicles with flat sides: van, lorry, articulated lorry and bus. Out: models at their usual sizes, metres; see the parent
+//! module.
 
 use super::{Model, Shape, block};
 use crate::scene::{
@@ -46,11 +47,11 @@ pub(super) const BUS: Shape = Shape {
 const PANEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.52);
 const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
 const TYRE: SurfaceFinish = SurfaceFinish::grey(Material::Tyre, 0.022);
-/// How far what lies on a side stands out from it, metres.
+/// Distance by which flat parts stand out from a side, metres.
 const PROUD_M: f32 = 0.012;
 
-/// A body with one outline of its side all the way across: corners (x, z) counter-clockwise seen from the right; a point from which all
-/// of them are seen.
+/// Adds a body whose side outline is the same across its width: corners (x, z) counter-clockwise seen from the right, and a point
+/// `middle` from which all of them are visible.
 fn body(triangles: &mut TriangleList, outline: &[Vec2], middle: Vec2, half: f32, finish: SurfaceFinish) {
     let at = |p: Vec2, y: f32| Vec3::new(p.x, y, p.y);
     for k in 0..outline.len() {
@@ -61,7 +62,7 @@ fn body(triangles: &mut TriangleList, outline: &[Vec2], middle: Vec2, half: f32,
     }
 }
 
-/// A pane, or another flat thing, on both sides: corners (x, z) counter-clockwise seen from the right, convex.
+/// Adds a pane or another flat part on both sides: corners (x, z) counter-clockwise seen from the right, convex.
 fn on_sides(triangles: &mut TriangleList, outline: &[Vec2], half: f32, finish: SurfaceFinish) {
     let y = half + PROUD_M;
     for k in 1..outline.len() - 1 {
@@ -71,7 +72,7 @@ fn on_sides(triangles: &mut TriangleList, outline: &[Vec2], half: f32, finish: S
     }
 }
 
-/// A pane across the front or the rear, between two heights of a slope; `out` is which way it looks.
+/// Adds a pane across the front or the rear, between two heights of a slope; the sign of `out` is the direction it faces along x.
 fn across(triangles: &mut TriangleList, low: Vec2, high: Vec2, half: f32, finish: SurfaceFinish, out: f32) {
     let slope = high - low;
     let proud = vec2(slope.y, -slope.x).normalize_or_zero() * out.signum() * PROUD_M;
@@ -81,7 +82,7 @@ fn across(triangles: &mut TriangleList, low: Vec2, high: Vec2, half: f32, finish
     triangles.quad(if out > 0.0 { corners } else { [corners[1], corners[0], corners[3], corners[2]] }, finish);
 }
 
-/// The dark hollow behind a wheel.
+/// Adds the dark recess behind a wheel.
 fn arch(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32) {
     let rim = |k: usize| {
         let (sin, cos) = (TAU / 2.0 * k as f32 / 12.0).sin_cos();
@@ -93,7 +94,7 @@ fn arch(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32) {
     on_sides(triangles, &outline, half - PROUD_M * 0.5, DARK);
 }
 
-/// A pair of wheels that are part of the body: of axles beyond the second.
+/// Adds a pair of wheels that are part of the body, for axles beyond the second.
 fn fixed_wheels(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32) {
     for side in [-1.0f32, 1.0] {
         let ring = |k: usize| {
@@ -115,7 +116,7 @@ fn fixed_wheels(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32)
     }
 }
 
-/// Lamps in pairs: brake lamps behind, head lamps in front.
+/// Adds pairs of lamps: brake lamps behind, head lamps in front.
 fn lamps(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [rear_z, front_z]: [f32; 2]) {
     for side in [-1.0f32, 1.0] {
         let span = |inner: f32, outer: f32| if side > 0.0 { (inner, outer) } else { (-outer, -inner) };
@@ -126,7 +127,7 @@ fn lamps(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [rear
     }
 }
 
-/// Mirrors on arms beside the windscreen.
+/// Adds mirrors on arms beside the windscreen.
 fn mirrors(triangles: &mut TriangleList, x: f32, half: f32, z: f32) {
     for side in [-1.0f32, 1.0] {
         let (from, to) = if side > 0.0 { (half - 0.12, half - 0.01) } else { (0.01 - half, 0.12 - half) };
@@ -182,7 +183,7 @@ pub(super) fn van() -> Model {
     Model { triangles, shape: VAN }
 }
 
-/// A cab over its engine, its front at `front`, 2.2 m long.
+/// Adds a cab over the engine, with its front at `front`, 2.2 m long.
 fn cab(triangles: &mut TriangleList, front: f32, half: f32, top: f32) {
     let rear = front - 2.2;
     let outline = [
@@ -210,14 +211,14 @@ fn cab(triangles: &mut TriangleList, front: f32, half: f32, top: f32) {
     mirrors(triangles, front - 0.30, half + 0.12, 0.55 * top + 0.30);
 }
 
-/// A frame under a load, with a bar against driving under it.
+/// Adds a frame under the load area, with an underrun guard at the rear.
 fn frame(triangles: &mut TriangleList, rear: f32, front: f32) {
     block(triangles, [rear, -0.45, 0.72], [front, 0.45, 1.02], DARK);
     block(triangles, [rear, -1.10, 0.48], [rear + 0.10, 1.10, 0.60], TRIM);
     block(triangles, [rear, -1.12, 0.72], [rear + 0.12, 1.12, 1.05], DARK);
 }
 
-/// A box for goods with a dark frame round its doors.
+/// Adds a cargo box with a dark frame round its doors.
 fn load(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [low, top]: [f32; 2]) {
     block(triangles, [rear, -half, low], [front, half, top], PANEL);
     for (from, to) in [(-half, -half + 0.07), (-0.03, 0.03), (half - 0.07, half)] {
@@ -228,7 +229,7 @@ fn load(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [low, 
     }
 }
 
-/// Guards along the sides against falling under the wheels.
+/// Adds side guards, which keep people from falling under the wheels.
 fn guards(triangles: &mut TriangleList, from: f32, to: f32, half: f32) {
     for side in [-1.0f32, 1.0] {
         for z in [0.55, 0.82] {
@@ -283,7 +284,7 @@ pub(super) fn bus() -> Model {
     body(&mut triangles, &outline, vec2(0.0, 1.5), half, PAINT);
     across(&mut triangles, vec2(5.975, 1.20), vec2(5.835, 2.85), half - 0.06, GLASS, 1.0);
     across(&mut triangles, vec2(-5.99, 1.75), vec2(-5.99, 2.75), half - 0.18, GLASS, -1.0);
-    // A sign for the line over both windscreens.
+    // A line sign over both windscreens.
     across(&mut triangles, vec2(5.80, 3.03), vec2(5.64, 3.26), half - 0.3, DARK, 1.0);
     // Windows between pillars.
     for k in 0..8 {

@@ -1,4 +1,5 @@
-//! Vehicles with one track, and who rides them: motorcycle and bicycle. Out: models at their usual sizes, metres; see the parent's head.
+//! Single-track vehicles with their riders: motorcycle and bicycle. Out: models at their usual sizes, metres; see the parent
+//! module.
 
 use super::{Model, Shape, block};
 use crate::scene::{
@@ -34,7 +35,7 @@ const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.14
 const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
 
-/// A round limb or tube.
+/// Adds a round limb or tube.
 fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
     const SIDES: usize = 8;
     let ends = [Vec3::from(from), Vec3::from(to)];
@@ -50,14 +51,14 @@ fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32;
     triangles.bar(2, ring, finish);
 }
 
-/// The same limb on both sides.
+/// Adds a limb and its mirror image in the plane y = 0.
 fn limbs(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
     limb(triangles, from, to, radii, finish);
     let flip = |[x, y, z]: [f32; 3]| [x, -y, z];
     limb(triangles, flip(from), flip(to), radii, finish);
 }
 
-/// A rider: where hips, shoulders and head are, hands and feet of the left side.
+/// Posture of a rider: positions in the body's frame, metres; hand, knee and foot are those of the left side.
 struct Rider {
     hips: [f32; 3],
     shoulders: [f32; 3],
@@ -139,7 +140,7 @@ pub(super) fn bicycle() -> Model {
     limb(&mut triangles, [crank[0], -0.10, crank[2]], [crank[0], 0.10, crank[2]], [0.05, 0.05], STEEL);
     block(&mut triangles, [-0.48, -0.03, 0.74], [-0.44, 0.03, 0.82], BRAKE);
     block(&mut triangles, [0.38, -0.03, 0.88], [0.44, 0.03, 0.94], LIGHT);
-    // Guards reach as far as the wheels do.
+    // The mudguards end where the wheels end.
     block(&mut triangles, [rear - 0.34, -0.03, 0.34], [rear - 0.325, 0.03, 0.52], TRIM);
     rider(
         &mut triangles,

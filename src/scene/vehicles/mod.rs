@@ -1,8 +1,9 @@
-//! Vehicles other than cars: a van, two lorries, a bus, a motorcycle and a bicycle, plain but of their kind's shape. In: kind and size of
-//! a vehicle. Out: its model, how the model is stretched to the size, where its wheels and indicators are. Metres, in a body's frame: x forward, y left, z up,
-//! origin on the ground under the centre.
+//! Vehicles other than cars: a van, two lorries, a bus, a motorcycle and a bicycle, in simple shapes. In: kind and size of a
+//! vehicle. Out: its model, the scale of the model, the positions of wheels and indicators. Metres, in a body's frame: x forward,
+//! y left, z up, origin on the ground under the centre.
 //!
-//! A model is kept in the size of a car, 5.0 m by 1.8 m by 1.5 m, so that one scale serves all kinds: size over size of the car.
+//! A model is stored at the size of a car, 5.0 m by 1.8 m by 1.5 m, so that one scale serves all kinds: size of the vehicle over
+//! size of the car.
 
 mod boxes;
 mod cycles;
@@ -17,56 +18,56 @@ use glam::Vec3;
 
 /// Number of body styles of cars: models of other kinds follow them in [`StaticScene::cars`](super::StaticScene::cars).
 const CAR_STYLES: usize = 3;
-/// From this length on a lorry has a trailer, metres.
+/// Length from which a lorry is drawn as articulated, metres.
 const TRAILER_M: f64 = 12.0;
 
-/// A kind's model as it was built, at its usual size.
+/// Model of a kind as built, at its usual size.
 struct Model {
     triangles: TriangleList,
     shape: Shape,
 }
 
-/// Where a model's wheels and lamps are, at its usual size.
+/// Positions of a model's wheels and lamps, at its usual size.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     /// Length, width and height, metres.
     size: Vec3,
     /// Front and rear axle, metres ahead of the centre.
     axles: [f32; 2],
-    /// Middle of a wheel to the left of the centre; 0 for vehicles with one track.
+    /// Distance of a wheel's middle to the left of the centre, metres; 0 for vehicles with one track.
     track_half: f32,
-    /// Radius and width of a wheel.
+    /// Radius and width of a wheel, metres.
     wheel: [f32; 2],
-    /// Left front and left rear indicator.
+    /// Positions of the left front and left rear indicator, metres.
     indicators: [Vec3; 2],
-    /// Their radius.
+    /// Radius of an indicator, metres.
     indicator_radius: f32,
 }
 
-/// How a vehicle is drawn: which model, and how it is stretched.
+/// Model of a vehicle and its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct VehicleShape {
-    /// Index of its model; of cars the caller chooses.
+    /// Index of the model; `None` for cars, whose style the caller chooses.
     pub style: Option<usize>,
-    /// Scale of the body.
+    /// Scale of the body along its axes.
     pub scale: Vec3,
-    /// Scale of a wheel.
+    /// Scale of a wheel along its axes.
     pub wheel_scale: Vec3,
-    /// Hubs: front left, front right, rear left, rear right.
+    /// Hubs in the body's frame, metres: front left, front right, rear left, rear right.
     pub hubs: [Vec3; 4],
-    /// Indicators on the left: front and rear. Those on the right are their mirror images.
+    /// Left indicators, front and rear, in the body's frame, metres. The right ones are their mirror images.
     pub indicators: [Vec3; 2],
     /// Radius of an indicator, metres.
     pub indicator_radius_m: f32,
 }
 
-/// The car that all models are kept in the size of.
+/// Returns the size of the car, which is the size of all stored models, metres.
 fn car_size() -> Vec3 {
     let VehicleBody { length_m, width_m, height_m, .. } = VehicleBody::CAR;
     Vec3::new(length_m as f32, width_m as f32, height_m as f32)
 }
 
-/// Models of all kinds but the car, in the order of their styles.
+/// Returns the models of all kinds but the car, in the order of their styles.
 pub(super) fn models() -> Vec<CarModel> {
     let built =
         [boxes::van(), boxes::lorry(), boxes::articulated(), boxes::bus(), cycles::motorcycle(), cycles::bicycle()];
@@ -78,7 +79,7 @@ fn model(Model { triangles, shape }: Model) -> CarModel {
     let mut body = triangles.into_mesh(0.7);
     for vertex in &mut body.vertices {
         vertex.position = (Vec3::from(vertex.position) / ratio).into();
-        // The renderer turns and stretches a normal as it does a place; this comes out as the model's own.
+        // The renderer transforms a normal like a position; after its scaling this is the model's own normal.
         vertex.normal = (Vec3::from(vertex.normal) / ratio).normalize_or(Vec3::Z).into();
     }
     let level = || body.clone();
@@ -90,7 +91,7 @@ fn model(Model { triangles, shape }: Model) -> CarModel {
     }
 }
 
-/// How a vehicle is drawn; `car_hubs` are those of the car's model.
+/// Returns the model and scale of a vehicle; `car_hubs` are the hubs of the car's model.
 pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
     let size = Vec3::new(body.length_m as f32, body.width_m as f32, body.height_m as f32);
     let scale = size / car_size();
@@ -115,7 +116,7 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
     let shape = [boxes::VAN, boxes::LORRY, boxes::ARTICULATED, boxes::BUS, cycles::MOTORCYCLE, cycles::BICYCLE][style];
     let stretch = size / shape.size;
     let [radius, width] = shape.wheel;
-    // Wheels stay round: they take the radius of their kind, or a smaller one with a lower body.
+    // Wheels stay round: their radius is that of their kind, or smaller if the body is lower.
     let radius = radius * stretch.z.min(1.0);
     let hub =
         |axle: usize, side: f32| Vec3::new(shape.axles[axle] * stretch.x, side * shape.track_half * stretch.y, radius);
@@ -133,7 +134,7 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
     }
 }
 
-/// A box between two corners.
+/// Adds a box between two corners.
 fn block(triangles: &mut TriangleList, low: [f32; 3], high: [f32; 3], finish: SurfaceFinish) {
     let (low, high) = (Vec3::from(low), Vec3::from(high));
     triangles.cuboid((low + high) / 2.0, (high - low) / 2.0, finish);
@@ -149,15 +150,15 @@ mod tests {
     }
 
     #[test]
-    fn a_car_of_the_usual_size_is_not_changed_at_all() {
+    fn a_car_of_the_usual_size_is_not_scaled() {
         let hubs = car::hubs();
         let shape = shape(&VehicleBody::CAR, &hubs);
         assert_eq!((shape.scale, shape.wheel_scale, shape.hubs, shape.style), (Vec3::ONE, Vec3::ONE, hubs, None));
     }
 
-    /// Sizes are those of SUMO's classes (its documentation, "Vehicle Type Parameter Defaults").
+    /// Uses the sizes of SUMO's classes (its documentation, "Vehicle Type Parameter Defaults").
     #[test]
-    fn every_kind_is_as_large_as_it_says_and_stands_on_its_wheels() {
+    fn every_kind_has_its_nominal_size_and_stands_on_its_wheels() {
         let models = models();
         for of in [
             body(VehicleKind::Van, 6.5, 2.16, 2.86),
@@ -177,7 +178,7 @@ mod tests {
             let reach = high.x.max(ends[0]) - low.x.min(-ends[2]);
             assert!((reach - of.length_m as f32).abs() < 0.06, "{of:?}: {reach} m long, {low} {high}");
             assert!((high.z - of.height_m as f32).abs() < 0.04, "{of:?}: {high}");
-            // SUMO's widths are those without mirrors, which stand in the upper half; a handlebar counts.
+            // SUMO's widths exclude mirrors, which are in the upper half, but include a handlebar.
             let most_z = if shape.hubs[0].y > 0.0 { 0.45 * high.z } else { high.z };
             let corners = model.levels[0].vertices.iter().map(|v| Vec3::from(v.position) * shape.scale);
             let widest = corners.filter(|corner| corner.z <= most_z).map(|corner| corner.y).fold(0.0, f32::max);

@@ -11,7 +11,7 @@ pub(super) enum AdvisedSelection {
     Numbers(Vec<u32>),
     /// Each vehicle by chance, from a random stream of its own.
     Share {
-        /// Probability, 0..1.
+        /// Probability that a vehicle is advised, 0 to 1.
         share: f64,
         /// Seed of the drive.
         seed: u64,

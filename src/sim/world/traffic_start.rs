@@ -23,7 +23,7 @@ use std::sync::Arc;
 pub(super) struct StartPlace {
     /// Front bumper along the route, metres.
     pub s_m: f64,
-    /// Speed, m/s.
+    /// Initial speed, m/s.
     pub speed_mps: f64,
 }
 

@@ -17,7 +17,7 @@ pub(super) enum Command {
     MoveToXy {
         /// Lane, where it is known: lanes cross.
         lane: Option<LaneId>,
-        /// Front bumper, m.
+        /// Position of the front bumper, network axes, m.
         front: DVec2,
         /// Heading, degrees clockwise from north.
         angle_deg: f64,
@@ -65,7 +65,7 @@ impl Command {
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Record {
-    /// Front bumper, m.
+    /// Position of the front bumper, network axes, m.
     pub x: f64,
     pub y: f64,
     pub z: f64,
