@@ -140,7 +140,7 @@ fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
 fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
-    if scenario.advises_nobody() && scenario.policy != "none" {
+    if scenario.advises_no_vehicle() && scenario.policy != "none" {
         let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
         let why = format!("{}: nobody is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };

@@ -200,7 +200,7 @@ impl Benchmark {
 
     fn check_drivers_and_roads(&self) -> Result<(), (String, String)> {
         for (i, driver) in self.drivers.iter().enumerate() {
-            driver.who().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
+            driver.following_driver().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
             if self.drivers[..i].iter().any(|other| other.name == driver.name) {
                 return Err((format!("driver.{i}.name"), format!("two drivers are called `{}`", driver.name)));
             }
@@ -358,7 +358,7 @@ impl Benchmark {
             },
             ..TrainConfig::default()
         };
-        let driven_by = driver.who().map_err(|e| CliError::Input(e.to_string()))?;
+        let driven_by = driver.following_driver().map_err(|e| CliError::Input(e.to_string()))?;
         let mut config = driven_by.of(&config).held(hold_s);
         let set = config.driver.clone();
         config.driver = DriverConfig {
@@ -392,7 +392,7 @@ impl JudgedDriver {
     ///
     /// # Errors
     /// There is no such driver or population, or a number of the driver is wrong.
-    pub fn who(&self) -> Result<FollowingDriver, FollowingDriverError> {
+    pub fn following_driver(&self) -> Result<FollowingDriver, FollowingDriverError> {
         plan::driver(&self.driver)
     }
 }

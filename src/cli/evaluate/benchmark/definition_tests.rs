@@ -159,7 +159,7 @@ fn tuned_controllers_are_judged_in_the_conditions_they_were_tuned_for() {
         for policy in rows.flat_map(|row| &row.policies).filter(|policy| policy.contains("{road}")) {
             let file = benchmark.policy(policy, &place);
             let text = std::fs::read_to_string(&file).unwrap();
-            let driver = place.driver.who().unwrap().label();
+            let driver = place.driver.following_driver().unwrap().label();
             let span = |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
             let (cars, length_m) = (place.road.vehicles.map(f64::from), place.road.circumference_m);
             for sentence in [
