@@ -208,7 +208,7 @@ fn marks_and_notes_are_the_sessions_and_no_key_pauses_the_drive() {
     assert_eq!(sheet.pass(&[(ctrl, Key::P)], Some(&live), now).1, [], "the session alone lets time run");
     assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::G)], Some(&live), now).1, [SessionCommand::Go]);
     live.drive.clock.set_pace(Pace::Paused);
-    sheet.experimenter_view.say(BackendStatus { time_s: 61.0, ..now }, "the wheel was unplugged");
+    sheet.experimenter_view.add_note(BackendStatus { time_s: 61.0, ..now }, "the wheel was unplugged");
     let (words, _) = sheet.pass(&[], Some(&live), now);
     assert!(words.contains("the wheel was unplugged") && words.contains("1:01"), "{words}");
 }

@@ -244,8 +244,8 @@ impl QuestionsPage<'_> {
     fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let width = (14.0 * self.look.em).min(ui.available_width());
         let rect = ui.allocate_space(vec2(width, 1.65 * self.look.em)).1;
-        let say = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
-        let labels = [say(&self.texts.yes), say(&self.texts.no)];
+        let labelled = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
+        let labels = [labelled(&self.texts.yes), labelled(&self.texts.no)];
         self.cells(ui, rect, index, &labels);
     }
 

@@ -113,9 +113,9 @@ impl AdviceSource {
         self.advisor.complete_observation(observation)
     }
 
-    /// Sets the action to advise from the next step on ([`Advisor::say`]).
-    pub fn say(&mut self, action: Action) {
-        self.advisor.say(action);
+    /// Sets the action to advise from the next step on ([`Advisor::set_action`]).
+    pub fn set_action(&mut self, action: Action) {
+        self.advisor.set_action(action);
     }
 
     /// Takes the advice that is new in the step that begins.
