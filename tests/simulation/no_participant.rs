@@ -213,7 +213,7 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     assert!(
         alone.policy().to_string().contains("the participant's alone, which is not there"),
         "{}",
-        alone.policy().to_string()
+        alone.policy()
     );
 }
 
