@@ -277,7 +277,6 @@ mod tests {
         let set = [("XDG_DATA_HOME", "/data"), ("HOME", "/home/ada"), ("CODRIVE_DATA", ""), ("XDG_DATA_DIRS", "")];
         assert_eq!(places(&set, "/b/codrive", None)[..3], ["/b", "/share/codrive", "/data/codrive"]);
         assert!(places(&[], "/b/codrive", None).iter().all(|place| !place.contains(".local")));
-        assert_eq!(places(&[("CODRIVE_ROOT", "/old")], "/b/codrive", None)[0], "/b", "a former name says nothing");
     }
 
     #[test]

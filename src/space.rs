@@ -4,7 +4,7 @@
 //! bumper* and a compass heading in degrees (0 north, clockwise). Only [`Pose::from_sumo`] and [`Pose::to_sumo`] convert
 //! between the two.
 
-use glam::{DVec2, DVec3, dvec2};
+use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Length of a car on screen, in rapier and in SUMO, metres (HC22): the gap that a driver sees is the gap that the models use.
@@ -33,11 +33,6 @@ pub struct Pose3 {
 }
 
 impl Pose3 {
-    /// Returns the slope angle, radians, positive uphill.
-    pub fn slope_rad(&self) -> f64 {
-        self.grade.atan()
-    }
-
     /// Returns the pose on the ground plane.
     pub fn flat(&self) -> Pose {
         Pose { position: self.position.truncate(), yaw_rad: self.yaw_rad }
@@ -80,12 +75,6 @@ impl Pose {
         self.position - self.forward() * (length_m / 2.0)
     }
 
-    /// Returns the pose of a vehicle with these centres of the front and rear bumper.
-    pub fn from_bumpers(front: DVec2, rear: DVec2) -> Self {
-        let along = front - rear;
-        Self::new((front + rear) / 2.0, along.y.atan2(along.x))
-    }
-
     /// Converts from SUMO's front bumper and compass heading, for a vehicle of `length_m`.
     pub fn from_sumo(sumo: SumoPose, length_m: f64) -> Self {
         let yaw_rad = wrap_angle(FRAC_PI_2 - sumo.angle_deg.to_radians());
@@ -121,15 +110,10 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
     if wrapped > PI { wrapped - TAU } else { wrapped }
 }
 
-/// Returns the unit vector of a compass heading in degrees, for SUMO's angles in tests and messages.
-pub fn direction_of_compass(angle_deg: f64) -> DVec2 {
-    let rad = angle_deg.to_radians();
-    dvec2(rad.sin(), rad.cos())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::dvec2;
 
     #[test]
     fn sumo_angles_are_compass_headings_of_the_front_bumper() {
@@ -148,7 +132,8 @@ mod tests {
             let back = Pose::from_sumo(pose.to_sumo(CAR_LENGTH_M), CAR_LENGTH_M);
             assert!((pose.position - back.position).length() < 1e-12, "{degrees}");
             assert!(wrap_angle(pose.yaw_rad - back.yaw_rad).abs() < 1e-12, "{degrees}");
-            let along = direction_of_compass(pose.to_sumo(CAR_LENGTH_M).angle_deg);
+            let compass_rad = pose.to_sumo(CAR_LENGTH_M).angle_deg.to_radians();
+            let along = dvec2(compass_rad.sin(), compass_rad.cos());
             assert!((along - pose.forward()).length() < 1e-12, "{degrees}");
         }
     }

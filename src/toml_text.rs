@@ -42,6 +42,30 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError
     toml::from_str(text).map_err(|e| located(text, name, e.span().unwrap_or(0..0), &in_words(e.message())))
 }
 
+/// Format number of scenario, study and training files, as their key `format` says. A file without the key has format 1.
+pub const FORMAT: i64 = 1;
+
+/// Checks the key `format` of a text and returns the text with blanks in its place, so that every other place stays where it is.
+///
+/// # Errors
+/// The file is of another format.
+pub fn without_format(text: &str, name: &str) -> Result<String, TomlError> {
+    let document = DeTable::parse(text).ok();
+    let Some((key, value)) = document.as_ref().and_then(|document| document.get_ref().get_key_value("format")) else {
+        return Ok(text.to_owned());
+    };
+    let written = text[value.span()].to_owned();
+    if written != FORMAT.to_string() {
+        let fault = format!(
+            "the file has format {written}; allowed: {FORMAT}, which is that of {}\n  remedy: use the program that wrote it",
+            concat!("codrive ", env!("CARGO_PKG_VERSION"))
+        );
+        return Err(located(text, name, value.span(), &fault));
+    }
+    let (start, end) = (key.span().start, value.span().end);
+    Ok(text[..start].to_owned() + &" ".repeat(end - start) + &text[end..])
+}
+
 /// Returns `message` with file, line and column of a key or its value and a mark under it. Dots separate tables and keys;
 /// entries of a list are numbers from 0. If the key is missing, the mark is at its parent.
 pub fn at(text: &str, name: &str, key: &str, part: KeyPart, message: &str) -> String {
@@ -232,5 +256,19 @@ mod tests {
         assert!(unknown_key("far_away", &many).contains("allowed: `setting_0`, `setting_1`"));
         let few = unknown_key("hold", &["hold_s", "map"]);
         assert_eq!(few, "unknown key `hold`; did you mean `hold_s`? allowed: `hold_s`, `map`");
+    }
+
+    #[test]
+    fn another_format_is_refused_and_a_known_one_moves_nothing() {
+        assert_eq!(without_format("seed = 2\n", "x").unwrap(), "seed = 2\n");
+        let kept = without_format("# A drive.\nformat = 1 # of the first version\nseed = 2\n", "x").unwrap();
+        assert_eq!(kept, "# A drive.\n           # of the first version\nseed = 2\n");
+        for (text, written) in [("format = 2", "2"), ("\nformat = \"1\"\n", "\"1\"")] {
+            let said = without_format(text, "trial.toml").unwrap_err().to_string();
+            let line = text.lines().count();
+            let wanted =
+                format!("trial.toml:{line}:10: the file has format {written}; allowed: 1, which is that of codrive");
+            assert!(said.starts_with(&wanted) && said.contains("remedy: use the program that wrote it"), "{said}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, Traffic,
+        self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, Traffic,
         VehicleReport,
         sumo::{self, SumoTraffic},
     },
@@ -94,7 +94,6 @@ fn a_step_of_either_engine_allocates_no_memory() {
             mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
-            noise_streams: NoiseStreams::Own,
             lateral_accel_mps2: None,
         };
         let mut traffic = traffic::start(engine, setup).unwrap();

@@ -1,6 +1,9 @@
 //! Checks of the structure: imports run downwards, files are small and state their purpose, each outside library stays in its modules, and
 //! comments cite only works and entries of `docs/`.
 
+#[path = "layers/english.rs"]
+mod english;
+
 use std::{
     collections::BTreeSet,
     fs,

@@ -42,11 +42,6 @@ impl SimulatedStudies {
     pub fn power(&self) -> (f64, [f64; 2]) {
         (self.significant as f64 / self.studies as f64, share_interval(self.significant, self.studies))
     }
-
-    /// Returns the share of intervals that contain the true difference, and its 95 % interval.
-    pub fn coverage(&self) -> (f64, [f64; 2]) {
-        (self.covered as f64 / self.studies as f64, share_interval(self.covered, self.studies))
-    }
 }
 
 impl SimulatedDesign {
@@ -101,6 +96,11 @@ impl SimulatedDesign {
 mod tests {
     use super::*;
 
+    /// Returns the share of intervals that contain the true difference, and its 95 % interval.
+    fn coverage(found: &SimulatedStudies) -> (f64, [f64; 2]) {
+        (found.covered as f64 / found.studies as f64, share_interval(found.covered, found.studies))
+    }
+
     /// Returns a design of 24 participants in the six orders of Williams' squares for three conditions.
     fn design(effect: f64) -> SimulatedDesign {
         let square = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0], [0, 2, 1], [1, 0, 2]];
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn without_an_effect_one_study_in_twenty_is_significant() {
         let [found] = design(0.0).simulate(400, [0.05], 1);
-        let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
+        let ((share, [low, high]), (covered, [least, most])) = (found.power(), coverage(&found));
         assert!(low <= 0.05 && 0.05 <= high, "{share} [{low}, {high}]");
         assert!(least <= 0.95 && 0.95 <= most, "{covered} [{least}, {most}]");
     }
@@ -124,7 +124,7 @@ mod tests {
     #[test]
     fn power_and_coverage_match_theory_for_a_known_effect() {
         let [found] = design(0.9).simulate(400, [0.05], 2);
-        let ((share, [low, high]), (covered, [least, most])) = (found.power(), found.coverage());
+        let ((share, [low, high]), (covered, [least, most])) = (found.power(), coverage(&found));
         assert!(low <= 0.862 && 0.862 <= high, "{share} [{low}, {high}]");
         assert!(least <= 0.95 && 0.95 <= most, "{covered} [{least}, {most}]");
         assert_eq!([found], design(0.9).simulate(400, [0.05], 2));

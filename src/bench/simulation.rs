@@ -95,7 +95,6 @@ fn setup(scenario: &Scenario) -> Result<FixedSetup, WorldError> {
         mixture: ModelMixture::default(),
         step_s: scenario.step_s,
         seed: scenario.seed,
-        noise_streams: scenario.noise_streams,
         lateral_accel_mps2: None,
     })
 }

@@ -99,10 +99,8 @@ fn argument(field: &Field) -> Arg {
         SettingKind::Number { min, max } => format!("{min} to {max}{unit}; "),
         _ => String::new(),
     };
-    let arg = Arg::new(field.path.clone())
-        .long(field.flag())
-        .aliases(field.former_flags())
-        .help(format!("{} [{limits}default {default}]", field.doc));
+    let arg =
+        Arg::new(field.path.clone()).long(field.flag()).help(format!("{} [{limits}default {default}]", field.doc));
     let checked = field.clone();
     match &field.kind {
         SettingKind::Switch => arg

@@ -165,7 +165,7 @@ impl EpisodeConfig {
     pub fn why_not(key: &str) -> Option<&'static str> {
         let of_rings = "a setting of rings alone; whole drives have those of codrive run";
         not_of_episodes(key).or_else(|| {
-            let is_known = |fields: &[Field]| fields.iter().any(|field| field.is_called(key));
+            let is_known = |fields: &[Field]| fields.iter().any(|field| field.path == key);
             (!is_known(&Self::fields()) && is_known(&fields_of::<TrainConfig>())).then_some(of_rings)
         })
     }

@@ -90,20 +90,16 @@ pub struct DriverParams {
     /// Time constant of the speed error, s
     pub error_time_s: f64,
     /// Constant deviation from the advised speed, m/s, positive for faster
-    #[serde(alias = "trait_mps")]
     pub speed_bias_mps: f64,
     /// Time constant with which a speed difference is closed, s
-    #[serde(alias = "eagerness_s")]
     pub speed_relaxation_s: f64,
     /// Largest acceleration to reach an advised speed, m/s²
     pub accel_mps2: f64,
     /// Largest deceleration to reach an advised speed, m/s²; a leader may demand more
     pub decel_mps2: f64,
     /// Largest lateral acceleration in a bend, m/s²
-    #[serde(alias = "bend_mps2")]
     pub lateral_accel_mps2: f64,
     /// Half width of the band around the target within which the speed is not corrected, m/s
-    #[serde(alias = "slack_mps")]
     pub deadband_mps: f64,
     /// Share of the time in which the driver follows the advice, decided every 20 s; otherwise they drive as without it
     pub compliance: f64,
@@ -282,16 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn names_of_numbers_from_2026_are_still_read() {
-        let text = "trait_mps = 0.3\neagerness_s = 0.5\nbend_mps2 = 2.0\nslack_mps = 0.1\n";
-        let driver: DriverParams = toml::from_str(text).unwrap();
-        let numbers =
-            [driver.speed_bias_mps, driver.speed_relaxation_s, driver.lateral_accel_mps2, driver.deadband_mps];
-        assert_eq!(numbers, [0.3, 0.5, 2.0, 0.1]);
-    }
-
-    #[test]
-    fn an_invalid_number_is_refused_by_its_name() {
+    fn a_nonsense_driver_is_refused_by_name() {
         let driver = DriverParams { reaction_s: f64::NAN, ..DriverParams::default() };
         assert!(driver.check().unwrap_err().to_string().contains("reaction_s = NaN"));
     }

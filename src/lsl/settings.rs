@@ -59,11 +59,6 @@ impl LslSettingsFault {
 }
 
 impl LslSettings {
-    /// Checks whether any stream is requested.
-    pub fn is_wanted(&self) -> bool {
-        self.outlets || !self.record.is_empty()
-    }
-
     /// Checks the values.
     ///
     /// # Errors

@@ -22,7 +22,6 @@ pub struct EvaluationResult {
     pub sd_in_time_mps: f64,
     /// Time of the last wave, seconds from the first advice: from then on the standard deviation of speed over the vehicles
     /// stays below 0.5 m/s. `None` if it never does.
-    #[serde(alias = "calm_s")]
     pub last_disturbance_s: Option<f64>,
     /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two
     /// vehicles in a lane.

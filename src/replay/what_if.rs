@@ -73,7 +73,7 @@ pub fn changes(asked: &[String]) -> Result<Vec<(Field, Value)>, ChangeFault> {
         let pairs = if text == "none" { vec!["policy=none", "driver=idm"] } else { vec![text.as_str()] };
         for pair in pairs {
             let (key, value) = pair.split_once('=').ok_or_else(|| ChangeFault::NoPair(pair.into()))?;
-            let field = known.iter().find(|field| field.is_called(key) || field.flag() == key);
+            let field = known.iter().find(|field| field.path == key || field.flag() == key);
             let field = field.ok_or_else(|| {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
                 ChangeFault::UnknownSetting { pair: pair.into(), key: key.into(), near: did_you_mean(key, &names) }

@@ -18,7 +18,7 @@ use crate::{
     map::{MapError, RoadMap, Route},
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::{Demand, EngineChoice, FollowingModel, NoiseStreams},
+    traffic::{Demand, EngineChoice, FollowingModel},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -58,8 +58,7 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 1.0))]
             other_model_share: f64 = 1.0,
             /// Largest lateral acceleration of the other cars in bends; 0: automatic (3 m/s2, unlimited on rings); 100: unlimited
-            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2", "formerly" = "bend_mps2"))]
-            #[serde(alias = "bend_mps2")]
+            #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
             lateral_accel_mps2: f64 = 0.0,
             /// Initial placement of the cars
             start: StartLayout = StartLayout::Even,
@@ -83,9 +82,6 @@ flat_settings! {
             /// Seed of all random numbers: noise, simulated driver, trees
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
-            /// Random numbers for the noise of the other cars: own (a stream for each car) or shared (one stream for all, as in recordings
-            /// from before 2026-11-23)
-            noise_streams: NoiseStreams = NoiseStreams::Own,
             /// Advising policy: auto (the one shipped for the map, otherwise two-phase), none, constant, two-phase, follower-stopper, pi,
             /// linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),

@@ -151,7 +151,7 @@ pub(super) fn chase_camera(ego: &EgoAt, yaw_rate: f32, static_scene: &StaticScen
     let back = Vec2::from_angle(ego.yaw_rad - (yaw_rate * CHASE_LAG_S).clamp(-0.5, 0.5));
     let at = ego.position.truncate();
     let under = Pose::new(at.as_dvec2(), f64::from(ego.yaw_rad));
-    let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z));
+    let (road_m, grade) = static_scene.road_at(under, f64::from(ego.position.z)).unwrap_or_default();
     // Behind on the same slope.
     let eye = (at - back * 7.5).extend(2.6 + road_m - 7.5 * grade);
     let target = (at + back * 2.0).extend(0.8 + road_m + 2.0 * grade);

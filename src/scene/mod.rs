@@ -167,6 +167,8 @@ pub struct StaticScene {
     pub centre: Vec2,
     /// See `centre`.
     pub radius_m: f32,
+    /// Height of all roads, m, if it is one.
+    pub level_m: Option<f32>,
     /// Height of the highest road, m.
     pub highest_m: f32,
     /// The roads, counted from the local origin: heights, and what signals show.

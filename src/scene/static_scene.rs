@@ -79,15 +79,19 @@ impl StaticScene {
             centre: roads.centre(),
             radius_m: roads.radius_m(),
             highest_m: roads.highest_m(),
+            level_m: roads.level_m(),
             network,
         }
     }
 
     /// Height of the road, m, at a place where something is about `height_m` high, and its grade in a direction; counted from the local
-    /// origin, 0 beside all roads.
-    pub fn road_at(&self, place: Pose, height_m: f64) -> (f32, f32) {
+    /// origin. `None` beside all roads.
+    pub fn road_at(&self, place: Pose, height_m: f64) -> Option<(f32, f32)> {
+        if let Some(level_m) = self.level_m {
+            return Some((level_m, 0.0));
+        }
         let pose = Pose3 { position: place.position.extend(height_m), yaw_rad: place.yaw_rad, grade: 0.0 };
-        self.network.locate_pose(&pose, None).map_or((0.0, 0.0), |at| {
+        self.network.locate_pose(&pose, None).map(|at| {
             let road = self.network.pose(at);
             let along = (place.yaw_rad - road.yaw_rad).cos();
             (road.position.z as f32, (road.grade * along) as f32)

@@ -145,11 +145,17 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
     let bend_per_m = bend_per_m(car);
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
-    // Along the road's slope, with all wheels on it.
-    let (_, grade) = static_scene.road_at(pose, height_m);
+    // Both axles stand on the road. SUMO's height is that of the road under the front.
+    let axles_m = [shape.hubs[0].x, shape.hubs[2].x];
+    let [front_m, rear_m] = axles_m.map(|x| {
+        let axle = Pose { position: pose.position + pose.forward() * f64::from(x), ..pose };
+        static_scene.road_at(axle, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
+    });
+    let grade = (front_m - rear_m) / wheelbase_m;
+    let road_m = rear_m - grade * axles_m[1];
     rotation *= Quat::from_rotation_y(-grade.atan());
     CarInstance {
-        position: pose.position.as_vec2().extend(height_m as f32),
+        position: pose.position.as_vec2().extend(road_m),
         rotation: rotation * lean,
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),

@@ -9,8 +9,6 @@ use serde_json::Value;
 pub struct Field {
     /// Key in the file; `idm.T` for a key in a table.
     pub path: String,
-    /// Key in the files of earlier versions, which is still accepted.
-    pub formerly: Option<String>,
     /// Description of the setting, one sentence.
     pub doc: String,
     /// Unit symbol; empty if the setting has none.
@@ -50,17 +48,6 @@ impl Field {
     /// Returns the command-line flag without dashes: the key without its unit, with `-` for `_`.
     pub fn flag(&self) -> String {
         flag_of(&self.path)
-    }
-
-    /// Returns the flags of earlier versions, which are still accepted. The first flags of accelerations included their unit.
-    pub fn former_flags(&self) -> Vec<String> {
-        let flags = self.formerly.iter().flat_map(|key| [flag_of(key), key.replace('_', "-")]);
-        flags.filter(|flag| *flag != self.flag()).collect()
-    }
-
-    /// Returns true if `key` is the setting's key, of this version or an earlier one.
-    pub fn is_called(&self, key: &str) -> bool {
-        self.path == key || self.formerly.as_deref() == Some(key)
     }
 
     /// Returns the table of the key, if any.
@@ -145,7 +132,6 @@ fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>)
         }
         let text = |name: &str| property[name].as_str().unwrap_or_default().to_owned();
         list.push(Field {
-            formerly: property["formerly"].as_str().map(str::to_owned),
             doc: text("description"),
             unit: text("unit"),
             kind: kind(property),

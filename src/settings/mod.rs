@@ -53,8 +53,8 @@ pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
 /// # Errors
 /// As [`from_file`].
 pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError> {
-    let settings: T =
-        toml_text::parse(text, name).map_err(|e| SettingsError { key: String::new(), message: e.to_string() })?;
+    let whole = |e: toml_text::TomlError| SettingsError { key: String::new(), message: e.to_string() };
+    let settings: T = toml_text::parse(&toml_text::without_format(text, name).map_err(whole)?, name).map_err(whole)?;
     let json = serde_json::to_value(&settings).unwrap_or_default();
     let wrong = |key: &str, fault: String| SettingsError {
         key: key.to_owned(),
@@ -62,8 +62,7 @@ pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError
     };
     for field in fields_of::<T>() {
         if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            let former = field.formerly.as_deref().filter(|key| toml_text::has(text, key));
-            return Err(wrong(former.unwrap_or(&field.path), fault));
+            return Err(wrong(&field.path, fault));
         }
     }
     settings.check().map_err(|(key, fault)| wrong(key, fault))?;

@@ -26,6 +26,9 @@ impl GroundModel for RoadGround<'_> {
     }
 }
 
+/// Half the distance between a car's axles, metres.
+const HALF_WHEELBASE_M: f64 = 1.4;
+
 /// Ground of a network.
 pub(super) struct NetworkGround<'a> {
     pub network: &'a Network,
@@ -70,7 +73,19 @@ impl GroundModel for NetworkGround<'_> {
             return GroundShape { height_m: self.height_m, gradient: DVec2::ZERO };
         };
         let road = self.network.pose(found);
-        GroundShape { height_m: road.position.z, gradient: DVec2::from_angle(road.yaw_rad) * road.grade }
+        let ahead = DVec2::from_angle(road.yaw_rad);
+        let height_m = |along_m: f64| {
+            let at = (middle + ahead * along_m).extend(road.position.z);
+            self.network.locate(at, self.near).map(|found| self.network.pose(found).position.z)
+        };
+        // On a level road the height everywhere is that in the middle; where the grade changes, the axles stand on either side.
+        let axles =
+            if self.network.is_level() { [None; 2] } else { [HALF_WHEELBASE_M, -HALF_WHEELBASE_M].map(height_m) };
+        if let [Some(front_m), Some(rear_m)] = axles {
+            let grade = (front_m - rear_m) / (2.0 * HALF_WHEELBASE_M);
+            return GroundShape { height_m: (front_m + rear_m) / 2.0, gradient: ahead * grade };
+        }
+        GroundShape { height_m: road.position.z, gradient: ahead * road.grade }
     }
 }
 

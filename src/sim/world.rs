@@ -224,7 +224,7 @@ impl World {
         let (before, new) = self.agents.split_at_mut(known);
         for agent in &mut *new {
             agent.locate();
-            before[0].insert_image(&agent.image);
+            before[0].insert_image(agent);
         }
         for agent in new {
             agent.copy_view_of(&before[0]);
@@ -269,7 +269,7 @@ impl World {
         self.agents.iter_mut().for_each(Agent::locate);
         if let [participant, others @ ..] = self.agents.as_mut_slice() {
             for other in &*others {
-                participant.insert_image(&other.image);
+                participant.insert_image(other);
             }
             for other in others {
                 other.copy_view_of(participant);

@@ -144,7 +144,9 @@ fn vehicles_move_evenly_within_a_step_and_their_odometers_match() {
     let speeds = begin_mps.iter().zip(&end_mps);
     for ((car, from), (begin_mps, end_mps)) in world.snapshot().cars.iter().zip(&start).zip(speeds) {
         let way_m = (car.s_m.unwrap() - from).rem_euclid(length_m);
-        assert!((car.odometer_m - way_m).abs() < 1e-6, "{} and {way_m}", car.odometer_m);
+        // The front drives on the circle; the centre, which counts the distance, is on a chord of 5 m and moves inside it.
+        let inside = (1.0 - (TAU * 2.5 / length_m).powi(2)).sqrt();
+        assert!((car.odometer_m - way_m * inside).abs() < 1e-3, "{} and {way_m}", car.odometer_m);
         let speed = begin_mps + fraction * (end_mps - begin_mps);
         assert!((car.speed_mps - speed).abs() < 1e-9, "{} and {speed} at {fraction} of the step", car.speed_mps);
     }
@@ -228,7 +230,7 @@ fn the_ego_is_back_on_the_road_only_0_2_m_inside_the_edge() {
     let mut world = ring();
     // Asphalt: a lane of 3.6 m, and a shoulder of 0.4 m.
     let half_m = 3.6 / 2.0 + 0.4;
-    let on_lane = world.agents[0].car.state().pose();
+    let on_lane = Pose::new(world.map.route.point_at(30.0), world.map.route.yaw_at(30.0));
     let agent = &mut world.agents[0];
     let mut watch = |offset_m: f64| {
         let pose = Pose { position: on_lane.position + on_lane.left() * offset_m, ..on_lane };

@@ -200,7 +200,7 @@ pub(super) fn changed(
         };
         for (path, value) in inner {
             let wrong = |part, message| WrongSetting { key: format!("{key}.{path}"), part, message };
-            let Some(field) = known.iter().find(|field| field.is_called(&path)) else {
+            let Some(field) = known.iter().find(|field| field.path == path) else {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
                 return Err(wrong(KeyPart::Key, toml_text::unknown_key(&path, &names)));
             };

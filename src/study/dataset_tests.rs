@@ -329,31 +329,7 @@ fn publishing_writes_answer_times_for_that_participant_only() {
 }
 
 #[test]
-fn a_data_set_without_a_hed_version_gets_no_tags() {
-    let folder = tempfile::tempdir().unwrap();
-    let study = study();
-    let data = DataSet::open(folder.path(), &study).unwrap();
-    let log = log("P1", 0, json!({}));
-    save(&data, &log);
-    // A table that the sidecar describes.
-    fs::create_dir_all(folder.path().join("sub-P2/beh")).unwrap();
-    fs::write(folder.path().join("sub-P2/beh/sub-P2_task-trial_events.tsv"), "onset\n").unwrap();
-    let has_tags = || {
-        data.publish(&study, &log.participant).unwrap();
-        fs::read_to_string(folder.path().join("events.json")).unwrap().contains("\"HED\"")
-    };
-    assert!(has_tags());
-    // The description as an earlier version wrote it.
-    let path = folder.path().join(DESCRIPTION);
-    let mut about: Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
-    about.as_object_mut().unwrap().remove("HEDVersion").unwrap();
-    fs::write(&path, about.to_string()).unwrap();
-    assert!(!has_tags());
-    assert_eq!(fs::read_to_string(&path).unwrap(), about.to_string());
-}
-
-#[test]
-fn tables_of_items_that_are_no_longer_done_are_removed() {
+fn what_was_done_and_is_not_any_more_has_no_tables() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().join("data");
     let study = study();

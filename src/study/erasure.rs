@@ -212,14 +212,7 @@ impl Erasure {
         let put = |name: PathBuf, text: String| record::replace(&root.join(name), text.as_bytes());
         put(Path::new(LEDGER).with_extension("json"), table.sidecar(serde_json::Value::Null))?;
         put(Path::new(LEDGER).with_extension("tsv"), table.text())?;
-        // `.bidsignore` of earlier versions does not list these files.
-        let path = root.join(".bidsignore");
-        let ignored = read_text(&path, SETTINGS_BYTES).unwrap_or_default();
-        let missing: String =
-            BIDSIGNORE.lines().filter(|l| !ignored.lines().any(|i| i == *l)).map(|l| format!("{l}\n")).collect();
-        if !missing.is_empty() {
-            record::replace(&path, (ignored + &missing).as_bytes())?;
-        }
+
         Ok(())
     }
 

@@ -182,14 +182,9 @@ fn columns() -> Vec<TsvColumn> {
     ]
 }
 
-/// Returns the sidecar of all tables of events of a data set. Tags are left out if the data set's description names no HED version, as in
-/// data sets of earlier versions: tags without a version are an error.
-pub(super) fn sidecar(is_tagged: bool) -> String {
-    let mut columns = columns();
-    if !is_tagged {
-        columns.iter_mut().for_each(|column| column.tags = Value::Null);
-    }
-    TsvTable::new(columns).sidecar(Value::Null)
+/// The sidecar of all tables of events of a data set.
+pub(super) fn sidecar() -> String {
+    TsvTable::new(columns()).sidecar(Value::Null)
 }
 
 /// Events of a drive, in the order of time.

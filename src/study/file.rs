@@ -19,7 +19,7 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -318,7 +318,9 @@ impl Study {
     /// As [`Study::load`].
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
-        let file: StudyFile = toml_text::parse(&source, &name).map_err(|e| StudyError(e.to_string()))?;
+        let said = |e: toml_text::TomlError| StudyError(e.to_string());
+        let text = toml_text::without_format(&source, &name).map_err(said)?;
+        let file: StudyFile = toml_text::parse(&text, &name).map_err(said)?;
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut study = Self {
             folder: folder.clone(),
@@ -368,7 +370,10 @@ impl Study {
 
     /// Returns the JSON Schema of the file, for editors.
     pub fn schema() -> Value {
-        schemars::schema_for!(StudyFile).to_value()
+        let mut schema = schemars::schema_for!(StudyFile).to_value();
+        let about = "Number of the file's format; without it, 1.";
+        schema["properties"]["format"] = json!({ "description": about, "type": "integer", "const": toml_text::FORMAT });
+        schema
     }
 
     /// Checks everything that needs no other files. The error holds the key at fault and the message.

@@ -187,7 +187,7 @@ fn lab_devices_are_checked_and_leave_the_drives_unchanged() {
     assert_refused("[base]", "[lsl]\noutlet = true\n[base]", "outlet");
     let with = GOOD.replacen("[base]", "[lsl]\noutlets = true\nrecord = [\"type='EEG'\"]\n[base]", 1);
     let [plain, with] = [GOOD.to_owned(), with].map(|text| Study::parse(text, Path::new("t.toml")).unwrap());
-    assert!(with.file.lsl.outlets && !plain.file.lsl.is_wanted() && plain.file.triggers.is_none());
+    assert!(with.file.lsl.outlets && !plain.file.lsl.outlets && plain.file.triggers.is_none());
     assert_eq!(plain.base, with.base, "the scenario does not know of it");
 }
 

@@ -2,11 +2,7 @@
 //! table exists that it describes; for BIDS, a sidecar without a table is an error.
 
 use super::{SessionError, event_table, motion};
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    record::{self, RecordError},
-};
-use serde_json::Value;
+use crate::record::{self, RecordError};
 use std::{fs, io::ErrorKind, path::Path};
 
 /// Writes the sidecars that describe a table, and removes the others.
@@ -14,10 +10,7 @@ use std::{fs, io::ErrorKind, path::Path};
 /// # Errors
 /// A file cannot be read, written or removed.
 pub(super) fn settle(root: &Path) -> Result<(), SessionError> {
-    let about = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
-    let about: Value = serde_json::from_str(&about).unwrap_or_default();
-    let events = || event_table::sidecar(about["HEDVersion"].is_string());
-    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(events))?;
+    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(event_table::sidecar))?;
     put(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv")?.then(motion::reference_frames))
 }
 

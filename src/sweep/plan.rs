@@ -425,7 +425,7 @@ impl PlanReader<'_> {
         let fields = fields_of::<T>();
         let mut changes: Vec<(Field, Value)> = Vec::new();
         for (name, value, key) in &combination.settings {
-            let Some(field) = fields.iter().find(|field| field.is_called(name)) else {
+            let Some(field) = fields.iter().find(|field| field.path == *name) else {
                 let known: Vec<&str> =
                     fields.iter().map(|field| field.path.as_str()).chain(beside.iter().copied()).collect();
                 return Err(self.unknown(key, name, &known));

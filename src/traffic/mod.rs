@@ -25,7 +25,6 @@ pub use demand_file::CanonicalDemand;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
-pub use noise::NoiseStreams;
 pub use reported::is_on_lane;
 pub use vehicles::{Departure, VehicleBody, VehicleChanges, VehicleKind, VehicleLamps, VehicleState};
 
@@ -77,8 +76,6 @@ pub struct FixedSetup {
     pub step_s: f64,
     /// Seed of the noise, of the choice of vehicles with a different model, and of SUMO's random numbers.
     pub seed: u64,
-    /// Assignment of noise streams to vehicles.
-    pub noise_streams: NoiseStreams,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as in the car-following model.
     pub lateral_accel_mps2: Option<f64>,
 }

@@ -7,19 +7,6 @@
 
 use super::{FixedSetup, VehicleId};
 use crate::rng::{self, Stream};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// Assignment of noise streams to vehicles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum NoiseStreams {
-    /// Each vehicle has its own stream, independent of other vehicles
-    #[default]
-    Own,
-    /// All vehicles draw from one stream in turn, as in recordings from before 2026-11-23
-    Shared,
-}
 
 /// Noise generator of all vehicles.
 #[derive(Clone, Debug)]
@@ -32,12 +19,8 @@ pub(super) struct Noise {
 
 impl Noise {
     pub(super) fn new(setup: &FixedSetup) -> Self {
-        let of = |name: &str| rng::stream(setup.seed, name);
-        let streams = match setup.noise_streams {
-            NoiseStreams::Own => (0..setup.cars.len()).map(|id| of(&format!("vehicle/{id}"))).collect(),
-            NoiseStreams::Shared => vec![of("traffic")],
-        };
-        Self { streams, sd_mps: setup.idm.noise * setup.step_s.sqrt() * setup.step_s }
+        let streams = (0..setup.cars.len()).map(|id| rng::stream(setup.seed, &format!("vehicle/{id}")));
+        Self { streams: streams.collect(), sd_mps: setup.idm.noise * setup.step_s.sqrt() * setup.step_s }
     }
 
     /// Returns a vehicle's speed with noise, m/s. Must be called once per step for every vehicle, including externally driven ones, and in
@@ -47,8 +30,7 @@ impl Noise {
         if self.sd_mps == 0.0 {
             return speed_mps;
         }
-        let stream = (car.0 as usize).min(self.streams.len() - 1);
-        let change_mps = self.sd_mps * self.streams[stream].normal();
+        let change_mps = self.sd_mps * self.streams[car.0 as usize].normal();
         if speed_mps > 0.0 { (speed_mps + change_mps).max(0.0) } else { 0.0 }
     }
 }

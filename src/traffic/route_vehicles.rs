@@ -5,7 +5,7 @@ use super::{ExternalVehicleState, InitialVehicle, VehicleId, VehicleState, motio
 use crate::{map::RoadMap, space::CAR_LENGTH_M};
 use std::sync::Arc;
 
-/// The vehicles, by number from 0.
+/// A fixed number of vehicles, by number from 0.
 #[derive(Clone, Debug)]
 pub(super) struct RouteVehicles {
     map: Arc<RoadMap>,
@@ -13,7 +13,7 @@ pub(super) struct RouteVehicles {
     /// Front bumpers along the route, in `0..length_m`.
     s_m: Vec<f64>,
     states: Vec<VehicleState>,
-    /// Lanes and poses in `states` are those of `s_m`.
+    /// True if lanes and poses in `states` belong to `s_m`.
     is_placed: bool,
 }
 
@@ -36,36 +36,35 @@ impl RouteVehicles {
         vehicles
     }
 
-    /// Number of vehicles.
     pub fn len(&self) -> usize {
         self.s_m.len()
     }
 
-    /// Front bumper of one along the route, m.
+    /// Returns a vehicle's front bumper along the route, m.
     pub fn s_m(&self, i: usize) -> f64 {
         self.s_m[i]
     }
 
-    /// Speed of one, m/s.
+    /// Returns a vehicle's speed, m/s.
     pub fn speed_mps(&self, i: usize) -> f64 {
         self.states[i].speed_mps
     }
 
-    /// Takes one to the end of a step, in which its speed changed so.
+    /// Takes a vehicle to the end of a step, in which its speed changed so.
     pub fn set(&mut self, i: usize, s_m: f64, speed: SpeedStep) {
         self.s_m[i] = s_m;
         self.states[i].set_motion(speed, self.step_s);
         self.is_placed = false;
     }
 
-    /// Takes a reported one to the end of the step that its report describes, at `s_m`.
+    /// Takes a reported vehicle to the end of the step that its report describes, at `s_m`.
     pub fn follow(&mut self, i: usize, s_m: f64, report: &ExternalVehicleState) {
         let next_mps = report.next_speed_mps.max(0.0);
         let before_mps = report.speed_mps.max(0.0);
         self.set(i, s_m, SpeedStep { before_mps, chosen_mps: next_mps, after_mps: next_mps });
     }
 
-    /// All of them, with lanes and poses.
+    /// Returns all vehicles, with lanes and poses.
     pub fn states(&mut self) -> &[VehicleState] {
         if !self.is_placed {
             let route = &self.map.route;

@@ -139,12 +139,10 @@ flat_settings! {
             #[schemars(range(min = 0.1, max = 100.0), extend("unit" = "s"))]
             error_time_s: f64 = 5.0,
             /// Simulated driver: constant deviation from the target
-            #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s", "formerly" = "trait_mps"))]
-            #[serde(alias = "trait_mps")]
+            #[schemars(range(min = -5.0, max = 5.0), extend("unit" = "m/s"))]
             speed_bias_mps: f64 = 0.0,
-            /// Simulated driver: half width of the band around the target within which the speed is not corrected
-            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s", "formerly" = "slack_mps"))]
-            #[serde(alias = "slack_mps")]
+            /// Simulated driver: half width of the band around the target in which the speed is not corrected
+            #[schemars(range(min = 0.0, max = 5.0), extend("unit" = "m/s"))]
             deadband_mps: f64 = 0.0,
             /// Simulated driver: share of time in which the advice is followed, drawn again every 20 s
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
@@ -218,9 +216,6 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             // A latent describes about 20 s, the window of docs/references.md: perp.
             kl_weight: f64 = 0.05,
-            /// Repetitions of estimator rounds and policy updates after the first; the numbers of both are divided among all turns
-            #[schemars(range(min = 0, max = 100))]
-            estimator_refits: u32 = 0,
             /// Policy updates after the estimator's rounds, on the estimates
             #[schemars(range(min = 0, max = 1000000))]
             student_iterations: u32 = 0,

@@ -44,7 +44,6 @@ enum StandingAdvice {
 pub struct AdviceFollower {
     step_s: f32,
     is_driver: bool,
-    #[serde(default)]
     ignores: bool,
     brakes: bool,
     accel_mps2: f32,

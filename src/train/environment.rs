@@ -62,8 +62,7 @@ pub struct VecEnv {
     ring: VectorizedRing,
     follower: AdviceFollower,
     circumference_m: SimdLanes,
-    /// Equilibrium speed of each ring, m/s.
-    #[serde(default)]
+    /// Speed at which each ring flows evenly, m/s.
     equilibrium_mps: SimdLanes,
     hold_steps: u32,
     /// Moving mean of the ego's speed as the policy may see it, m/s.
@@ -73,18 +72,14 @@ pub struct VecEnv {
     stock: VectorizedRing,
     stock_follower: AdviceFollower,
     stock_m: SimdLanes,
-    #[serde(default)]
     stock_equilibrium_mps: SimdLanes,
     used: usize,
     batches: u64,
     /// Samples of the drivers, if kept; `unsampled_steps` counts steps since the last sample.
     samples: Option<Vec<BlockSample>>,
     unsampled_steps: u32,
-    /// Number of rings with episodes; rings beyond it never end and take nothing from the stock.
-    #[serde(default = "all_lanes")]
     rings: usize,
-    /// Advice that the policy corrects, if any.
-    #[serde(default)]
+    /// What the policy corrects, where it does.
     corrected: Option<CorrectedLanes>,
 }
 
@@ -347,11 +342,6 @@ impl VecEnv {
     fn named(&self, name: &str) -> Stream {
         rng::stream(self.config.seed, &format!("{}/{name}", self.stream))
     }
-}
-
-/// Default for checkpoints written before a block could have fewer rings.
-fn all_lanes() -> usize {
-    LANES
 }
 
 /// Sums over a hold for each lane.

@@ -50,8 +50,7 @@ pub struct LearningCurveRow {
     pub value_error: f64,
     /// Mean speed without noise over whole horizons, m/s, if the policy was evaluated.
     pub judged_mps: Option<f64>,
-    /// Loss of the driver estimator, nat (per trait and second for traits, per second for latents), in rounds in which it learns.
-    #[serde(default)]
+    /// Where the estimator of the driver learned: its loss for each trait and second, nats.
     pub estimator_loss: Option<f64>,
 }
 
@@ -74,13 +73,9 @@ pub struct Learner {
     centre_mps: Option<f64>,
     best: Option<BestPolicy>,
     curve: Vec<LearningCurveRow>,
-    #[serde(default)]
     student: Option<EstimatorLearner>,
-    /// Advice that the policy corrects, if the configuration names one.
-    #[serde(default)]
     corrected: Option<CorrectedAdvice>,
-    /// Predictor of the gain from advice, once learned.
-    #[serde(default)]
+    /// What advice is expected to gain, once that was learned.
     expected_gain: Option<ExpectedGain>,
 }
 

@@ -36,16 +36,8 @@ impl TrainConfig {
         let mut lessons = vec![(Lesson::Teacher, self.run.iterations)];
         let student = &self.student;
         if student.estimator_rounds > 0 {
-            let turns = student.estimator_refits + 1;
-            // Later turns get what cannot be divided evenly.
-            let of_turn = |all: u32, k: u32| {
-                let up_to = |k: u32| (u64::from(all) * u64::from(k) / u64::from(turns)) as u32;
-                up_to(k + 1) - up_to(k)
-            };
-            for turn in 0..turns {
-                lessons.push((Lesson::Estimator, of_turn(student.estimator_rounds, turn)));
-                lessons.push((Lesson::Student, of_turn(student.student_iterations, turn)));
-            }
+            lessons.push((Lesson::Estimator, student.estimator_rounds));
+            lessons.push((Lesson::Student, student.student_iterations));
         }
         lessons
     }
@@ -115,12 +107,11 @@ mod tests {
     use super::*;
     use crate::train::{RunConfig, StudentConfig};
 
-    fn config(estimator: EstimatorKind, estimator_refits: u32) -> TrainConfig {
+    fn config(estimator: EstimatorKind) -> TrainConfig {
         TrainConfig {
             run: RunConfig { iterations: 4, ..RunConfig::default() },
             student: StudentConfig {
                 estimator,
-                estimator_refits,
                 estimator_rounds: 5,
                 student_iterations: 6,
                 ..StudentConfig::default()
@@ -130,27 +121,25 @@ mod tests {
     }
 
     #[test]
-    fn rounds_and_updates_are_shared_among_the_turns() {
+    fn lessons_follow_each_other() {
         use Lesson::{Estimator, Student, Teacher};
-        let plain = config(EstimatorKind::Traits, 0);
-        assert_eq!(plain.lessons(), [(Teacher, 4), (Estimator, 5), (Student, 6)]);
-        let twice = config(EstimatorKind::Traits, 1);
-        assert_eq!(twice.lessons(), [(Teacher, 4), (Estimator, 2), (Student, 3), (Estimator, 3), (Student, 3)]);
-        assert_eq!(twice.all_iterations(), 15);
-        let begins: Vec<u32> = (0..16).filter(|done| twice.lesson_after(*done).1).collect();
-        assert_eq!(begins, [0, 4, 6, 9, 12]);
-        let ends: Vec<u32> = (1..=16).filter(|iteration| twice.ends_lesson(*iteration)).collect();
-        assert_eq!(ends, [4, 6, 9, 12, 15]);
-        assert_eq!((twice.lesson_after(9), twice.lesson_after(99)), ((Estimator, true), (Student, false)));
-        assert_eq!((twice.done_of(Estimator, 10), twice.done_of(Student, 13)), (3, 4));
+        let config = config(EstimatorKind::Traits);
+        assert_eq!(config.lessons(), [(Teacher, 4), (Estimator, 5), (Student, 6)]);
+        assert_eq!(config.all_iterations(), 15);
+        let begins: Vec<u32> = (0..16).filter(|done| config.lesson_after(*done).1).collect();
+        assert_eq!(begins, [0, 4, 9]);
+        let ends: Vec<u32> = (1..=16).filter(|iteration| config.ends_lesson(*iteration)).collect();
+        assert_eq!(ends, [4, 9, 15]);
+        assert_eq!((config.lesson_after(4), config.lesson_after(99)), ((Estimator, true), (Student, false)));
+        assert_eq!((config.done_of(Estimator, 7), config.done_of(Student, 13)), (3, 4));
     }
 
     #[test]
-    fn the_bound_falls_with_teacher_updates_or_all_updates_without_a_teacher() {
-        let share = |kind, done| config(kind, 1).share_of_updates(done);
+    fn the_bound_falls_with_the_teacher_or_with_all_updates_of_a_policy_that_had_none() {
+        let share = |kind, done| config(kind).share_of_updates(done);
         let traits = [0, 2, 4, 15].map(|done| share(EstimatorKind::Traits, done));
         assert_eq!(traits, [0.0, 0.5, 1.0, 1.0]);
-        let latents = [0, 4, 6, 9, 12, 15].map(|done| share(EstimatorKind::Variational, done));
-        assert_eq!(latents, [0.0, 0.4, 0.4, 0.7, 0.7, 1.0]);
+        let latents = [0, 4, 9, 12, 15].map(|done| share(EstimatorKind::Variational, done));
+        assert_eq!(latents, [0.0, 0.4, 0.4, 0.7, 1.0]);
     }
 }

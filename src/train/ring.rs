@@ -115,8 +115,7 @@ pub struct VectorizedRing {
     gap_m: Vec<SimdLanes>,
     speed_mps: Vec<SimdLanes>,
     model: Model,
-    /// Model of each slot; empty unless vehicles of a ring differ.
-    #[serde(default)]
+    /// The model of each slot, where cars of a ring differ; otherwise empty.
     own_models: Vec<Model>,
     rng: LaneRng,
     /// Speed of the ego's leader, m/s.

@@ -8,7 +8,7 @@ use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::CAR_LENGTH_M,
-    traffic::{FixedSetup, InitialVehicle, ModelMixture, NativeTraffic, NoiseStreams, Traffic},
+    traffic::{FixedSetup, InitialVehicle, ModelMixture, NativeTraffic, Traffic},
 };
 use std::sync::Arc;
 
@@ -77,7 +77,6 @@ fn without_noise_the_fast_ring_drives_as_the_native_engine() {
         mixture: ModelMixture::default(),
         step_s: 0.1,
         seed: 1,
-        noise_streams: NoiseStreams::Own,
         lateral_accel_mps2: None,
     })
     .unwrap();

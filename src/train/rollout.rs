@@ -19,8 +19,7 @@ use serde::{Deserialize, Serialize};
 pub struct RolloutWorker {
     pub env: VecEnv,
     rng: LaneRng,
-    /// Student beside the block, if there is one.
-    #[serde(default)]
+    /// The student beside it, once there is one.
     pub watcher: Option<Watcher>,
 }
 

@@ -147,8 +147,6 @@ fn used_network(network: &RoadNetwork) {
         }
     }
     assert!(network.census().lanes <= network.lanes().len());
-    let again = RoadNetwork::read(Path::new("again.net.xml"), &network.to_net_xml());
-    assert!(again.is_ok_and(|again| again == *network), "what was written is not what was read");
     // SUMO must read the same network, and its copy must pass the checks unchanged.
     let copy = network.sumo_text().as_str();
     let again = RoadNetwork::read(Path::new("copy.net.xml"), copy).expect("the copy of a network is one");

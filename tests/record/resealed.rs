@@ -241,7 +241,6 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/path", "A B"),
         ("/advised", "1"),
         ("/start", "bunched"),
-        ("/noise_streams", "shared"),
         ("/contact", "end"),
         ("/other_model", "krauss"),
         ("/flash_patch", "pedal"),

@@ -17,4 +17,5 @@ mod policies;
 mod python_episode;
 mod right_of_way;
 mod train;
+mod wheels_on_road;
 mod world;

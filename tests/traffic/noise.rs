@@ -56,28 +56,17 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
 }
 
 #[test]
-fn each_car_has_its_own_noise_and_shared_noise_is_drawn_in_turn() {
+fn the_noise_of_a_car_is_its_own() {
     const STEPS: usize = 100;
-    let noise = |n: usize, noise_streams| {
-        let setup = FixedSetup { noise_streams, ..even("ring-250", n, model(0.2), 4.0) };
-        residuals(EngineChoice::Native, &setup, STEPS)
-    };
-    // The draws of two rings of different size, by step and vehicle, for the vehicles that both have.
-    let furthest = |streams| {
-        let (many, few) = (noise(22, streams), noise(20, streams));
-        let apart = (0..STEPS).flat_map(|step| (0..20).map(move |car| (step, car)));
-        apart.map(|(step, car)| (many[step * 22 + car] - few[step * 20 + car]).abs()).fold(0.0, f64::max)
-    };
-    assert!(furthest(NoiseStreams::Own) < 1e-9, "two cars more change nobody's noise");
-    assert!(furthest(NoiseStreams::Shared) > 1e-3);
-    let mut in_turn = codrive::rng::stream(1, "traffic");
-    let sd_mps = 0.2 * STEP_S * STEP_S.sqrt();
-    for (k, found) in noise(22, NoiseStreams::Shared).iter().take(44).enumerate() {
-        let wanted = sd_mps * in_turn.normal();
-        assert!((found - wanted).abs() < 1e-9, "draw {k}: {found} instead of {wanted}");
-    }
+    let noise = |n: usize| residuals(EngineChoice::Native, &even("ring-250", n, model(0.2), 4.0), STEPS);
+    // What two rings of different size draw, by step and car, for the cars that both have.
+    let (many, few) = (noise(22), noise(20));
+    let apart = (0..STEPS).flat_map(|step| (0..20).map(move |car| (step, car)));
+    let furthest = apart.map(|(step, car)| (many[step * 22 + car] - few[step * 20 + car]).abs()).fold(0.0, f64::max);
+    assert!(furthest < 1e-9, "two cars more change nobody's noise");
     let mut of_car_3 = codrive::rng::stream(1, "vehicle/3");
-    for (step, found) in noise(22, NoiseStreams::Own).iter().skip(3).step_by(22).enumerate() {
+    let sd_mps = 0.2 * STEP_S * STEP_S.sqrt();
+    for (step, found) in many.iter().skip(3).step_by(22).enumerate() {
         let wanted = sd_mps * of_car_3.normal();
         assert!((found - wanted).abs() < 1e-9, "step {step}: {found} instead of {wanted}");
     }

@@ -13,6 +13,8 @@ impl Network {
         self.name_links();
         self.list_signals();
         self.grid = SegmentGrid::new(self);
+        let (low, high) = self.bounds();
+        self.level = low.z == high.z;
     }
 
     /// Returns a copy with every coordinate shifted by `by`, metres: for the picture, which is drawn near a local origin. SUMO's text is

@@ -63,11 +63,6 @@ impl LinkSet {
         Self(words.into())
     }
 
-    /// Returns SUMO's row of 0 and 1 for a junction with this number of links.
-    pub(super) fn bits(&self, links: usize) -> String {
-        (0..links).rev().map(|link| if self.contains(link) { '1' } else { '0' }).collect()
-    }
-
     /// Returns true if the link is in the set.
     pub fn contains(&self, link: usize) -> bool {
         self.0.get(link / 64).is_some_and(|word| word & (1 << (link % 64)) != 0)
@@ -159,7 +154,8 @@ mod tests {
         let row = format!("1{}1001", "0".repeat(65));
         let set = LinkSet::from_bits(&row);
         assert_eq!(set.iter().collect::<Vec<_>>(), [0, 3, 69]);
-        assert_eq!(set.bits(70), row);
+        let again: String = (0..70).rev().map(|link| if set.contains(link) { '1' } else { '0' }).collect();
+        assert_eq!(again, row);
         assert!(!set.contains(1) && !set.contains(1000));
     }
 

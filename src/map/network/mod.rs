@@ -24,7 +24,6 @@ mod signal_states;
 #[cfg(test)]
 mod tests;
 mod vehicle_classes;
-mod write;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;
@@ -75,6 +74,8 @@ pub struct Network {
     header: Vec<(String, String)>,
     location: Vec<(String, String)>,
     left_hand: bool,
+    /// All lanes have one height.
+    level: bool,
     sumo: SumoText,
     /// Index in `connections` of the first connection of each lane; one more entry at the end.
     outgoing: Vec<u32>,
@@ -127,6 +128,11 @@ impl Network {
     /// Returns true if traffic keeps to the left.
     pub fn is_left_hand(&self) -> bool {
         self.left_hand
+    }
+
+    /// Returns true if all lanes have one height.
+    pub fn is_level(&self) -> bool {
+        self.level
     }
 
     /// Returns the edge of an id.

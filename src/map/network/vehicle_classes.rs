@@ -80,7 +80,6 @@ impl VehicleClasses {
     pub const NONE: Self = Self(0);
     pub const ALL: Self = Self((1 << NAMES.len()) - 1);
     pub const PASSENGER: Self = Self(bit("passenger"));
-    pub const TRUCK: Self = Self(bit("truck"));
     /// Buses in public transport.
     pub const BUS: Self = Self(bit("bus"));
     pub const MOTORCYCLE: Self = Self(bit("motorcycle"));
@@ -184,7 +183,7 @@ mod tests {
         assert_eq!(VehicleClasses::parse("all"), VehicleClasses::ALL);
         assert_eq!(VehicleClasses::ALL.list(), "all");
         assert_eq!(VehicleClasses::parse(""), VehicleClasses::NONE);
-        assert_eq!(VehicleClasses::parse("transport"), VehicleClasses::TRUCK);
+        assert_eq!(VehicleClasses::parse("transport"), VehicleClasses::parse("truck"));
         assert_eq!(VehicleClasses::parse("bus passanger"), VehicleClasses::BUS);
         let motor = VehicleClasses::ALL.without(VehicleClasses::ROAD_MOTOR);
         assert!(motor.contains(VehicleClasses::RAIL) && motor.contains(VehicleClasses::BICYCLE));

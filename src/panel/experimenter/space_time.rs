@@ -99,16 +99,6 @@ impl SpaceTime {
         }
     }
 
-    /// Returns the colour painted at a time and position; `None` if the place is empty or out of the kept columns.
-    pub fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
-        let column = (time_s / COLUMN_S).max(0.0) as usize;
-        if column > self.column || column + COLUMNS <= self.column {
-            return None;
-        }
-        let row = ROWS - 1 - ((s_m / self.length_m * ROWS as f64) as usize).min(ROWS - 1);
-        Some(self.pixels[column % COLUMNS * ROWS + row]).filter(|colour| *colour != EMPTY)
-    }
-
     /// Shows the diagram over the available width, `height` points high, from `from_s` to `to_s`.
     pub fn show(&self, ui: &mut Ui, screen: &mut DiagramTexture, [from_s, to_s]: [f64; 2], height: f32) {
         let (response, painter) = ui.allocate_painter(vec2(ui.available_width(), height), egui::Sense::hover());
@@ -200,6 +190,18 @@ impl DiagramTexture {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl SpaceTime {
+        /// What was painted at a time and place; none where nothing is, or no longer is.
+        fn colour_at(&self, time_s: f64, s_m: f64) -> Option<Color32> {
+            let column = (time_s / COLUMN_S).max(0.0) as usize;
+            if column > self.column || column + COLUMNS <= self.column {
+                return None;
+            }
+            let row = ROWS - 1 - ((s_m / self.length_m * ROWS as f64) as usize).min(ROWS - 1);
+            Some(self.pixels[column % COLUMNS * ROWS + row]).filter(|colour| *colour != EMPTY)
+        }
+    }
 
     #[test]
     fn lines_cross_the_seam_and_are_dropped_after_five_minutes() {

@@ -6,9 +6,8 @@ use crate::{
     traffic::VehicleId,
 };
 
-/// The choice.
 pub(super) enum AdvisedSelection {
-    /// These numbers, ascending: spread evenly over a fixed number of vehicles.
+    /// Vehicle numbers, ascending: spread evenly over a fixed number of vehicles.
     Numbers(Vec<u32>),
     /// Each vehicle by chance, from a random stream of its own.
     Share {
@@ -20,7 +19,7 @@ pub(super) enum AdvisedSelection {
 }
 
 impl AdvisedSelection {
-    /// The choice of a scenario, out of a fixed number of vehicles or of those that enter.
+    /// Returns the choice of a scenario, out of a fixed number of vehicles or of those that enter.
     pub fn new(scenario: &Scenario, fixed: Option<usize>) -> Self {
         let advised: AdvisedVehicles = scenario.advised;
         match fixed {

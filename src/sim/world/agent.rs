@@ -265,15 +265,19 @@ impl Agent {
     }
 
     /// Updates another agent in this view to its image.
-    pub(super) fn insert_image(&mut self, other: &VehicleSnapshot) {
+    pub(super) fn insert_image(&mut self, other: &Self) {
         if let Ok(at) = self.view.cars.binary_search_by_key(&other.id, |car| car.id) {
-            self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(other), ..*other };
+            self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(&other.image, &other.map), ..other.image };
         }
     }
 
-    /// Returns where a vehicle's front is along this one's route; `None` off the route.
-    fn s_of(&self, other: &VehicleSnapshot) -> Option<f64> {
-        self.network.s_of(&self.map, other, self.view.ego_s_m)
+    /// Returns where a vehicle's front is along this one's route; `None` off the route. `seen_on` has the route of its present position: on a
+    /// closed route all share one.
+    fn s_of(&self, other: &VehicleSnapshot, seen_on: &Arc<RoadMap>) -> Option<f64> {
+        match Arc::ptr_eq(&self.map, seen_on) {
+            true => other.s_m,
+            false => self.network.s_of(&self.map, other, self.view.ego_s_m),
+        }
     }
 
     /// Copies the participant's view, plus the participant's vehicle if present.
@@ -282,7 +286,7 @@ impl Agent {
         cars.clear();
         let others = participant.view.cars.iter().filter(|car| car.id != self.id);
         let all = std::iter::once(&participant.image).filter(|_| !participant.view.is_without_ego).chain(others);
-        cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car), ..*car }));
+        cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car, &participant.map), ..*car }));
         self.view.cars = cars;
         self.view.signals.clone_from(&participant.view.signals);
     }

@@ -39,7 +39,7 @@ const SIDEWAYS: f64 = 0.25;
 
 /// A traffic engine, and the two steps around the present tick.
 pub(super) struct TrafficCoupling {
-    /// `None` after [`TrafficCoupling::stop`].
+    /// Engine; `None` after [`TrafficCoupling::stop`].
     engine: Option<Box<dyn Traffic>>,
     description: String,
     map: Arc<RoadMap>,

@@ -47,7 +47,6 @@ pub(super) fn fixed(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<StartedTr
         mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
         step_s: scenario.step_s,
         seed: scenario.seed,
-        noise_streams: scenario.noise_streams,
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
     };
     let mut engine = traffic::start(scenario.traffic, setup)?;

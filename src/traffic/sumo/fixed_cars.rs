@@ -49,12 +49,13 @@ pub(super) struct FixedCars {
     /// The model's own highest speed, and each car's as SUMO knows it, m/s.
     v0_mps: f64,
     highest_mps: Vec<f64>,
-    /// Where the reported cars of the present step are on the route at its end.
+    /// Places of the reported cars on the route at the end of the present step.
     reported: Vec<RoutePosition>,
 }
 
 impl FixedCars {
-    /// Type, route and cars in a SUMO that has just begun and numbered its lanes. Also what follows SUMO's name in descriptions.
+    /// Makes type, route and cars in a SUMO that has just begun and numbered its lanes. Also returns the text that follows SUMO's name in
+    /// descriptions.
     pub fn populate(shim: &mut Shim, setup: FixedSetup) -> Result<(Self, String), TrafficError> {
         let route = &setup.map.route;
         lane_keeping::check(&setup.map)?;
@@ -110,7 +111,7 @@ impl FixedCars {
         Ok((cars, description))
     }
 
-    /// Commands before a step with these reports. A reported car that others do not see is `nowhere`.
+    /// Adds the commands before a step with these reports. A reported car that others do not see is `nowhere`.
     pub fn command(
         &mut self,
         reports: &[VehicleReport],
@@ -143,7 +144,7 @@ impl FixedCars {
         Ok(())
     }
 
-    /// Where a reported car will be on the route; its commands.
+    /// Adds a reported car's commands; returns its place on the route at the step's end.
     fn command_reported(
         &mut self,
         report: &VehicleReport,
@@ -186,7 +187,7 @@ impl FixedCars {
         Ok(())
     }
 
-    /// Front bumper of a car along the route, m.
+    /// Returns a car's front bumper along the route, m.
     fn s_of(&self, record: &Record) -> Result<f64, TrafficError> {
         let lane = usize::try_from(record.lane).ok().map(LaneId::from_index);
         lane.and_then(|lane| self.map.route.s_on(lane, record.lane_pos_m)).ok_or_else(|| {
@@ -199,13 +200,13 @@ impl FixedCars {
         })
     }
 
-    /// All cars.
+    /// Returns all cars, with lanes and poses.
     pub fn states(&mut self) -> &[VehicleState] {
         self.vehicles.states()
     }
 }
 
-/// What SUMO has of car `i`.
+/// Returns SUMO's record of car `i`.
 fn record<'a>(step: &Step<'a>, i: usize) -> Result<&'a Record, TrafficError> {
     let found = step.records.get(i).filter(|record| record.number as usize == i);
     found.ok_or_else(|| TrafficError::Sumo(format!("car {i} is no longer in the simulation")))

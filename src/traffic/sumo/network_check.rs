@@ -18,8 +18,8 @@ use crate::{
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, NoiseStreams, Traffic,
-        TrafficError, VehicleReport, go_on, start,
+        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficError,
+        VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -246,7 +246,6 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
         mixture: ModelMixture::default(),
         step_s,
         seed: 1,
-        noise_streams: NoiseStreams::Own,
         lateral_accel_mps2: None,
     };
     let mut traffic = match SumoTraffic::start_fixed_untried(setup) {

@@ -24,7 +24,7 @@ use std::{
     time::Duration,
 };
 
-/// What both sides have to agree on before anything else is called.
+/// Version and sizes on which both sides have to agree before any other call.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Interface {
@@ -37,7 +37,7 @@ struct Interface {
 }
 
 impl Interface {
-    /// This program's side.
+    /// Interface of this program.
     const OWN: Self = Self {
         number: 6,
         command_bytes: size_of::<RawCommand>() as u32,
@@ -207,7 +207,7 @@ impl Shim {
         go_on()
     }
 
-    /// SUMO's version, as it names itself.
+    /// Returns SUMO's version, as it names itself.
     pub fn version(&self) -> Result<String, TrafficError> {
         self.text(|out| unsafe { (self.api.version)(out) })
     }
@@ -221,7 +221,7 @@ impl Shim {
         self.check(code)
     }
 
-    /// Length, m, and speed limit, m/s, of a lane as SUMO has them.
+    /// Returns length, m, and speed limit, m/s, of a lane as SUMO has them.
     pub fn lane(&self, lane: LaneId) -> Result<(f64, f64), TrafficError> {
         let (mut length_m, mut speed_mps) = (0.0, 0.0);
         self.check(unsafe { (self.api.lane)(lane.index(), &raw mut length_m, &raw mut speed_mps) })?;
@@ -272,26 +272,26 @@ impl Shim {
         Ok(edges.split(' ').map(str::to_owned).collect())
     }
 
-    /// The commands, one step of this length, s, and what it has changed.
+    /// Carries out the commands and makes one step of this length, s; returns its changes.
     pub fn step(&mut self, commands: &[RawCommand], step_s: f64) -> Result<Step<'_>, TrafficError> {
         let mut raw = RawStep::default();
         self.check(unsafe { (self.api.step)(commands.as_ptr(), commands.len(), step_s, &raw mut raw) })?;
         Ok(unsafe { Step::of(&raw) })
     }
 
-    /// Everything as it is, without a step.
+    /// Reads everything without a step.
     pub fn look(&mut self) -> Result<Step<'_>, TrafficError> {
         let mut raw = RawStep::default();
         self.check(unsafe { (self.api.look)(&raw mut raw) })?;
         Ok(unsafe { Step::of(&raw) })
     }
 
-    /// A step and nothing else.
+    /// Makes a step and reads nothing.
     pub fn bare_step(&mut self) -> Result<(), TrafficError> {
         self.check(unsafe { (self.api.bare_step)() })
     }
 
-    /// Where SUMO itself draws a vehicle.
+    /// Returns the place at which SUMO itself draws a vehicle.
     pub fn pose(&self, id: VehicleId) -> Result<SumoPose, TrafficError> {
         let mut pose = SumoPose { front: DVec2::ZERO, angle_deg: 0.0 };
         let (x, y) = (&raw mut pose.front.x, &raw mut pose.front.y);

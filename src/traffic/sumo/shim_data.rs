@@ -15,7 +15,7 @@ pub(super) type Text = *const c_char;
 pub(super) enum Command {
     /// Puts the vehicle's front bumper there, heading by the compass; on this lane where it is known, as lanes cross.
     MoveToXy {
-        /// Lane, if known.
+        /// Lane, where it is known: lanes cross.
         lane: Option<LaneId>,
         /// Front bumper, m.
         front: DVec2,
@@ -76,7 +76,7 @@ pub(super) struct Record {
     pub number: u32,
     /// By number; -1: none.
     pub lane: i32,
-    /// SUMO's bits.
+    /// SUMO's bits of lamps that are lit.
     pub lamps: u32,
 }
 
@@ -138,7 +138,7 @@ pub(super) struct VehicleType {
     pub max_speed_mps: f64,
 }
 
-/// How a simulation is read.
+/// Settings for reading a simulation.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
@@ -169,11 +169,11 @@ pub(super) struct NewDeparture<'a> {
     pub name: &'a CStr,
     /// SUMO's class: passenger, truck and so on.
     pub class: &'a CStr,
-    /// SUMO's type.
+    /// Type by SUMO's name.
     pub kind: &'a CStr,
 }
 
-/// What there is after a step.
+/// Columns of a step.
 pub(super) struct Step<'a> {
     /// All vehicles on the road, by ascending number.
     pub records: &'a [Record],
@@ -182,7 +182,7 @@ pub(super) struct Step<'a> {
     pub arrivals: &'a [u32],
     /// States of all signals, one after the other, a letter a link.
     pub signals: &'a [u8],
-    /// Where each signal's begin; one more at the end.
+    /// Start of each signal's states; one more at the end.
     pub signal_starts: &'a [u32],
 }
 

@@ -6,8 +6,6 @@ mod connections;
 mod edges;
 mod junctions;
 
-pub(super) use edges::DEFAULT_WIDTH_M;
-
 use super::{EdgeId, JunctionId, LaneId, Network, SignalId};
 use crate::{
     map::{MapError, SumoText, limits, net_check, net_xml::NetReader, xml_tree::Element},

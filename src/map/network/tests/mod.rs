@@ -6,7 +6,6 @@ mod gate;
 mod geometry;
 mod large;
 mod sumo;
-mod writing;
 
 use super::*;
 use std::{
