@@ -264,11 +264,14 @@ mod tests {
         let kept = without_format("# A drive.\nformat = 1 # of the first version\nseed = 2\n", "x").unwrap();
         assert_eq!(kept, "# A drive.\n           # of the first version\nseed = 2\n");
         for (text, written) in [("format = 2", "2"), ("\nformat = \"1\"\n", "\"1\"")] {
-            let said = without_format(text, "trial.toml").unwrap_err().to_string();
+            let message = without_format(text, "trial.toml").unwrap_err().to_string();
             let line = text.lines().count();
             let wanted =
                 format!("trial.toml:{line}:10: the file has format {written}; allowed: 1, which is that of codrive");
-            assert!(said.starts_with(&wanted) && said.contains("remedy: use the program that wrote it"), "{said}");
+            assert!(
+                message.starts_with(&wanted) && message.contains("remedy: use the program that wrote it"),
+                "{message}"
+            );
         }
     }
 }

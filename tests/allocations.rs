@@ -10,8 +10,9 @@ use codrive::{
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, VehicleReport,
-        sumo::{self, NetworkSetup, SumoNetwork},
+        self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, Traffic,
+        VehicleReport,
+        sumo::{self, SumoTraffic},
     },
 };
 use std::{

@@ -125,7 +125,7 @@ fn changes(settings: &Bound<'_, PyDict>) -> PyResult<Vec<(Field, Value)>> {
 fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mut Vec<(Field, Value)>) -> PyResult<()> {
     for (key, value) in named {
         let path = format!("{table}{key}");
-        let field = fields.iter().find(|field| field.is_called(&path));
+        let field = fields.iter().find(|field| field.path == path);
         match (field, value) {
             (Some(field), value) => flat.push((field.clone(), single(&path, value)?)),
             (None, Value::Object(inner)) if fields.iter().any(|field| field.table() == Some(&path)) => {

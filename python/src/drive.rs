@@ -137,7 +137,7 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
             demand = read_demand(value)?;
             continue;
         }
-        if let Some(field) = fields.iter().find(|field| field.is_called(&key)) {
+        if let Some(field) = fields.iter().find(|field| field.path == key) {
             flat.push((field.clone(), single(&key, value)?));
             continue;
         }
@@ -145,7 +145,7 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
             Value::Object(inner) if fields.iter().any(|field| field.table() == Some(&key)) => {
                 for (name, value) in inner {
                     let path = format!("{key}.{name}");
-                    let field = fields.iter().find(|field| field.is_called(&path));
+                    let field = fields.iter().find(|field| field.path == path);
                     let field = field.ok_or_else(|| unknown_setting(&path, &fields))?;
                     flat.push((field.clone(), single(&path, value)?));
                 }

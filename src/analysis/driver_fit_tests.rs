@@ -12,7 +12,7 @@ struct Truth {
     factor: f64,
 }
 
-const SOMEBODY: Truth = Truth { reaction_s: 1.2, bias_mps: 0.4, error_mps: 0.3, factor: 1.3 };
+const KNOWN_DRIVER: Truth = Truth { reaction_s: 1.2, bias_mps: 0.4, error_mps: 0.3, factor: 1.3 };
 /// Time gap of the other vehicles, s.
 const USUAL_S: f64 = 1.1;
 
@@ -73,7 +73,7 @@ fn led(at_s: f64) -> (Option<f64>, Option<f64>) {
 
 #[test]
 fn changing_advice_on_a_free_road_gives_all_but_the_time_gap() {
-    let drive = driven(SOMEBODY, 900, changing);
+    let drive = driven(KNOWN_DRIVER, 900, changing);
     let found = fit(&[&drive]);
     let reaction = found.reaction_s.unwrap();
     // One moment: the parabola interpolates between them.
@@ -97,14 +97,14 @@ fn changing_advice_on_a_free_road_gives_all_but_the_time_gap() {
 
 #[test]
 fn constant_advice_gives_no_reaction_time() {
-    let found = fit(&[&driven(SOMEBODY, 900, constant)]);
+    let found = fit(&[&driven(KNOWN_DRIVER, 900, constant)]);
     assert_eq!(found.reaction_s, None);
     assert!((found.speed_bias_mps.unwrap().value - 0.4).abs() < 0.1, "{found:?}");
 }
 
 #[test]
 fn a_leader_without_advice_gives_only_the_time_gap() {
-    let found = fit(&[&driven(SOMEBODY, 300, led)]);
+    let found = fit(&[&driven(KNOWN_DRIVER, 300, led)]);
     let gap = found.time_gap_factor.unwrap();
     assert!((gap.value - 1.3).abs() < 0.05 && gap.rests_on_s > 200.0, "{gap:?}");
     assert_eq!((found.reaction_s, found.speed_bias_mps, found.error_mps), (None, None, None));
@@ -112,7 +112,7 @@ fn a_leader_without_advice_gives_only_the_time_gap() {
 
 #[test]
 fn drives_of_one_person_are_taken_together() {
-    let drives = [driven(SOMEBODY, 900, changing), driven(SOMEBODY, 300, led)];
+    let drives = [driven(KNOWN_DRIVER, 900, changing), driven(KNOWN_DRIVER, 300, led)];
     let found = fit(&drives.iter().collect::<Vec<_>>());
     assert!(found.numbers().iter().all(Option::is_some), "{found:?}");
     assert!((found.time_gap_factor.unwrap().value - 1.3).abs() < 0.05, "{found:?}");
@@ -123,7 +123,7 @@ fn drives_of_one_person_are_taken_together() {
 fn a_moment_behind_a_slow_leader_pulls_no_bias_down() {
     // Advised 5 m/s behind a slower leader: most of the time the leader decides.
     let behind: Plan = |at_s| (Some([4.5, 5.2][(at_s / 9.0) as usize % 2]), Some(4.6 + (at_s / 15.0).sin()));
-    let drive = driven(SOMEBODY, 1800, behind);
+    let drive = driven(KNOWN_DRIVER, 1800, behind);
     let mean_off: f64 = {
         let all = drive.stretches.iter().flatten();
         let off: Vec<f64> = all.map(|m| f64::from(m.speed_mps - m.advised_mps.unwrap())).collect();
@@ -211,6 +211,6 @@ fn the_delay_between_tenths_of_a_second_is_the_minimum_of_a_parabola() {
 #[test]
 fn too_short_drives_give_no_numbers() {
     assert_eq!(fit(&[]), FoundDriver::default());
-    assert_eq!(fit(&[&driven(SOMEBODY, 25, changing)]), FoundDriver::default());
+    assert_eq!(fit(&[&driven(KNOWN_DRIVER, 25, changing)]), FoundDriver::default());
     assert_eq!(fit(&[&DriverStretches::default()]), FoundDriver::default());
 }

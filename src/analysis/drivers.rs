@@ -33,13 +33,16 @@ impl FoundDriver {
 pub fn drivers(drives: &[AnalysedRecording]) -> Vec<ParticipantDriver> {
     let mut each: Vec<(&str, Vec<&DriverStretches>)> = Vec::new();
     for drive in drives {
-        let who = drive.found.participant.as_str();
-        match each.iter_mut().find(|(other, _)| *other == who) {
+        let participant = drive.found.participant.as_str();
+        match each.iter_mut().find(|(other, _)| *other == participant) {
             Some((_, of)) => of.push(&drive.stretches),
-            None => each.push((who, vec![&drive.stretches])),
+            None => each.push((participant, vec![&drive.stretches])),
         }
     }
-    let one = |(who, of): (&str, Vec<&DriverStretches>)| ParticipantDriver { participant: who.into(), found: fit(&of) };
+    let one = |(participant, of): (&str, Vec<&DriverStretches>)| ParticipantDriver {
+        participant: participant.into(),
+        found: fit(&of),
+    };
     each.into_par_iter().map(one).collect()
 }
 
@@ -85,8 +88,8 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
         })
     };
     let row = |driver: &&ParticipantDriver| {
-        let who = if driver.participant.is_empty() { "The driver".into() } else { driver.participant.clone() };
-        [who].into_iter().chain(driver.found.numbers().map(number)).collect()
+        let participant = if driver.participant.is_empty() { "The driver".into() } else { driver.participant.clone() };
+        [participant].into_iter().chain(driver.found.numbers().map(number)).collect()
     };
     let head =
         ["Participant".to_owned()].into_iter().chain(glossary::DRIVER_NUMBERS.map(|number| number.label())).collect();

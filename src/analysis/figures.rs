@@ -193,13 +193,15 @@ pub fn distribution(drives: &[AnalysedRecording], measure: usize) -> Option<Stri
 fn dots(groups: &[(&str, Vec<(&str, f64)>)]) -> Vec<PlotShape> {
     // Dots a little left of the middle, mean and interval right of it.
     let (own, mean) = (|i: usize| i as f64 + 0.9, |i: usize| i as f64 + 1.14);
-    let value =
-        |i: usize, who: &str| groups[i].1.iter().find(|(participant, _)| *participant == who).map(|found| found.1);
-    let mut people: Vec<&str> = groups.iter().flat_map(|(_, values)| values.iter().map(|(who, _)| *who)).collect();
+    let value = |i: usize, person: &str| {
+        groups[i].1.iter().find(|(participant, _)| *participant == person).map(|found| found.1)
+    };
+    let mut people: Vec<&str> =
+        groups.iter().flat_map(|(_, values)| values.iter().map(|(person, _)| *person)).collect();
     people.sort_unstable();
     people.dedup();
-    let way = |who: &&str| {
-        let points: Vec<[f64; 2]> = (0..groups.len()).filter_map(|i| Some([own(i), value(i, who)?])).collect();
+    let way = |person: &&str| {
+        let points: Vec<[f64; 2]> = (0..groups.len()).filter_map(|i| Some([own(i), value(i, person)?])).collect();
         points.windows(2).map(|ends| [ends[0], ends[1]]).collect::<Vec<_>>()
     };
     let pieces = people.iter().flat_map(way).collect();

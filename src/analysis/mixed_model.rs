@@ -116,13 +116,13 @@ const TRIED: usize = 60;
 const ALIASED: f64 = 1e-7;
 
 impl MixedModel {
-    /// Fits `response` of participants `who` (numbers from 0, each with at least one row) on an intercept and `terms`; each
+    /// Fits `response` of participants `participant_of_row` (numbers from 0, each with at least one row) on an intercept and `terms`; each
     /// term is a list with one number per row.
     ///
     /// # Errors
     /// There are too few rows, a term depends on others, or nothing varies.
-    pub fn fit(who: &[usize], terms: &[Vec<f64>], response: &[f64]) -> Result<Self, ModelFault> {
-        let (rows, participants) = (response.len(), who.iter().max().map_or(0, |most| most + 1));
+    pub fn fit(participant_of_row: &[usize], terms: &[Vec<f64>], response: &[f64]) -> Result<Self, ModelFault> {
+        let (rows, participants) = (response.len(), participant_of_row.iter().max().map_or(0, |most| most + 1));
         let p = terms.len() + 1;
         if participants < 2 || rows <= participants.max(p + 1) {
             return Err(ModelFault::TooFew { rows, participants });
@@ -136,7 +136,7 @@ impl MixedModel {
             return Err(ModelFault::Aliased { term: term - 1 });
         }
         let y = DVector::from_iterator(rows, response.iter().map(|value| value - middle));
-        let sums = RowSums::of(who, participants, &matrix, &y);
+        let sums = RowSums::of(participant_of_row, participants, &matrix, &y);
         let ratio = sums.best().ok_or(ModelFault::NoVariation)?;
         let at = sums.at(ratio);
         let free = sums.rows - p as f64;
@@ -144,7 +144,7 @@ impl MixedModel {
         let fitted = &matrix * &at.estimates;
         let left = &y - &fitted;
         let mut departures = vec![(0.0, 0.0); participants];
-        for (person, value) in who.iter().zip(left.iter()) {
+        for (person, value) in participant_of_row.iter().zip(left.iter()) {
             departures[*person].0 += value;
             departures[*person].1 += 1.0;
         }
@@ -166,7 +166,7 @@ impl MixedModel {
             estimates: estimates.iter().copied().collect(),
             sd_participant: (ratio * variance).sqrt(),
             sd_residual: variance.sqrt(),
-            residuals: left.iter().zip(who).map(|(value, person)| value - intercepts[*person]).collect(),
+            residuals: left.iter().zip(participant_of_row).map(|(value, person)| value - intercepts[*person]).collect(),
             intercepts,
             criterion: free * ((2.0 * std::f64::consts::PI * variance).ln() + 1.0) + at.determinants[0],
             slope: &back * (-(&at.inverse * &at.slope * &at.inverse)) * back.transpose(),
@@ -223,10 +223,10 @@ fn aliased(matrix: &DMatrix<f64>) -> Option<usize> {
 }
 
 impl RowSums {
-    fn of(who: &[usize], participants: usize, matrix: &DMatrix<f64>, y: &DVector<f64>) -> Self {
+    fn of(participant_of_row: &[usize], participants: usize, matrix: &DMatrix<f64>, y: &DVector<f64>) -> Self {
         let p = matrix.ncols();
         let mut persons = vec![(0_usize, DVector::zeros(p), 0.0); participants];
-        for (row, person) in who.iter().enumerate() {
+        for (row, person) in participant_of_row.iter().enumerate() {
             let sums = &mut persons[*person];
             sums.0 += 1;
             sums.1 += matrix.row(row).transpose();

@@ -118,8 +118,8 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     assert!(page.figures.iter().any(|(name, _)| name == "by-condition-mean-speed-mps.svg"));
     // Differences of 1, 2 and 3 m/s: (2.80 x 1 / 2)^2 = 1.96 participants would detect them.
     let mut three = Vec::new();
-    for (who, few, many) in [("sub-P01", 3.0, 4.0), ("sub-P02", 2.0, 4.0), ("sub-P03", 5.0, 8.0)] {
-        three.extend([drive(who, "few", 0, Some(few)), drive(who, "many", 1, Some(many))]);
+    for (participant, few, many) in [("sub-P01", 3.0, 4.0), ("sub-P02", 2.0, 4.0), ("sub-P03", 5.0, 8.0)] {
+        three.extend([drive(participant, "few", 0, Some(few)), drive(participant, "many", 1, Some(many))]);
     }
     let mut page = ReportPage::default();
     study(&mut page, &three);
@@ -235,10 +235,10 @@ fn a_driver_has_the_fitted_numbers_and_no_others() {
         "{file}"
     );
     // A participant without numbers is not mentioned.
-    let nobody = ParticipantDriver { found: FoundDriver::default(), ..driver() };
+    let without_numbers = ParticipantDriver { found: FoundDriver::default(), ..driver() };
     let mut page = ReportPage::default();
-    drivers::section(&mut page, std::slice::from_ref(&nobody));
-    assert_eq!((page.html.as_str(), drivers::paragraph(&[nobody]).as_str()), ("", ""));
+    drivers::section(&mut page, std::slice::from_ref(&without_numbers));
+    assert_eq!((page.html.as_str(), drivers::paragraph(&[without_numbers]).as_str()), ("", ""));
 }
 
 /// Returns the page of a study of two participants with negative numbers, and a questionnaire.
@@ -254,8 +254,8 @@ fn whole_page() -> (String, Vec<(String, String)>, String) {
     };
     let rating = SicknessRating { participant: "sub-P01".into(), time_s: 60.0, value: Some(3.0), ..Default::default() };
     let ratings = vec![rating.clone(), SicknessRating { value: None, ..rating }];
-    let who = StudyParticipants { scores: vec![score], ratings, ..StudyParticipants::default() };
-    let made = report("A study", &drives, &who, &FileProof::default(), &[driver()], None).unwrap();
+    let participants = StudyParticipants { scores: vec![score], ratings, ..StudyParticipants::default() };
+    let made = report("A study", &drives, &participants, &FileProof::default(), &[driver()], None).unwrap();
     (made.html, made.figures, made.methods)
 }
 

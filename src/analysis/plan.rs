@@ -149,7 +149,7 @@ impl ConditionKind {
     /// Returns the kind of a trial with this policy on this scenario, which knows its road ([`Scenario::on`]).
     pub fn of(policy: &str, scenario: &Scenario) -> Self {
         let networks = scenario.is_on_network();
-        let has_advice = policy != "none" && !scenario.advises_nobody();
+        let has_advice = policy != "none" && !scenario.advises_no_vehicle();
         Self { has_advice, roads: RoadKinds { closed: !networks, networks } }
     }
 

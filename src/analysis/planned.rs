@@ -325,7 +325,7 @@ impl OutcomeFit<'_> {
         if names.len() < 2 {
             return Err(ModelFault::TooFew { rows: observations.len(), participants: participants.len() });
         }
-        let who: Vec<usize> = observations.iter().map(|row| row.0).collect();
+        let participant_of_row: Vec<usize> = observations.iter().map(|row| row.0).collect();
         let response: Vec<f64> = observations.iter().map(|row| row.2).collect();
         let mut terms: Vec<Vec<f64>> = (1..names.len())
             .map(|k| observations.iter().map(|row| f64::from(u8::from(row.1 == k))).collect())
@@ -337,7 +337,7 @@ impl OutcomeFit<'_> {
         // Terms after the conditions that the model still has: place is 0, then the covariates.
         let mut beside: Vec<usize> = (0..=covariates.len()).collect();
         let model = loop {
-            match MixedModel::fit(&who, &terms, &response) {
+            match MixedModel::fit(&participant_of_row, &terms, &response) {
                 Err(ModelFault::Aliased { term }) if term + 1 >= names.len() => {
                     terms.remove(term);
                     beside.remove(term + 1 - names.len());

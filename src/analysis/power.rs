@@ -48,12 +48,12 @@ impl SimulatedDesign {
     /// Simulates studies, each tested at these two-sided levels; the same seed gives the same counts.
     pub fn simulate<const N: usize>(&self, studies: usize, alphas: [f64; N], seed: u64) -> [SimulatedStudies; N] {
         let conditions = self.orders.iter().flatten().max().map_or(0, |most| most + 1);
-        let mut who = Vec::new();
+        let mut participant_of_row = Vec::new();
         let mut terms = vec![Vec::new(); conditions.max(1)];
         let mut expected = Vec::new();
         for (person, order) in self.orders.iter().enumerate() {
             for (place, condition) in order.iter().enumerate() {
-                who.push(person);
+                participant_of_row.push(person);
                 (1..conditions).for_each(|k| terms[k - 1].push(f64::from(u8::from(k == *condition))));
                 terms[conditions - 1].push(place as f64 + 1.0);
                 let effect = if *condition == self.contrast[0] { self.effect } else { 0.0 };
@@ -71,14 +71,16 @@ impl SimulatedDesign {
             let persons: Vec<f64> = self.orders.iter().map(|_| self.sd_participant * stream.normal()).collect();
             let response: Vec<f64> = expected
                 .iter()
-                .zip(&who)
+                .zip(&participant_of_row)
                 .map(|(mean, person)| mean + persons[*person] + self.sd_residual * stream.normal())
                 .collect();
             // In a fixed order the place cannot be separated from the conditions.
-            let model = MixedModel::fit(&who, &terms, &response).map(|model| model.contrast(&weights)).or_else(|_| {
-                let model = MixedModel::fit(&who, &terms[..conditions - 1], &response)?;
-                Ok::<_, super::mixed_model::ModelFault>(model.contrast(&weights[..conditions]))
-            });
+            let model = MixedModel::fit(&participant_of_row, &terms, &response)
+                .map(|model| model.contrast(&weights))
+                .or_else(|_| {
+                    let model = MixedModel::fit(&participant_of_row, &terms[..conditions - 1], &response)?;
+                    Ok::<_, super::mixed_model::ModelFault>(model.contrast(&weights[..conditions]))
+                });
             let Ok(found) = model else { return (1.0, false) };
             // The interval contains the true difference if a test against it is not significant.
             (found.p, student_p((found.estimate - self.effect) / found.se, found.df) >= 0.05)

@@ -85,7 +85,7 @@ pub struct FileProof {
 pub fn report(
     title: &str,
     drives: &[AnalysedRecording],
-    who: &StudyParticipants,
+    study_participants: &StudyParticipants,
     proof: &FileProof,
     drivers: &[ParticipantDriver],
     planned: Option<&PlannedAnalysis>,
@@ -116,7 +116,7 @@ pub fn report(
     if let Some(signature) = &proof.signature {
         page.paragraph("note", &format!("Files: {}.", escaped(signature)));
     }
-    took_part(&mut page, who);
+    took_part(&mut page, study_participants);
     contacts(&mut page, drives);
     if let Some(planned) = planned {
         models_page::section(&mut page, planned);
@@ -126,11 +126,11 @@ pub fn report(
         study(&mut page, drives);
     }
     drive_section::one_by_one(&mut page, drives, is_compared)?;
-    scores(&mut page, who);
-    super::sickness::section(&mut page, who);
+    scores(&mut page, study_participants);
+    super::sickness::section(&mut page, study_participants);
     drivers::section(&mut page, drivers);
     every(&mut page, drives);
-    let mut methods = methods::paragraphs(drives, who, drivers);
+    let mut methods = methods::paragraphs(drives, study_participants, drivers);
     methods.extend(planned.map(models_page::paragraph));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");

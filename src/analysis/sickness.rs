@@ -75,7 +75,7 @@ pub fn table(people: &StudyParticipants) -> String {
 fn by_participant(people: &StudyParticipants) -> Vec<(&str, Vec<&SicknessRating>)> {
     let mut list: Vec<(&str, Vec<&SicknessRating>)> = Vec::new();
     for rating in &people.ratings {
-        match list.iter_mut().find(|(who, _)| *who == rating.participant) {
+        match list.iter_mut().find(|(participant, _)| *participant == rating.participant) {
             Some((_, of)) => of.push(rating),
             None => list.push((&rating.participant, vec![rating])),
         }
@@ -98,7 +98,7 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
             page.figure_links(0, 1)
         ),
     );
-    let row = |(who, of): &(&str, Vec<&SicknessRating>)| {
+    let row = |(participant, of): &(&str, Vec<&SicknessRating>)| {
         let values: Vec<f64> = of.iter().filter_map(|rating| rating.value).collect();
         let highest = values.iter().copied().reduce(f64::max);
         let mean = (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
@@ -107,7 +107,7 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
         let [asked, answered] = counts;
         // Ratings are whole numbers; their mean is not.
         let whole = |value: Option<f64>| value.map_or("–".into(), |value| format!("{value:.0}"));
-        vec![(*who).to_owned(), asked, answered, number(mean), whole(highest), whole(values.last().copied())]
+        vec![(*participant).to_owned(), asked, answered, number(mean), whole(highest), whole(values.last().copied())]
     };
     let head = ["Participant", "Asked", "Answered", "Mean", "Highest", "Last"].map(str::to_owned).to_vec();
     page.table(
@@ -134,7 +134,7 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
 /// Draws a line for each stretch of answers without a gap.
 fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
     let mut lines = Vec::new();
-    for (i, (who, of)) in list.iter().enumerate() {
+    for (i, (participant, of)) in list.iter().enumerate() {
         let is_named = list.len() <= NAMED;
         let colour = if is_named { COLOURS[i] } else { "#999999" };
         let style = LineStyle { width: 1.2, dots: true, ..LineStyle::solid(colour) };
@@ -142,7 +142,7 @@ fn figure(list: &[(&str, Vec<&SicknessRating>)]) -> String {
             of.iter().enumerate().map(|(k, rating)| Some([k as f64 + 1.0, rating.value?])).collect();
         let stretches = points.split(Option::is_none).filter(|stretch| !stretch.is_empty());
         lines.extend(stretches.enumerate().map(|(k, stretch)| PlotLine {
-            name: if is_named && k == 0 { (*who).to_owned() } else { String::new() },
+            name: if is_named && k == 0 { (*participant).to_owned() } else { String::new() },
             style,
             points: stretch.iter().flatten().copied().collect(),
             band: Vec::new(),

@@ -127,13 +127,13 @@ pub fn per_participant<'a>(of: &[&'a AnalysedRecording], measure: usize) -> Vec<
     let mut sums: Vec<(&str, f64, usize)> = Vec::new();
     for drive in of {
         let Some(value) = drive.measures.values[measure] else { continue };
-        let who = drive.found.participant.as_str();
-        match sums.iter_mut().find(|sum| sum.0 == who) {
+        let participant = drive.found.participant.as_str();
+        match sums.iter_mut().find(|sum| sum.0 == participant) {
             Some(sum) => (sum.1, sum.2) = (sum.1 + value, sum.2 + 1),
-            None => sums.push((who, value, 1)),
+            None => sums.push((participant, value, 1)),
         }
     }
-    sums.into_iter().map(|(who, sum, n)| (who, sum / n as f64)).collect()
+    sums.into_iter().map(|(participant, sum, n)| (participant, sum / n as f64)).collect()
 }
 
 /// Returns the values of [`per_participant`] without the names.
@@ -206,7 +206,7 @@ pub fn power(drives: &[AnalysedRecording], measure: usize) -> Vec<StatisticalPow
             let other = per_participant(b, measure);
             let differences: Vec<f64> = per_participant(a, measure)
                 .into_iter()
-                .filter_map(|(who, one)| Some(other.iter().find(|(name, _)| *name == who)?.1 - one))
+                .filter_map(|(participant, one)| Some(other.iter().find(|(name, _)| *name == participant)?.1 - one))
                 .collect();
             if let Some(sd) = deviation(&differences) {
                 let n = differences.len();

@@ -35,8 +35,8 @@ impl SoundFile {
     ///
     /// # Errors
     /// The disk refuses.
-    pub fn tick(&mut self, hear: &SoundScene) -> io::Result<()> {
-        self.mixer.render(hear, &mut self.samples);
+    pub fn tick(&mut self, sound_scene: &SoundScene) -> io::Result<()> {
+        self.mixer.render(sound_scene, &mut self.samples);
         for sample in self.samples.iter().flatten() {
             self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(to_io_error)?;
         }

@@ -85,43 +85,43 @@ impl Mixer {
     }
 
     /// Fills `out` with the next samples of this scene.
-    pub fn render(&mut self, hear: &SoundScene, out: &mut [[f32; 2]]) {
-        let counts = (hear.contacts, hear.advices, hear.questions);
+    pub fn render(&mut self, sound_scene: &SoundScene, out: &mut [[f32; 2]]) {
+        let counts = (sound_scene.contacts, sound_scene.advices, sound_scene.questions);
         let heard = self.heard.replace(counts);
         match heard {
             None => {
                 // The state at the start applies at once; only the master fades in.
-                self.engine.jump(hear.engine_rpm, hear.throttle);
-                self.speed_mps.jump(hear.speed_mps);
-                self.grass.jump(hear.grass);
+                self.engine.jump(sound_scene.engine_rpm, sound_scene.throttle);
+                self.speed_mps.jump(sound_scene.speed_mps);
+                self.grass.jump(sound_scene.grass);
             }
             Some((contacts, advices, questions)) => {
-                if contacts != hear.contacts {
-                    self.thump.hit(hear.contact_mps);
+                if contacts != sound_scene.contacts {
+                    self.thump.hit(sound_scene.contact_mps);
                 }
-                if advices != hear.advices {
+                if advices != sound_scene.advices {
                     self.tone.begin();
                 }
-                if questions != hear.questions {
+                if questions != sound_scene.questions {
                     self.question.begin();
                 }
             }
         }
         for sample in out {
-            *sample = self.sample(hear);
+            *sample = self.sample(sound_scene);
         }
     }
 
-    fn sample(&mut self, hear: &SoundScene) -> [f32; 2] {
-        let master = self.master.to(if hear.running { self.levels.master } else { 0.0 });
-        let middle = self.levels.engine * self.engine.next(hear.engine_rpm, hear.throttle)
-            + self.levels.horn * (self.horn.next(hear.horn) + self.thump.next())
+    fn sample(&mut self, sound_scene: &SoundScene) -> [f32; 2] {
+        let master = self.master.to(if sound_scene.running { self.levels.master } else { 0.0 });
+        let middle = self.levels.engine * self.engine.next(sound_scene.engine_rpm, sound_scene.throttle)
+            + self.levels.horn * (self.horn.next(sound_scene.horn) + self.thump.next())
             + self.levels.tone * (self.tone.next() + self.question.next());
-        let speed_mps = self.speed_mps.to(hear.speed_mps).abs();
-        let grass = self.grass.to(hear.grass).clamp(0.0, 1.0);
+        let speed_mps = self.speed_mps.to(sound_scene.speed_mps).abs();
+        let grass = self.grass.to(sound_scene.grass).clamp(0.0, 1.0);
         let mut sides = [middle; 2];
         for car in 0..NEAR {
-            let heard = self.others[car].next(hear.near[car].as_ref());
+            let heard = self.others[car].next(sound_scene.near[car].as_ref());
             sides = [0, 1].map(|side| sides[side] + self.levels.others * heard[side]);
         }
         if speed_mps > 0.0 {

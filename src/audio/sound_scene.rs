@@ -112,7 +112,7 @@ impl SoundScene {
 /// Collects the audible state of a drive, tick by tick.
 #[derive(Clone, Debug)]
 pub struct Listener {
-    hear: SoundScene,
+    sound_scene: SoundScene,
     /// Vehicle in each place, or the number of ticks for which an empty place must stay empty.
     places: [Result<VehicleId, u32>; NEAR],
     advised_mps: Option<f64>,
@@ -123,21 +123,21 @@ pub struct Listener {
 impl Listener {
     /// Starts a drive; `tone` is the scenario's setting.
     pub fn new(tone: bool) -> Self {
-        Self { hear: SoundScene::default(), places: [Err(0); NEAR], advised_mps: None, tone }
+        Self { sound_scene: SoundScene::default(), places: [Err(0); NEAR], advised_mps: None, tone }
     }
 
     /// Updates the scene after a tick with these controls.
     pub fn tick(&mut self, snapshot: &Snapshot, events: &[Event], controls: &Controls) {
         let ego = &snapshot.ego;
         let on_grass = ego.wheels.iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
-        self.hear.speed_mps = ego.speed_mps as f32;
-        self.hear.engine_rpm = ego.engine_rpm;
-        self.hear.throttle = controls.sane().throttle;
-        self.hear.grass = on_grass as f32 / ego.wheels.len() as f32;
+        self.sound_scene.speed_mps = ego.speed_mps as f32;
+        self.sound_scene.engine_rpm = ego.engine_rpm;
+        self.sound_scene.throttle = controls.sane().throttle;
+        self.sound_scene.grass = on_grass as f32 / ego.wheels.len() as f32;
         for event in events {
             if let EventKind::Contact { closing_mps, .. } = event.kind {
-                self.hear.contacts += 1;
-                self.hear.contact_mps = closing_mps as f32;
+                self.sound_scene.contacts += 1;
+                self.sound_scene.contact_mps = closing_mps as f32;
             }
         }
         self.hear_advice(snapshot.advice.map(|advice| advice.target_mps));
@@ -146,7 +146,7 @@ impl Listener {
 
     /// Counts a question, which has a tone.
     pub fn chime(&mut self) {
-        self.hear.questions += 1;
+        self.sound_scene.questions += 1;
     }
 
     fn hear_advice(&mut self, advised_mps: Option<f64>) {
@@ -157,7 +157,7 @@ impl Listener {
         };
         if changed {
             self.advised_mps = advised_mps;
-            self.hear.advices += u32::from(self.tone);
+            self.sound_scene.advices += u32::from(self.tone);
         }
     }
 
@@ -193,7 +193,7 @@ impl Listener {
                 *free = Ok(*id);
             }
         }
-        self.hear.near = self.places.map(|place| {
+        self.sound_scene.near = self.places.map(|place| {
             let id = place.ok()?;
             near.iter().find(|(_, heard, _)| *heard == id).map(|(.., car)| *car)
         });
@@ -201,6 +201,6 @@ impl Listener {
 
     /// Returns the current scene; `running` while the clock runs, `horn` while the horn is pressed.
     pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
-        SoundScene { running, horn, ..self.hear }
+        SoundScene { running, horn, ..self.sound_scene }
     }
 }

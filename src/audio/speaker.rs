@@ -32,8 +32,8 @@ impl SharedScene {
         board
     }
 
-    fn put(&self, hear: &SoundScene) {
-        for (place, word) in self.0.iter().zip(hear.to_words()) {
+    fn put(&self, sound_scene: &SoundScene) {
+        for (place, word) in self.0.iter().zip(sound_scene.to_words()) {
             place.store(word.to_bits(), Ordering::Relaxed);
         }
     }
@@ -75,8 +75,8 @@ impl Speaker {
     }
 
     /// Plays this scene from now on.
-    pub fn play(&self, hear: &SoundScene) {
-        self.board.put(hear);
+    pub fn play(&self, sound_scene: &SoundScene) {
+        self.board.put(sound_scene);
     }
 
     /// Returns true once a device plays.
@@ -231,12 +231,12 @@ mod tests {
     fn a_scene_reaches_the_other_thread_unchanged() {
         let board = SharedScene::new();
         assert_eq!(board.get(), SoundScene::default());
-        let mut hear =
+        let mut sound_scene =
             SoundScene { running: true, speed_mps: -1.5, engine_rpm: 2100.0, contacts: 3, ..SoundScene::default() };
-        hear.horn = true;
-        hear.near[4] = Some(NearbyVehicle { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
-        board.put(&hear);
-        assert_eq!(board.get(), hear);
+        sound_scene.horn = true;
+        sound_scene.near[4] = Some(NearbyVehicle { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
+        board.put(&sound_scene);
+        assert_eq!(board.get(), sound_scene);
     }
 
     #[test]

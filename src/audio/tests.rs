@@ -26,10 +26,10 @@ fn driving(speed_mps: f32, engine_rpm: f32) -> SoundScene {
 }
 
 /// Returns the samples of this many seconds of a constant scene, after its first 0.3 s.
-fn steady(levels: &SoundLevels, hear: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
+fn steady(levels: &SoundLevels, sound_scene: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
     let mut out = vec![[0.0; 2]; ((0.3 + seconds) * RATE) as usize];
-    mixer.render(hear, &mut out);
+    mixer.render(sound_scene, &mut out);
     out.split_off((0.3 * RATE) as usize)
 }
 
@@ -76,8 +76,8 @@ fn the_engines_pitch_rises_with_the_speed_within_every_gear() {
         let mut before_hz = 0.0;
         for rpm in [1100.0, 1900.0, 2700.0, 4300.0] {
             let speed_mps = rpm * PI / 30.0 / (ratio * car.gearbox.final_drive) * car.body.wheel_radius_m;
-            let hear = driving(speed_mps as f32, rpm as f32);
-            let hz = pitch_hz(&left(&steady(&only(|l| l.engine_db = 0.0), &hear, 0.25)));
+            let sound_scene = driving(speed_mps as f32, rpm as f32);
+            let hz = pitch_hz(&left(&steady(&only(|l| l.engine_db = 0.0), &sound_scene, 0.25)));
             // Two of four cylinders fire in a turn.
             assert!((hz - rpm / 30.0).abs() < 2.0, "{rpm} 1/min sounds as {hz} Hz");
             assert!(hz > before_hz, "at {speed_mps:.1} m/s");
@@ -99,8 +99,8 @@ fn a_loaded_engine_is_louder_and_brighter() {
 #[test]
 fn engine_off_lowest_levels_and_pauses_are_silent_and_idle_is_quiet() {
     let all = SoundLevels::default();
-    let loudest = |levels: &SoundLevels, hear: &SoundScene| {
-        steady(levels, hear, 0.1).iter().flatten().fold(0f32, |most, s| most.max(s.abs()))
+    let loudest = |levels: &SoundLevels, sound_scene: &SoundScene| {
+        steady(levels, sound_scene, 0.1).iter().flatten().fold(0f32, |most, s| most.max(s.abs()))
     };
     assert_eq!(loudest(&all, &driving(0.0, 0.0)), 0.0, "engine off, standing");
     assert_eq!(loudest(&only(|_| ()), &driving(20.0, 3000.0)), 0.0, "every level at its lowest");
@@ -116,11 +116,11 @@ fn engine_off_lowest_levels_and_pauses_are_silent_and_idle_is_quiet() {
 
 #[test]
 fn six_decibels_double_and_every_level_is_its_own() {
-    let hear = driving(14.0, 2000.0);
+    let sound_scene = driving(14.0, 2000.0);
     let sets: [fn(&mut SoundLevels, f64); 3] =
         [|l, db| l.engine_db = db, |l, db| l.road_db = db, |l, db| l.wind_db = db];
     for set in sets {
-        let of = |db| level(&left(&steady(&only(|l| set(l, db)), &hear, 0.5)));
+        let of = |db| level(&left(&steady(&only(|l| set(l, db)), &sound_scene, 0.5)));
         let (usual, louder) = (of(0.0), of(6.0206));
         assert!((louder / usual - 2.0).abs() < 0.01, "{usual} {louder}");
     }
@@ -128,7 +128,7 @@ fn six_decibels_double_and_every_level_is_its_own() {
 
 #[test]
 fn wind_and_tyres_grow_with_speed_and_grass_sounds_different() {
-    let of = |levels: &SoundLevels, hear: &SoundScene| left(&steady(levels, hear, 1.0));
+    let of = |levels: &SoundLevels, sound_scene: &SoundScene| left(&steady(levels, sound_scene, 1.0));
     let (road, wind) = (only(|l| l.road_db = 0.0), only(|l| l.wind_db = 0.0));
     let at = |levels, speed| level(&of(levels, &driving(speed, 0.0)));
     // 30 dB a decade: twice the speed is 9 dB, 2.8 times the pressure.
@@ -159,9 +159,9 @@ fn spectra_of_two_speeds_differ_as_expected() {
 fn a_vehicle_is_heard_on_its_side_and_louder_if_near_or_fast() {
     let others = only(|l| l.others_db = 0.0);
     let ears = |ahead_m, left_m, speed_mps| {
-        let mut hear = driving(0.0, 0.0);
-        hear.near[2] = Some(NearbyVehicle { ahead_m, left_m, speed_mps });
-        let samples = steady(&others, &hear, 0.5);
+        let mut sound_scene = driving(0.0, 0.0);
+        sound_scene.near[2] = Some(NearbyVehicle { ahead_m, left_m, speed_mps });
+        let samples = steady(&others, &sound_scene, 0.5);
         [0, 1].map(|side| level(&samples.iter().map(|s| s[side].into()).collect::<Vec<f64>>()))
     };
     let [left, right] = ears(0.0, 4.0, 8.0);
@@ -183,7 +183,7 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
     for tick in 0..seconds * 100 {
         let t = tick as f32 / 100.0;
         let gear_rpm = 1200.0 + 3800.0 * (t * 0.7).fract();
-        let mut hear = SoundScene {
+        let mut sound_scene = SoundScene {
             // A gear up within a tick: no gearbox is as quick.
             engine_rpm: gear_rpm,
             throttle: if tick % 90 < 45 { 1.0 } else { 0.0 },
@@ -194,11 +194,11 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
             advices: tick / 53,
             ..driving(40.0 * (0.5 + 0.5 * t.sin()), 0.0)
         };
-        for (i, near) in hear.near.iter_mut().enumerate() {
+        for (i, near) in sound_scene.near.iter_mut().enumerate() {
             let there = !(tick / 20 + i as u32).is_multiple_of(3);
             *near = there.then_some(NearbyVehicle { ahead_m: 3.0 - i as f32, left_m: 3.0, speed_mps: 30.0 });
         }
-        mixer.render(&hear, &mut chunk);
+        mixer.render(&sound_scene, &mut chunk);
         all.extend_from_slice(&chunk);
     }
     all
@@ -245,8 +245,8 @@ fn no_click_when_gears_horn_contacts_tones_and_vehicles_change() {
 fn a_contact_thumps_and_a_change_of_advice_rings_once() {
     let mut mixer = Mixer::new(&only(|l| (l.horn_db, l.tone_db) = (0.0, 0.0)), RATE);
     let mut half = vec![[0.0; 2]; 24_000];
-    let mut after = |hear: &SoundScene| {
-        mixer.render(hear, &mut half);
+    let mut after = |sound_scene: &SoundScene| {
+        mixer.render(sound_scene, &mut half);
         left(&half)
     };
     assert_eq!(

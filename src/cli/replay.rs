@@ -55,7 +55,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     if let Some(played) = desktop::play(recording, matches) {
         let (found, all) = played?;
-        return say(recording, &found, all, matches);
+        return print_report(recording, &found, all, matches);
     }
     let mut replay = Replay::open(recording)?;
     let mut outputs = desktop::Outputs::begin(recording, &replay, matches)?;
@@ -68,11 +68,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     bar.finish_and_clear();
     outputs.end(&replay)?;
-    say(recording, replay.report(), replay.len(), matches)
+    print_report(recording, replay.report(), replay.len(), matches)
 }
 
 /// Prints the result of the proof.
-fn say(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -> Result<(), CliError> {
+fn print_report(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgMatches) -> Result<(), CliError> {
     let (name, ticks) = (recording.display(), found.ticks);
     if !found.is_proven() {
         return Err(CliError::Failed(fault(recording, found)));

@@ -112,7 +112,7 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
     let driver = match matches.get_one::<FollowingDriver>("driver") {
         Some(driver) => driver.clone(),
         None if plan::says_who_follows(matches) => FollowingDriver::Configured,
-        None => plan::nobody_named()?,
+        None => plan::default_driver()?,
     };
     let holds_s: Vec<f64> = match matches.get_many::<f64>("holds") {
         Some(holds) => holds.copied().collect(),

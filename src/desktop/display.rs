@@ -215,7 +215,7 @@ impl Windows for CheckWindow {
         Ok(Self { truth, window, gpu, surface, ctx, pass, latency, last: None })
     }
 
-    fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+    fn handle_event(&mut self, _: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
         match event {
             WindowEvent::CloseRequested => return Ok(LoopControl::End),
             WindowEvent::Resized(size) => self.surface.resize(&self.gpu, [size.width, size.height]),

@@ -160,7 +160,7 @@ impl DriverWindow {
         if let WindowEvent::Resized(size) = event {
             self.surface.resize(&self.gpu, [size.width, size.height]);
         }
-        self.egui.hear(&self.window, event)
+        self.egui.handle_event(&self.window, event)
     }
 
     /// Runs one pass of the overlay, for [`Self::draw`]. Each pass has to be drawn: egui sends its fonts once.

@@ -38,7 +38,7 @@ pub trait Windows: Sized {
     ///
     /// # Errors
     /// The content cannot continue.
-    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError>;
+    fn handle_event(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError>;
 
     /// Returns the window that is drawn each turn.
     fn first(&self) -> &Window;
@@ -103,7 +103,7 @@ impl<W: Windows> ApplicationHandler for WindowedLoop<'_, W> {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, id: WindowId, event: WindowEvent) {
         let Some(windows) = &mut self.windows else { return };
-        match windows.hear(id, event) {
+        match windows.handle_event(id, event) {
             Ok(LoopControl::GoOn) => {}
             Ok(LoopControl::End) => event_loop.exit(),
             Err(error) => self.fail(event_loop, error),

@@ -122,7 +122,7 @@ impl ExperimenterWindow {
             toggle_fullscreen(&self.window);
         }
         self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
-        self.egui.hear(&self.window, event);
+        self.egui.handle_event(&self.window, event);
     }
 
     /// Returns true when it is time for the next picture.

@@ -51,7 +51,7 @@ impl EguiWindow {
     }
 
     /// Passes an event to egui. Returns true if egui uses it.
-    fn hear(&mut self, window: &Window, event: &WindowEvent) -> bool {
+    fn handle_event(&mut self, window: &Window, event: &WindowEvent) -> bool {
         self.input.on_window_event(window, event).consumed
     }
 

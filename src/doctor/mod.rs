@@ -129,9 +129,9 @@ pub const ANSWER: Duration = Duration::from_secs(20);
 /// Runs a check on its own thread and returns its findings; a fault if it takes longer than `limit`. Such a thread is left running, as
 /// neither a driver nor a library can be interrupted.
 fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Finding> + Send + 'static) -> Vec<Finding> {
-    let (say, found) = mpsc::channel();
+    let (sender, found) = mpsc::channel();
     // The receiver may already have given up.
-    let begun = thread::Builder::new().name(format!("doctor: {what}")).spawn(move || drop(say.send(check())));
+    let begun = thread::Builder::new().name(format!("doctor: {what}")).spawn(move || drop(sender.send(check())));
     let unknown = |found: String, remedy: &str| vec![Finding::fault(what, found, remedy)];
     if let Err(why) = begun {
         return unknown(format!("not looked at: {why}"), "close other programs");

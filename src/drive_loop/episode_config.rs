@@ -246,7 +246,7 @@ impl EpisodeConfig {
         }
         let scenario = self.scenario.on(map);
         scenario.check_on_road()?;
-        if scenario.advises_nobody() {
+        if scenario.advises_no_vehicle() {
             let text =
                 format!("advised is {}; allowed: at least one vehicle, which the actions are for", scenario.advised);
             return Err(("advised", text));

@@ -26,7 +26,7 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     if scenario.on(&map).is_on_network() {
         return on_network(scenario);
     }
-    if scenario.advised.is_nobody() {
+    if scenario.advised.is_no_vehicle() {
         return traffic_alone(scenario);
     }
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;

@@ -7,8 +7,8 @@ use crate::{
     units::SpeedUnit,
 };
 
-/// Returns the summary of a drive, one line per figure; `who` describes the driver, `policy` the advising policy.
-pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summary: &Summary) -> String {
+/// Returns the summary of a drive, one line per figure; `driver` describes the driver, `policy` the advising policy.
+pub fn summary(scenario: &Scenario, engine: &str, driver: &str, policy: &str, summary: &Summary) -> String {
     let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
@@ -17,7 +17,7 @@ pub fn summary(scenario: &Scenario, engine: &str, who: &str, policy: &str, summa
         false => format!("{} cars", scenario.vehicles),
     };
     let mut lines = vec![
-        format!("{cars} on {}, {engine}, driver {who}, policy {policy}", scenario.map),
+        format!("{cars} on {}, {engine}, driver {driver}, policy {policy}", scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
         format!("its standard deviation   {}", speed(summary.speed_sd_mps)),

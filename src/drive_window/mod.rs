@@ -162,7 +162,7 @@ impl Windows for DriveWindows {
         })
     }
 
-    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+    fn handle_event(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
         if let Some(experimenter) = self.experimenter.as_mut().filter(|window| window.id() == id) {
             experimenter.on_event(self.picture.gpu(), &event);
             return Ok(if event == WindowEvent::CloseRequested { LoopControl::End } else { LoopControl::GoOn });
@@ -208,7 +208,7 @@ impl DriveWindows {
         let advanced = self.live.advance(elapsed, |world| self.overlay.watch(world));
         let due = self.or_cut(advanced)?;
         if let Some(news) = self.live.take_news().pop() {
-            self.overlay.say(news, &self.live);
+            self.overlay.show_message(news, &self.live);
         }
         if !due.dropped.is_zero() && self.live.drive.clock.stalls() == 1 {
             log::warn!(
@@ -335,8 +335,8 @@ impl DriveWindows {
         match command {
             KeyCommand::FullScreen => self.picture.toggle_fullscreen(),
             KeyCommand::ReloadShaders => match self.picture.reload_shaders() {
-                Ok(()) => self.overlay.say("shaders read again".into(), &self.live),
-                Err(error) => self.overlay.say(error.to_string(), &self.live),
+                Ok(()) => self.overlay.show_message("shaders read again".into(), &self.live),
+                Err(error) => self.overlay.show_message(error.to_string(), &self.live),
             },
             KeyCommand::Restart => {
                 let scenario = self.live.drive.world.scenario().clone();

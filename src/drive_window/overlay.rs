@@ -196,11 +196,11 @@ impl DriveOverlay {
             KeyCommand::PutBack => live.put_back(),
             KeyCommand::LaneHelp => {
                 live.toggle_lane_help();
-                self.say(format!("lane help is {}", if live.lane_help() { "on" } else { "off" }), live);
+                self.show_message(format!("lane help is {}", if live.lane_help() { "on" } else { "off" }), live);
             }
             KeyCommand::Mark => {
                 live.note("mark", "by the experimenter");
-                self.say("marked".into(), live);
+                self.show_message("marked".into(), live);
             }
             KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}
         }
@@ -259,9 +259,9 @@ impl DriveOverlay {
     }
 
     /// Shows a message: on the picture until the next key, or to the experimenter.
-    pub fn say(&mut self, message: String, live: &LiveDrive) {
+    pub fn show_message(&mut self, message: String, live: &LiveDrive) {
         if self.attended {
-            self.experimenter.notes.say(live.drive.world.time_s(), &message);
+            self.experimenter.notes.add_note(live.drive.world.time_s(), &message);
         } else {
             self.message = Some(message);
         }

@@ -91,26 +91,26 @@ fn keys_pause_advance_by_a_tick_or_a_step_and_change_the_view() {
 fn the_text_on_the_picture_fits_the_state_and_the_reader() {
     for attended in [false, true] {
         let (mut live, mut overlay) = sit(attended);
-        let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
+        let shown_message = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
         let [starts, waits, over] = if attended {
             ["Please wait.", "Please wait.", "The drive is over."]
         } else {
             [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
         };
-        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ready, starts));
+        assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Ready, starts));
         assert!(drawn_text(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
         overlay.handle_panel_command(PanelCommand::Start, &mut live);
         frame(&mut live, &mut overlay);
-        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Running, ""));
+        assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Running, ""));
         overlay.handle_panel_command(PanelCommand::Pause, &mut live);
-        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Paused, waits));
+        assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Paused, waits));
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         assert_eq!(frame(&mut live, &mut overlay), 10);
         live.drive.clock.set_pace(Pace::FullSpeed);
         while live.drive.world.ended().is_none() {
             frame(&mut live, &mut overlay);
         }
-        assert_eq!((phase(&live), says(&overlay, &live)), (DrivePhase::Ended, over));
+        assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Ended, over));
         let summary = drawn_text(|ui| drop(overlay.show(ui, &live, None)));
         assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
     }
@@ -119,7 +119,7 @@ fn the_text_on_the_picture_fits_the_state_and_the_reader() {
 #[test]
 fn messages_go_to_the_experimenter_if_present_and_times_show_on_demand() {
     let (mut live, mut overlay) = sit(false);
-    overlay.say("the wheel is back".into(), &live);
+    overlay.show_message("the wheel is back".into(), &live);
     assert_eq!(overlay.notes(&live, None).corner, ["the wheel is back"]);
     overlay.key(KeyCommand::FrameTimes, &mut live);
     let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, tonemap_ms: 0.125 };
@@ -135,7 +135,7 @@ fn messages_go_to_the_experimenter_if_present_and_times_show_on_demand() {
     assert!(overlay.notes(&live, None).corner.contains(&dropped), "{:?}", overlay.notes(&live, None).corner);
 
     let (live, mut overlay) = sit(true);
-    overlay.say("the wheel is back".into(), &live);
+    overlay.show_message("the wheel is back".into(), &live);
     assert!(overlay.notes(&live, None).corner.is_empty());
     assert!(drawn_text(|ui| drop(overlay.experimenter(ui, &live, None))).contains("the wheel is back"));
 }
@@ -162,8 +162,8 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
         assert_eq!(live.starting(), Some(&waits));
         assert!(overlay.restarted(Duration::from_millis(10), &mut live).is_none());
         assert_eq!(phase(&live), DrivePhase::Starting);
-        let says = overlay.notes(&live, None).middle;
-        assert_eq!(says, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
+        let shown_message = overlay.notes(&live, None).middle;
+        assert_eq!(shown_message, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
         // Keys and commands during the start do not move the old drive.
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         for _ in 0..2 {
@@ -329,9 +329,9 @@ fn a_failed_recording_is_shown_with_its_reason_until_the_next_drive() {
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         frame(&mut live, &mut overlay);
         overlay.recording_ended("the disk is full: make room".into());
-        let says = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
+        let shown_message = |overlay: &DriveOverlay, live: &LiveDrive| overlay.notes(live, None).middle;
         assert_eq!(
-            says(&overlay, &live),
+            shown_message(&overlay, &live),
             if attended { "Please wait." } else { "The recording has ended. Esc leaves." }
         );
         let seen = if attended {
@@ -347,7 +347,7 @@ fn a_failed_recording_is_shown_with_its_reason_until_the_next_drive() {
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         frame(&mut live, &mut overlay);
         assert_eq!(phase(&live), DrivePhase::Paused);
-        assert_eq!(says(&overlay, &live), if attended { "Please wait." } else { "Paused. Space continues." });
+        assert_eq!(shown_message(&overlay, &live), if attended { "Please wait." } else { "Paused. Space continues." });
     }
 }
 

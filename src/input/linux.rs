@@ -140,7 +140,7 @@ impl OpenWheel {
         }
         for event in events {
             let at = stamp(event.timestamp(), now, real);
-            if self.heard.hear(&event, at, messages) {
+            if self.heard.apply_event(&event, at, messages) {
                 let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
                 self.heard.catch_up(axes, &buttons(&self.device)?, at, messages);
             }
@@ -156,7 +156,7 @@ fn gone(state: PollFlags) -> bool {
 
 impl WheelEvents {
     /// Adds the message of an event. Returns true if earlier events were lost and the device's state must be queried.
-    fn hear(&mut self, event: &InputEvent, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) -> bool {
+    fn apply_event(&mut self, event: &InputEvent, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) -> bool {
         match (event.event_type(), event.code()) {
             (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
             (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
@@ -237,7 +237,7 @@ impl EvdevPort {
 impl WheelPort for EvdevPort {
     type Wheel = OpenWheel;
 
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
+    fn find(&mut self, report: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
         let nodes = wheels();
         if self.seen.as_ref() == Some(&nodes) {
             return None;
@@ -246,11 +246,11 @@ impl WheelPort for EvdevPort {
         let usable: Vec<&DeviceNode> = nodes.iter().filter(|node| node.kind == DeviceKind::Wheel).collect();
         for node in &nodes {
             if let DeviceKind::Unfit(text) = node.kind {
-                say(text.to_owned());
+                report(text.to_owned());
             }
         }
         if let [first, second, ..] = usable[..] {
-            say(format!(
+            report(format!(
                 "two wheels are plugged in, {} and {}: the first drives\n  remedy: unplug the other",
                 first.name, second.name
             ));
@@ -266,9 +266,9 @@ impl WheelPort for EvdevPort {
             });
             match chosen {
                 Ok((mut wheel, device, profile, faults)) => {
-                    faults.into_iter().for_each(&mut *say);
+                    faults.into_iter().for_each(&mut *report);
                     let force = force(node, &profile).unwrap_or_else(|without| {
-                        say(without.to_string());
+                        report(without.to_string());
                         None
                     });
                     if let Some(raw) = device.values.get(&profile.steering.axis) {
@@ -281,7 +281,7 @@ impl WheelPort for EvdevPort {
                     self.seen = None;
                     return Some((FoundWheel { device, profile, lamps, force, angle }, wheel));
                 }
-                Err(text) => say(text),
+                Err(text) => report(text),
             }
         }
         self.seen = (!again).then_some(nodes);

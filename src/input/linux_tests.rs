@@ -34,11 +34,12 @@ fn plain(messages: Vec<WheelMessage>) -> Vec<Heads> {
 }
 
 /// Returns the messages of these events, and the number of requests for the device's state.
-fn hear(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
+fn apply_event(heard: &mut WheelEvents, events: &[(u16, u16, i32)]) -> (Vec<Heads>, usize) {
     let mut messages = Vec::new();
-    let hear =
-        |(kind, code, value): &(u16, u16, i32)| heard.hear(&InputEvent::new(*kind, *code, *value), None, &mut messages);
-    let asked = events.iter().map(hear).filter(|asked| *asked).count();
+    let apply_event = |(kind, code, value): &(u16, u16, i32)| {
+        heard.apply_event(&InputEvent::new(*kind, *code, *value), None, &mut messages)
+    };
+    let asked = events.iter().map(apply_event).filter(|asked| *asked).count();
     (plain(messages), asked)
 }
 
@@ -47,7 +48,7 @@ fn axes_and_buttons_are_reported_and_key_repetitions_are_not() {
     let mut heard = WheelEvents::default();
     let events =
         [(ABS, 2, 100), (KEY, HORN, 1), (SYN, 0, 0), (KEY, HORN, 2), (SYN, 0, 1), (KEY, HORN, 0), (4, 4, 589_825)];
-    let (messages, asked) = hear(&mut heard, &events);
+    let (messages, asked) = apply_event(&mut heard, &events);
     assert_eq!(messages, [Heads::Axis(2, 100), Heads::Button(HORN, true), Heads::Button(HORN, false)]);
     assert_eq!(asked, 0, "nothing was lost");
 }
@@ -56,14 +57,14 @@ fn axes_and_buttons_are_reported_and_key_repetitions_are_not() {
 fn after_an_overflow_the_packet_is_dropped_and_the_state_queried_once() {
     let mut heard = WheelEvents::default();
     let events = [(ABS, 2, 100), (SYN, 3, 0), (ABS, 2, 7), (KEY, HORN, 1), (SYN, 0, 0), (ABS, 2, 90), (SYN, 0, 0)];
-    let (messages, asked) = hear(&mut heard, &events);
+    let (messages, asked) = apply_event(&mut heard, &events);
     assert_eq!((messages, asked), (vec![Heads::Axis(2, 100), Heads::Axis(2, 90)], 1));
 }
 
 #[test]
 fn after_lost_events_the_state_and_missed_button_changes_are_reported() {
     let mut heard = WheelEvents::default();
-    hear(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
+    apply_event(&mut heard, &[(KEY, HORN, 1), (KEY, 292, 1), (KEY, 296, 1), (KEY, 296, 0)]);
     let mut messages = Vec::new();
     heard.catch_up(vec![(0, 40_000), (5, 30)], &[292, 297].into(), None, &mut messages);
     let buttons = [Heads::Button(HORN, false), Heads::Button(297, true)];
@@ -76,12 +77,12 @@ fn after_lost_events_the_state_and_missed_button_changes_are_reported() {
 #[test]
 fn the_angle_follows_the_steering_axis_alone() {
     let mut heard = WheelEvents { profile: Some(g29()), ..WheelEvents::default() };
-    hear(&mut heard, &[(ABS, 0, 0)]);
+    apply_event(&mut heard, &[(ABS, 0, 0)]);
     // Full left of 900 degrees from end to end.
     assert_eq!(heard.angle.get(), 450.0_f64.to_radians());
-    hear(&mut heard, &[(ABS, 2, 255), (ABS, 5, 255)]);
+    apply_event(&mut heard, &[(ABS, 2, 255), (ABS, 5, 255)]);
     assert_eq!(heard.angle.get(), 450.0_f64.to_radians());
-    hear(&mut heard, &[(ABS, 0, 65_535)]);
+    apply_event(&mut heard, &[(ABS, 0, 65_535)]);
     assert_eq!(heard.angle.get(), -450.0_f64.to_radians());
 }
 

@@ -25,8 +25,8 @@ pub trait WheelPort: Send + 'static {
     /// Handle of an open wheel.
     type Wheel;
 
-    /// Looks for a wheel and opens it. `say` takes messages for people; the same message may be repeated.
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)>;
+    /// Looks for a wheel and opens it. `report` takes messages for people; the same message may be repeated.
+    fn find(&mut self, report: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)>;
 
     /// Sets the profile that is used from the next wheel on.
     fn prefer(&mut self, profile: WheelProfile);

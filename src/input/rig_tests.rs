@@ -49,9 +49,9 @@ struct Pulled {
 impl WheelPort for Pulled {
     type Wheel = Option<Vec<(u16, i32)>>;
 
-    fn find(&mut self, say: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
+    fn find(&mut self, report: &mut dyn FnMut(String)) -> Option<(FoundWheel, Self::Wheel)> {
         if self.batches.is_empty() {
-            say("nothing is plugged in".into());
+            report("nothing is plugged in".into());
             return None;
         }
         let force = self.force.clone().map(|log| Box::new(log) as Box<dyn ForceDevice>);

@@ -357,8 +357,8 @@ impl LiveDrive {
     /// Returns the summary of the drive so far as text.
     pub fn summary_text(&self) -> String {
         let world = &self.drive.world;
-        let (who, policy) = (self.devices.describe(), world.policy().to_string());
-        summary_text::summary(world.scenario(), &world.traffic_engine(), &who, &policy, &self.summary.to_summary())
+        let (driver, policy) = (self.devices.describe(), world.policy().to_string());
+        summary_text::summary(world.scenario(), &world.traffic_engine(), &driver, &policy, &self.summary.to_summary())
     }
 }
 

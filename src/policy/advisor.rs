@@ -49,7 +49,7 @@ impl Advisor {
         Self::of(policy.map_or(AdviceOrigin::Nobody, AdviceOrigin::Policy), hold, range_mps)
     }
 
-    /// Returns an advisor whose actions come from [`Advisor::say`], each in force for `hold`.
+    /// Returns an advisor whose actions come from [`Advisor::set_action`], each in force for `hold`.
     pub fn from_outside(hold: Hold, range_mps: f64) -> Self {
         Self::of(AdviceOrigin::Outside(OutsideAdvice::default()), hold, range_mps)
     }
@@ -60,9 +60,9 @@ impl Advisor {
     }
 
     /// Sets the action to advise from the next step on; no effect if a policy is asked.
-    pub fn say(&mut self, action: Action) {
+    pub fn set_action(&mut self, action: Action) {
         if let AdviceOrigin::Outside(outside) = &mut self.origin {
-            outside.say(action);
+            outside.set_action(action);
         }
     }
 
@@ -176,7 +176,7 @@ mod tests {
             // Given at step 3 of each ten, as to an agent that entered in the middle of the others' hold.
             if k % 10 == 3 {
                 assert_eq!(outside.complete_observation(&seen(k)).hold_s, 1.0);
-                outside.say(Action::Acceleration(-0.5));
+                outside.set_action(Action::Acceleration(-0.5));
             }
             let issued = outside.step(Tick(k * 10), &seen(k), 30.0);
             assert_eq!(issued.is_some(), k % 10 == 3, "step {k}");
@@ -190,13 +190,13 @@ mod tests {
         let mut same = Advisor::from_outside(hold, 0.5);
         for k in 0..35 {
             if k % 10 == 0 {
-                same.say(Action::Acceleration(-0.5));
+                same.set_action(Action::Acceleration(-0.5));
             }
             let issued = (same.step(Tick(k * 10), &seen(k), 30.0), policy.step(Tick(k * 10), &seen(k), 30.0));
             assert_eq!(issued.0, issued.1, "step {k}");
             assert_eq!(same.complete_observation(&seen(k)), policy.complete_observation(&seen(k)));
         }
-        policy.say(Action::Speed(9.0));
+        policy.set_action(Action::Speed(9.0));
         assert!(policy.step(Tick(400), &seen(35), 30.0).is_none(), "a policy is asked, and nobody else");
     }
 

@@ -46,7 +46,7 @@ impl AssistedPolicy {
     /// Returns the observation with the corrected advice's speed and the estimate of the driver.
     fn assisted(&self, time_s: f64, observation: &Observation) -> Observation {
         let corrected_mps = self.corrected.as_ref().map(|advice| advice.speed_mps(time_s, observation));
-        let seen = self.who_drives().map_or(*observation, |who| who.complete_observation(observation));
+        let seen = self.who_drives().map_or(*observation, |driver| driver.complete_observation(observation));
         Observation { corrected_mps, ..seen }
     }
 }

@@ -246,13 +246,17 @@ impl Feature {
 }
 
 /// Returns the gap to a vehicle in a lane beside, m: [`FAR_M`] without a vehicle, 0 without a lane.
-fn gap_beside_m(lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
-    lane.map_or(0.0, |lane| who(lane).map_or(FAR_M, |vehicle| vehicle.gap_m))
+fn gap_beside_m(lane: Option<LaneBeside>, vehicle_of: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
+    lane.map_or(0.0, |lane| vehicle_of(lane).map_or(FAR_M, |vehicle| vehicle.gap_m))
 }
 
 /// Returns the speed of a vehicle in a lane beside, m/s; own speed without one.
-fn speed_beside_mps(o: &Observation, lane: Option<LaneBeside>, who: fn(LaneBeside) -> Option<NearVehicle>) -> f64 {
-    lane.and_then(who).map_or(o.speed_mps, |vehicle| vehicle.speed_mps)
+fn speed_beside_mps(
+    o: &Observation,
+    lane: Option<LaneBeside>,
+    vehicle_of: fn(LaneBeside) -> Option<NearVehicle>,
+) -> f64 {
+    lane.and_then(vehicle_of).map_or(o.speed_mps, |vehicle| vehicle.speed_mps)
 }
 
 /// One scaled input of a network.

@@ -11,7 +11,7 @@ pub struct OutsideAdvice {
 
 impl OutsideAdvice {
     /// Sets the action for the next step; a second call before that step replaces the first.
-    pub fn say(&mut self, action: Action) {
+    pub fn set_action(&mut self, action: Action) {
         self.next = Some(action);
     }
 
@@ -29,8 +29,8 @@ mod tests {
     fn each_action_is_taken_once_and_a_later_one_replaces_it() {
         let mut outside = OutsideAdvice::default();
         assert_eq!(outside.take(), None);
-        outside.say(Action::Speed(3.0));
-        outside.say(Action::Acceleration(0.5));
+        outside.set_action(Action::Speed(3.0));
+        outside.set_action(Action::Acceleration(0.5));
         assert_eq!((outside.take(), outside.take()), (Some(Action::Acceleration(0.5)), None));
     }
 }

@@ -39,7 +39,7 @@ impl fmt::Display for AlteredFile {
 struct Found(Vec<AlteredFile>);
 
 impl Found {
-    fn say(&mut self, file: &str, what: impl Into<String>) {
+    fn add_fault(&mut self, file: &str, what: impl Into<String>) {
         self.0.push(AlteredFile { file: file.into(), what: what.into() });
     }
 }
@@ -51,29 +51,29 @@ impl Found {
 pub fn changes(recording: &Path) -> Result<Vec<AlteredFile>, RecordError> {
     let manifest = Manifest::load(recording)?;
     let mut found = Found::default();
-    Manifest::faults(recording)?.into_iter().for_each(|what| found.say(manifest::FILE, what));
+    Manifest::faults(recording)?.into_iter().for_each(|what| found.add_fault(manifest::FILE, what));
     let tables = tables(recording, &manifest, &mut found)?;
     let path = recording.join(checksums::FILE);
     if !files::is_there(&path)? {
-        found.say(checksums::FILE, "is missing");
+        found.add_fault(checksums::FILE, "is missing");
         return Ok(found.0);
     }
     let now = file_sha256(&path)?;
     if manifest.checksums.as_ref().is_some_and(|written| now != *written) {
-        found.say(checksums::FILE, "is not as it was written: manifest.json has another SHA-256 of it");
+        found.add_fault(checksums::FILE, "is not as it was written: manifest.json has another SHA-256 of it");
     }
     let sums = match Checksums::load(recording) {
         Ok(sums) => sums,
         Err(error @ RecordError::File { .. }) => return Err(error),
         Err(error) => {
-            found.say(checksums::FILE, format!("cannot be read any more: {error}"));
+            found.add_fault(checksums::FILE, format!("cannot be read any more: {error}"));
             return Ok(found.0);
         }
     };
     check_files(recording, &manifest, &sums, &mut found)?;
     check_tables(recording, &tables, &sums, &mut found)?;
     for name in unsealed(recording, &sums)? {
-        found.say(&name, format!("{} does not list it", checksums::FILE));
+        found.add_fault(&name, format!("{} does not list it", checksums::FILE));
     }
     Ok(found.0)
 }
@@ -90,17 +90,20 @@ fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Ve
     let scenario = match Scenario::from_toml(&text, inputs::SCENARIO) {
         Ok(scenario) => scenario,
         Err(why) => {
-            found.say(inputs::SCENARIO, format!("cannot be read any more: {}", why.message));
+            found.add_fault(inputs::SCENARIO, format!("cannot be read any more: {}", why.message));
             return Ok(Table::of(manifest));
         }
     };
     if scenario.to_toml() != text {
-        found.say(inputs::SCENARIO, "is not as this program writes it: a setting is missing, or something was added");
+        found.add_fault(
+            inputs::SCENARIO,
+            "is not as this program writes it: a setting is missing, or something was added",
+        );
     }
     let is_on_network = scenario.is_on_network();
     if manifest.network_tables != is_on_network {
-        let (is, says) = (if is_on_network { "a network" } else { "a closed route" }, manifest.network_tables);
-        found.say(manifest::FILE, format!("network_tables is {says}; the scenario is of a drive on {is}"));
+        let (is, declared) = (if is_on_network { "a network" } else { "a closed route" }, manifest.network_tables);
+        found.add_fault(manifest::FILE, format!("network_tables is {declared}; the scenario is of a drive on {is}"));
     }
     Ok(Table::of(&Manifest { network_tables: is_on_network, ..manifest.clone() }))
 }
@@ -112,15 +115,15 @@ fn check_files(recording: &Path, manifest: &Manifest, sums: &Checksums, found: &
         // A drive that was cut has no summary.
         let may_lack = is_cut && name == "summary.json" && !files::is_there(&recording.join(name))?;
         if !may_lack && !sums.files.contains_key(name) {
-            found.say(name, format!("{} has no SHA-256 of it", checksums::FILE));
+            found.add_fault(name, format!("{} has no SHA-256 of it", checksums::FILE));
         }
     }
     for (name, was) in &sums.files {
         let path = recording.join(name);
         if !files::is_there(&path)? {
-            found.say(name, "is missing");
+            found.add_fault(name, "is missing");
         } else if file_sha256(&path)? != *was {
-            found.say(name, "is not as it was written: its SHA-256 differs");
+            found.add_fault(name, "is not as it was written: its SHA-256 differs");
         }
     }
     Ok(())
@@ -130,25 +133,25 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
     for table in tables {
         let (path, name) = (table.parquet(recording), format!("{}.parquet", table.name()));
         let Some(was) = sums.tables.get(table.name()) else {
-            found.say(&name, format!("{} has no SHA-256 of it", checksums::FILE));
+            found.add_fault(&name, format!("{} has no SHA-256 of it", checksums::FILE));
             continue;
         };
         if !files::is_there(&path)? {
-            found.say(&name, "is missing");
+            found.add_fault(&name, "is missing");
             continue;
         }
         let is_as_written = file_sha256(&path)? == was.sha256;
         match table_differences(*table, &path, was) {
             Ok(what) if what.is_empty() && !is_as_written => {
-                found.say(&name, "was written anew; all values are as they were");
+                found.add_fault(&name, "was written anew; all values are as they were");
             }
-            Ok(what) => what.into_iter().for_each(|what| found.say(&name, what)),
+            Ok(what) => what.into_iter().for_each(|what| found.add_fault(&name, what)),
             Err(error @ RecordError::File { .. }) => return Err(error),
-            Err(error) => found.say(&name, format!("cannot be read any more: {error}")),
+            Err(error) => found.add_fault(&name, format!("cannot be read any more: {error}")),
         }
     }
     for name in sums.tables.keys().filter(|name| !tables.iter().any(|table| table.name() == *name)) {
-        found.say(checksums::FILE, format!("lists {name}.parquet, which is no table of this drive"));
+        found.add_fault(checksums::FILE, format!("lists {name}.parquet, which is no table of this drive"));
     }
     Ok(())
 }

@@ -147,17 +147,17 @@ impl DriveFacts {
     }
 
     fn check_driver(&self, world: &World, found: &mut Vec<FactDifference>) {
-        let mut say = |driven: String| {
+        let mut add_difference = |driven: String| {
             let recorded = format!("{:?}", self.recorded.driver);
             found.push(FactDifference { file: manifest::FILE, key: "driver".into(), recorded, driven });
         };
         let simulated = self.recorded.driver.strip_prefix(SIMULATED);
         let asked = &world.scenario().driver;
         if simulated.is_some_and(|name| name != asked) {
-            say(format!("the driver of scenario.toml, {asked:?}"));
+            add_difference(format!("the driver of scenario.toml, {asked:?}"));
         }
         if let Some(tick) = self.other_driver {
-            say(format!("with other controls from tick {tick} on"));
+            add_difference(format!("with other controls from tick {tick} on"));
         }
     }
 

@@ -302,7 +302,7 @@ impl<'a> Windows for ReplayWindows<'a> {
         Ok(Self { live, picture, last: now(), modifiers: ModifiersState::default(), help_open: false })
     }
 
-    fn hear(&mut self, _: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+    fn handle_event(&mut self, _: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
         self.picture.on_event(&event);
         match event {
             WindowEvent::CloseRequested => return Ok(LoopControl::End),

@@ -33,14 +33,14 @@ impl Default for AdvisedVehicles {
 
 impl AdvisedVehicles {
     /// Returns true if no vehicle is advised.
-    pub fn is_nobody(self) -> bool {
+    pub fn is_no_vehicle(self) -> bool {
         matches!(self, Self::Count(0)) || self == Self::Share(0.0)
     }
 
     /// Returns the number of advised vehicles out of `vehicles`. A share is rounded, to at least 1 unless it is 0.
     pub fn of(self, vehicles: u32) -> u32 {
         match self {
-            _ if self.is_nobody() => 0,
+            _ if self.is_no_vehicle() => 0,
             Self::Count(count) => count.min(vehicles),
             Self::Share(share) => ((share * f64::from(vehicles)).round() as u32).max(1),
         }

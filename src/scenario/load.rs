@@ -154,7 +154,7 @@ impl Scenario {
         if !self.is_on_network() && count > self.vehicles {
             return Some(format!("allowed: 0 to {}, as many as there are vehicles", self.vehicles));
         }
-        let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_nobody();
+        let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_no_vehicle();
         if self.is_on_network() && count > 1 {
             return Some(
                 "allowed with a path or a demand, where vehicles come and go: a share, such as 20%, or 1, or 0".into(),

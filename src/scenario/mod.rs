@@ -249,9 +249,9 @@ impl Scenario {
     }
 
     /// Returns true if no vehicle can be advised: none is to be, or only the participant's in a drive without a participant.
-    pub fn advises_nobody(&self) -> bool {
+    pub fn advises_no_vehicle(&self) -> bool {
         let no_other = self.advised.of_those_that_come() == 0.0;
-        self.advised.is_nobody() || (!self.participant && no_other)
+        self.advised.is_no_vehicle() || (!self.participant && no_other)
     }
 
     /// Loads the road of the drive, with the route along its path if it has one.

@@ -66,8 +66,8 @@ impl ExperimenterView {
     }
 
     /// Shows a message to the experimenter, at the time of the drive.
-    pub fn say(&mut self, now: BackendStatus, words: &str) {
-        self.experimenter.notes.say(now.time_s, words);
+    pub fn add_note(&mut self, now: BackendStatus, words: &str) {
+        self.experimenter.notes.add_note(now.time_s, words);
     }
 
     /// Draws the whole window and returns the experimenter's commands. `wheel` is the participant's wheel between drives, `work`
@@ -136,7 +136,7 @@ impl ExperimenterView {
                 SessionCommand::Mark(text) => {
                     *text = format!("by the experimenter, {}", experimenter.notes.number(now.time_s));
                 }
-                SessionCommand::Note(text) => experimenter.notes.say(now.time_s, text),
+                SessionCommand::Note(text) => experimenter.notes.add_note(now.time_s, text),
                 _ => {}
             }
         }

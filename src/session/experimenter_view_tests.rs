@@ -65,7 +65,7 @@ impl DriveBackend for NoRoad {
     }
 }
 
-struct Sheet {
+struct ViewFixture {
     _folder: tempfile::TempDir,
     study: Study,
     live_session: LiveSession,
@@ -73,7 +73,7 @@ struct Sheet {
     ctx: egui::Context,
 }
 
-impl Sheet {
+impl ViewFixture {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let study = Study::parse(STUDY.into(), Path::new("short.toml")).unwrap();
@@ -133,8 +133,8 @@ fn drive(study: &Study) -> LiveDrive {
 
 #[test]
 fn between_drives_it_shows_participant_plan_wheel_and_background_work() {
-    let mut sheet = Sheet::new();
-    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    let mut fixture = ViewFixture::new();
+    let (words, _) = fixture.pass(&[], None, BackendStatus::default());
     // 30 s of rest and 90 s of driving take two minutes.
     for part in [
         "P03",
@@ -156,28 +156,28 @@ fn between_drives_it_shows_participant_plan_wheel_and_background_work() {
 
 #[test]
 fn a_drive_is_shown_with_engine_and_log_which_stay_after_its_end() {
-    let mut sheet = Sheet::new();
-    let mut live = drive(&sheet.study);
-    sheet.experimenter_view.drive_begins(&live);
+    let mut fixture = ViewFixture::new();
+    let mut live = drive(&fixture.study);
+    fixture.experimenter_view.drive_begins(&live);
     live.drive.clock.set_pace(Pace::FullSpeed);
-    let Sheet { experimenter_view, .. } = &mut sheet;
+    let ViewFixture { experimenter_view, .. } = &mut fixture;
     for _ in 0..8 {
         live.advance(Duration::ZERO, |world| experimenter_view.watch(world)).unwrap();
     }
     // 8 frames with 25 ticks each.
     assert_eq!(live.drive.world.snapshot().tick.0, 200);
-    let (words, _) = sheet.pass(&[], Some(&live), BackendStatus::default());
+    let (words, _) = fixture.pass(&[], Some(&live), BackendStatus::default());
     assert!(words.contains(&live.drive.world.traffic_engine()) && !words.contains("no drive yet"), "{words}");
-    let log = sheet.experimenter_view.log.as_ref().unwrap();
+    let log = fixture.experimenter_view.log.as_ref().unwrap();
     // First tick, and one sample per step of 0.1 s.
     assert_eq!(log.history.samples().len(), 1 + 20);
     // After the end, the road stays visible until the next drive begins. Only the lamps of the recorder and of contacts say that there is
     // no drive.
-    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    let (words, _) = fixture.pass(&[], None, BackendStatus::default());
     assert_eq!(words.matches("no drive yet").count(), 2, "{words}");
-    sheet.experimenter_view.drive_begins(&drive(&sheet.study));
+    fixture.experimenter_view.drive_begins(&drive(&fixture.study));
     assert!(
-        sheet.experimenter_view.log.as_ref().unwrap().history.samples().is_empty(),
+        fixture.experimenter_view.log.as_ref().unwrap().history.samples().is_empty(),
         "another drive begins with nothing"
     );
 }
@@ -185,42 +185,42 @@ fn a_drive_is_shown_with_engine_and_log_which_stay_after_its_end() {
 /// A refused command is reported once, beside the commands. The traffic lamp is for drives that could not go on.
 #[test]
 fn a_refused_command_is_not_a_traffic_fault() {
-    let mut sheet = Sheet::new();
+    let mut fixture = ViewFixture::new();
     let refused = SessionCommand::Repeat { item: "nothing".into(), reason: "x".into() };
-    sheet.live_session.command(refused, &mut NoRoad).unwrap();
-    let error = sheet.live_session.error().unwrap().to_owned();
-    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    fixture.live_session.command(refused, &mut NoRoad).unwrap();
+    let error = fixture.live_session.error().unwrap().to_owned();
+    let (words, _) = fixture.pass(&[], None, BackendStatus::default());
     assert_eq!(words.matches(error.lines().next().unwrap()).count(), 1, "{words}");
 }
 
 #[test]
 fn marks_and_notes_are_the_sessions_and_no_key_pauses_the_drive() {
-    let mut sheet = Sheet::new();
-    let mut live = drive(&sheet.study);
-    sheet.experimenter_view.drive_begins(&live);
+    let mut fixture = ViewFixture::new();
+    let mut live = drive(&fixture.study);
+    fixture.experimenter_view.drive_begins(&live);
     let now = BackendStatus::default();
-    sheet.pass(&[], Some(&live), now);
+    fixture.pass(&[], Some(&live), now);
     let mark = |number: u32| SessionCommand::Mark(format!("by the experimenter, {number}"));
     let ctrl = Modifiers::COMMAND;
-    assert_eq!(sheet.pass(&[(ctrl, Key::M)], Some(&live), now).1, [mark(1)]);
-    assert_eq!(sheet.pass(&[(ctrl, Key::M)], Some(&live), now).1, [mark(2)]);
-    assert!(sheet.pass(&[], Some(&live), now).0.contains("mark 2"), "among the notes, too");
-    assert_eq!(sheet.pass(&[(ctrl, Key::P)], Some(&live), now).1, [], "the session alone lets time run");
-    assert_eq!(sheet.pass(&[(Modifiers::COMMAND, Key::G)], Some(&live), now).1, [SessionCommand::Go]);
+    assert_eq!(fixture.pass(&[(ctrl, Key::M)], Some(&live), now).1, [mark(1)]);
+    assert_eq!(fixture.pass(&[(ctrl, Key::M)], Some(&live), now).1, [mark(2)]);
+    assert!(fixture.pass(&[], Some(&live), now).0.contains("mark 2"), "among the notes, too");
+    assert_eq!(fixture.pass(&[(ctrl, Key::P)], Some(&live), now).1, [], "the session alone lets time run");
+    assert_eq!(fixture.pass(&[(Modifiers::COMMAND, Key::G)], Some(&live), now).1, [SessionCommand::Go]);
     live.drive.clock.set_pace(Pace::Paused);
-    sheet.experimenter_view.say(BackendStatus { time_s: 61.0, ..now }, "the wheel was unplugged");
-    let (words, _) = sheet.pass(&[], Some(&live), now);
+    fixture.experimenter_view.add_note(BackendStatus { time_s: 61.0, ..now }, "the wheel was unplugged");
+    let (words, _) = fixture.pass(&[], Some(&live), now);
     assert!(words.contains("the wheel was unplugged") && words.contains("1:01"), "{words}");
 }
 
 #[test]
 fn an_error_is_shown_in_the_plan_until_the_next_command() {
-    let mut sheet = Sheet::new();
+    let mut fixture = ViewFixture::new();
     let late = SessionCommand::Extend { seconds: 7200.0, reason: "t".into() };
-    sheet.live_session.command(late, &mut NoRoad).unwrap();
-    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    fixture.live_session.command(late, &mut NoRoad).unwrap();
+    let (words, _) = fixture.pass(&[], None, BackendStatus::default());
     assert!(words.contains("the extension is 7200 s; allowed: 1 to 3600 s"), "{words}");
-    sheet.live_session.command(SessionCommand::Note("well".into()), &mut NoRoad).unwrap();
-    let (words, _) = sheet.pass(&[], None, BackendStatus::default());
+    fixture.live_session.command(SessionCommand::Note("well".into()), &mut NoRoad).unwrap();
+    let (words, _) = fixture.pass(&[], None, BackendStatus::default());
     assert!(!words.contains("cannot be"), "{words}");
 }

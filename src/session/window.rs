@@ -194,7 +194,7 @@ impl<'a> Windows for SessionWindows<'a> {
         })
     }
 
-    fn hear(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
+    fn handle_event(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
         if event == WindowEvent::CloseRequested {
             return Ok(LoopControl::End);
         }
@@ -290,7 +290,7 @@ impl SessionWindows<'_> {
         }
         let Some(status) = self.voice.as_ref().map(Voice::status) else { return };
         if let Some(warning) = self.live_session.hear_voice(status) {
-            self.experimenter_view.say(super::BackendStatus::default(), &warning);
+            self.experimenter_view.add_note(super::BackendStatus::default(), &warning);
         }
     }
 
@@ -343,7 +343,7 @@ impl SessionWindows<'_> {
     fn draw_experimenter(&mut self) -> Vec<SessionCommand> {
         let now_there = self.on_backend(|_, backend| backend.now());
         for news in self.resources.take_news() {
-            self.experimenter_view.say(now_there, &news);
+            self.experimenter_view.add_note(now_there, &news);
         }
         let Self { picture, experimenter, live_session, resources, experimenter_view, making, made, data, .. } = self;
         if !experimenter.due() {
@@ -388,7 +388,7 @@ impl SessionWindows<'_> {
                 let whole = making.finish(false);
                 if let Err(error) = whole {
                     self.experimenter_view
-                        .say(super::BackendStatus::default(), &format!("a baseline could not be driven: {error}"));
+                        .add_note(super::BackendStatus::default(), &format!("a baseline could not be driven: {error}"));
                 }
                 false
             }

@@ -318,9 +318,9 @@ impl Study {
     /// As [`Study::load`].
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
-        let said = |e: toml_text::TomlError| StudyError(e.to_string());
-        let text = toml_text::without_format(&source, &name).map_err(said)?;
-        let file: StudyFile = toml_text::parse(&text, &name).map_err(said)?;
+        let study_error = |e: toml_text::TomlError| StudyError(e.to_string());
+        let text = toml_text::without_format(&source, &name).map_err(study_error)?;
+        let file: StudyFile = toml_text::parse(&text, &name).map_err(study_error)?;
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut study = Self {
             folder: folder.clone(),

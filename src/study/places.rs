@@ -49,7 +49,7 @@ pub fn misplaced(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     let named = people.iter().filter_map(|row| row.get("participant_id"));
     let named: BTreeSet<&String> = named.chain(&with_tables).filter(|name| !with_raw.contains(*name)).collect();
     for subject in named {
-        places.say(subject, format!("there is no folder sourcedata/{subject}"));
+        places.add_fault(subject, format!("there is no folder sourcedata/{subject}"));
     }
     Ok(places.found)
 }
@@ -87,7 +87,7 @@ struct Places<'a> {
 }
 
 impl Places<'_> {
-    fn say(&mut self, file: &str, what: String) {
+    fn add_fault(&mut self, file: &str, what: String) {
         self.found.push(AlteredFile { file: file.into(), what });
     }
 
@@ -98,12 +98,12 @@ impl Places<'_> {
         let log = match SessionLog::load(&self.root.join(&file)) {
             Ok(log) => log,
             Err(why) => {
-                self.say(&file, why.to_string());
+                self.add_fault(&file, why.to_string());
                 return Ok(());
             }
         };
         if log.participant.subject() != subject {
-            self.say(
+            self.add_fault(
                 &file,
                 format!("is the session of {}; it lies in the folder of {subject}", log.participant.subject()),
             );
@@ -113,7 +113,10 @@ impl Places<'_> {
         let plan = self.study.as_ref().map(|study| study.plan(log.index));
         if plan.as_ref().is_some_and(|plan| plan.order != log.order) {
             let (number, order) = (log.index + 1, log.order.join(", "));
-            self.say(&file, format!("the order is {order}; that of participant number {number} in {STUDY} is another"));
+            self.add_fault(
+                &file,
+                format!("the order is {order}; that of participant number {number} in {STUDY} is another"),
+            );
         }
         for passage in &log.passages {
             self.check_passage(&source, &log.participant, passage, plan.as_ref())?;
@@ -129,7 +132,7 @@ impl Places<'_> {
         let subject = log.participant.subject();
         let Some(row) = people.iter().find(|row| row.get("participant_id") == Some(&subject)) else {
             if log.end.is_some() {
-                self.say("participants.tsv", format!("has no row of {subject}, whose session is over ({file})"));
+                self.add_fault("participants.tsv", format!("has no row of {subject}, whose session is over ({file})"));
             }
             return;
         };
@@ -138,7 +141,7 @@ impl Places<'_> {
         {
             let in_table = row.get(column).map_or("", String::as_str);
             if in_table != is && !(is.is_empty() && in_table == "n/a") {
-                self.say("participants.tsv", format!("{column} of {subject} is {in_table}; {file} says {is}"));
+                self.add_fault("participants.tsv", format!("{column} of {subject} is {in_table}; {file} says {is}"));
             }
         }
     }
@@ -159,7 +162,7 @@ impl Places<'_> {
             // The run was cut before its first file was written.
             Err(RecordError::Absent(_)) if !is_done => return Ok(()),
             Err(why) => {
-                self.say(&name, format!("there is no recording that can be read: {why}"));
+                self.add_fault(&name, format!("there is no recording that can be read: {why}"));
                 return Ok(());
             }
         };
@@ -168,7 +171,7 @@ impl Places<'_> {
         // Times say nothing if the clock was set back during the run.
         if began <= ended && !(began..=ended).contains(&&manifest.began) && !manifest.began.is_empty() {
             let at = &manifest.began;
-            self.say(
+            self.add_fault(
                 &name,
                 format!("was begun at {at}; {} says that {} was from {began} to {ended}", session::FILE, passage.item),
             );
@@ -178,7 +181,10 @@ impl Places<'_> {
         }
         let is_of = folder == &passage.item || folder.starts_with(&format!("{}-again-", passage.item));
         if !is_of {
-            self.say(&name, format!("is not named after {}, of which {} says that it is", passage.item, session::FILE));
+            self.add_fault(
+                &name,
+                format!("is not named after {}, of which {} says that it is", passage.item, session::FILE),
+            );
         }
         if let Some(plan) = plan {
             self.check_trial(&name, &passage.item, plan, &manifest)?;
@@ -193,7 +199,7 @@ impl Places<'_> {
     fn check_owner(&mut self, name: &str, code: &ParticipantCode, manifest: &Manifest) {
         if manifest.participant.as_deref() != Some(code.as_str()) {
             let of = manifest.participant.as_ref().map_or("nobody".into(), |of| format!("participant {of}"));
-            self.say(name, format!("is a recording of {of}; it lies in the folder of {}", code.subject()));
+            self.add_fault(name, format!("is a recording of {of}; it lies in the folder of {}", code.subject()));
         }
     }
 
@@ -207,15 +213,15 @@ impl Places<'_> {
     ) -> Result<(), SessionError> {
         let planned = plan.items.iter().find(|planned| planned.name == item);
         let Some(PlannedItem { item: PlanItem::Drive { scenario, policy, .. }, .. }) = planned else {
-            self.say(name, format!("{item} is no drive of this participant in {STUDY}"));
+            self.add_fault(name, format!("{item} is no drive of this participant in {STUDY}"));
             return Ok(());
         };
         let Some(driven) = self.scenario(name)? else { return Ok(()) };
         if let Some(what) = difference(scenario, &driven) {
-            self.say(name, format!("is not the drive that {STUDY} has for {item}: {what}"));
+            self.add_fault(name, format!("is not the drive that {STUDY} has for {item}: {what}"));
         } else if inputs::last(&policy.name) != manifest.policy.name {
             let (is, planned) = (&manifest.policy.name, inputs::last(&policy.name));
-            self.say(
+            self.add_fault(
                 name,
                 format!("is not the drive that {STUDY} has for {item}: the policy is {is}, planned is {planned}"),
             );
@@ -228,7 +234,7 @@ impl Places<'_> {
         match inputs::scenario(&self.root.join(name)) {
             Ok(scenario) => Ok(Some(scenario)),
             Err(why) => {
-                self.say(&format!("{name}/{}", inputs::SCENARIO), why.message);
+                self.add_fault(&format!("{name}/{}", inputs::SCENARIO), why.message);
                 Ok(None)
             }
         }
@@ -239,7 +245,7 @@ impl Places<'_> {
         let manifest = match Manifest::load(&self.root.join(baseline)) {
             Ok(manifest) => manifest,
             Err(why) => {
-                self.say(baseline, format!("there is no recording that can be read: {why}"));
+                self.add_fault(baseline, format!("there is no recording that can be read: {why}"));
                 return Ok(());
             }
         };
@@ -247,9 +253,9 @@ impl Places<'_> {
         let (Some(driven), Some(without)) = (self.scenario(trial)?, self.scenario(baseline)?) else { return Ok(()) };
         let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic, ..without };
         if let Some(what) = difference(&driven, &as_driven) {
-            self.say(baseline, format!("is not the drive of {trial} without advice: {what}"));
+            self.add_fault(baseline, format!("is not the drive of {trial} without advice: {what}"));
         } else if manifest.policy.name != policy::NAMES[0] {
-            self.say(baseline, format!("is no drive without advice: its policy is {}", manifest.policy.name));
+            self.add_fault(baseline, format!("is no drive without advice: its policy is {}", manifest.policy.name));
         }
         Ok(())
     }
@@ -266,7 +272,7 @@ impl Places<'_> {
         for name in entries(&self.root.join(source))? {
             let place = format!("{source}/{name}");
             if self.root.join(&place).is_dir() && !is_known(&name) && !OF_SYSTEMS.contains(&name.as_str()) {
-                self.say(&place, format!("{} of its participant does not name it", session::FILE));
+                self.add_fault(&place, format!("{} of its participant does not name it", session::FILE));
             }
         }
         Ok(())
@@ -302,12 +308,12 @@ impl Places<'_> {
                 continue;
             }
             let Some(planned) = expected.remove(&recording) else {
-                self.say(&name, format!("names {recording}, which is no drive that {subject} has done"));
+                self.add_fault(&name, format!("names {recording}, which is no drive that {subject} has done"));
                 continue;
             };
             for (column, is) in scans::OF_DRIVE.into_iter().zip(planned) {
                 if cell(column) != is {
-                    self.say(
+                    self.add_fault(
                         &name,
                         format!("{column} of {recording} is {}; by the log and {STUDY} it is {is}", cell(column)),
                     );
@@ -315,7 +321,7 @@ impl Places<'_> {
             }
         }
         for recording in expected.into_keys() {
-            self.say(&name, format!("does not name {recording}, which {subject} has done"));
+            self.add_fault(&name, format!("does not name {recording}, which {subject} has done"));
         }
         Ok(())
     }

@@ -115,7 +115,7 @@ fn a_plan_names_the_policy_that_auto_selects() {
     let text = study(1, "").source.replace("[base]", "[base]\npolicy = \"auto\"");
     let plan = Study::parse(text, Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}")).plan(0);
     let own = "policy ring-250-speed (auto: the policy that is shipped for ring-250)";
-    assert!(plan.items[0].item.to_string().contains(own), "{}", plan.items[0].item.to_string());
+    assert!(plan.items[0].item.to_string().contains(own), "{}", plan.items[0].item);
 }
 
 #[test]

@@ -292,8 +292,8 @@ fn model(out: &mut String, study: &Study, plan: &AnalysisPlan) {
 /// Returns sentences that define the covariates.
 fn covariates(plan: &AnalysisPlan) -> String {
     let measure = |name: &String| MEASURES.iter().find(|measure| measure.name == name);
-    let say = |name: &String| measure(name).map(|measure| format!(" `{name}` is a number: {}.", measure.about));
-    let all: String = plan.covariates.iter().filter_map(say).collect();
+    let note_on = |name: &String| measure(name).map(|measure| format!(" `{name}` is a number: {}.", measure.about));
+    let all: String = plan.covariates.iter().filter_map(note_on).collect();
     if all.is_empty() { all } else { all + " A covariate that is the same in all trials is left out." }
 }
 

@@ -45,7 +45,7 @@ impl Session {
         data: &DataSet,
         study: &Study,
         code: &ParticipantCode,
-        who: ParticipantKind,
+        kind: ParticipantKind,
         index: usize,
         now: &str,
     ) -> Result<Self, SessionError> {
@@ -57,13 +57,13 @@ impl Session {
         let log = if record::is_there(&path)? {
             SessionLog::load(&path)?
         } else {
-            Self::first(&folder, study, code, who, index)?
+            Self::first(&folder, study, code, kind, index)?
         };
         let refused = |why: String| Err(SessionError::Refused(why));
         if log.participant != *code {
             return refused(format!("{}: is of participant {}", path.display(), log.participant));
         }
-        if log.who != who {
+        if log.who != kind {
             let is = if log.who == ParticipantKind::Person { "a person" } else { "simulated" };
             return refused(format!("participant {code} is {is}; take another code"));
         }
@@ -121,7 +121,7 @@ impl Session {
         folder: &Path,
         study: &Study,
         code: &ParticipantCode,
-        who: ParticipantKind,
+        kind: ParticipantKind,
         index: usize,
     ) -> Result<SessionLog, SessionError> {
         // A cut during the first save leaves only the temporary file.
@@ -137,7 +137,7 @@ impl Session {
         Ok(SessionLog {
             participant: code.clone(),
             index,
-            who,
+            who: kind,
             traits: BTreeMap::new(),
             order: study.plan(index).order,
             running: None,

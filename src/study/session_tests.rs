@@ -35,8 +35,8 @@ fn place() -> SessionFixture {
 }
 
 impl SessionFixture {
-    fn open(&self, code: &str, who: ParticipantKind) -> Result<Session, SessionError> {
-        Session::open(&self.data, &self.study, &ParticipantCode::new(code).unwrap(), who, 0, "t0")
+    fn open(&self, code: &str, kind: ParticipantKind) -> Result<Session, SessionError> {
+        Session::open(&self.data, &self.study, &ParticipantCode::new(code).unwrap(), kind, 0, "t0")
     }
 }
 

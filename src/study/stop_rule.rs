@@ -102,15 +102,15 @@ impl StudySegment {
     /// Returns sentences for a plan: the rules that end a session in this segment, and the ratings asked while driving.
     pub fn early_end_sentences(&self) -> Vec<String> {
         let mut all = Vec::new();
-        let mut say = |what: String| all.push(format!("`{}`: {what}", self.name));
+        let mut add_sentence = |what: String| all.push(format!("`{}`: {what}", self.name));
         if self.kind == SegmentKind::Consent {
-            say("the session ends if the participant does not consent.".into());
+            add_sentence("the session ends if the participant does not consent.".into());
         }
         for condition in &self.ends_if {
-            say(format!("the session ends if the answers say `{condition}`."));
+            add_sentence(format!("the session ends if the answers say `{condition}`."));
         }
         if let Some(every_s) = self.fms_every_s {
-            say(format!(
+            add_sentence(format!(
                 "every {every_s} s of a drive the participant rates sickness on the fast motion sickness scale, 0 to {} (Keshavarz and \
                  Hecht 2011), with {} s to answer.",
                 fms::HIGHEST,
@@ -119,7 +119,7 @@ impl StudySegment {
         }
         if let Some(ScoreLimit { score, value }) = &self.stop_above {
             let at_once = if score == fms::SCORE { " at that moment of the drive" } else { "" };
-            say(format!("the session ends{at_once} if the score `{score}` is above {value}."));
+            add_sentence(format!("the session ends{at_once} if the score `{score}` is above {value}."));
         }
         all
     }

@@ -163,12 +163,12 @@ impl<W: Write> Copy<'_, W> {
     fn file(&mut self, name: &Path, path: PathBuf, is_included: bool) -> Result<(), StreamError> {
         let text = source::open(&path, &self.budget).map_err(|error| of_file(name, error))?;
         self.open_files.push(path);
-        let mut place =
+        let mut position =
             ReadPosition { file: name, line: 1, depth: 0, has_root: false, is_included, is_in_include: false };
         let mut reader = Reader::from_reader(text);
         let mut buffer = Vec::new();
-        while self.event(&mut reader, &mut buffer, &mut place)? {
-            place.line += buffer.iter().filter(|byte| **byte == b'\n').count() as u32;
+        while self.event(&mut reader, &mut buffer, &mut position)? {
+            position.line += buffer.iter().filter(|byte| **byte == b'\n').count() as u32;
             buffer.clear();
         }
         self.open_files.pop();
@@ -180,76 +180,80 @@ impl<W: Write> Copy<'_, W> {
         &mut self,
         reader: &mut Reader<Metered>,
         buffer: &mut Vec<u8>,
-        place: &mut ReadPosition,
+        position: &mut ReadPosition,
     ) -> Result<bool, StreamError> {
         self.budget.next_tag();
         match reader.read_event_into(buffer) {
-            Ok(Event::Start(tag)) => self.open(&tag, place)?,
+            Ok(Event::Start(tag)) => self.open(&tag, position)?,
             Ok(Event::Empty(tag)) => {
-                self.open(&tag, place)?;
-                self.close(place)?;
+                self.open(&tag, position)?;
+                self.close(position)?;
             }
-            Ok(Event::End(_)) => self.close(place)?,
+            Ok(Event::End(_)) => self.close(position)?,
             Ok(Event::DocType(_)) => {
-                return Err(place.fault(
+                return Err(position.fault(
                     "<!DOCTYPE>",
                     "a document type can name other files and make entities of its own; none is read\n  remedy: take it out of the file",
                 ));
             }
-            Ok(Event::Eof) if !place.has_root => return Err(of_file(place.file, "it holds no element")),
-            Ok(Event::Eof) if place.depth > 0 => {
-                return Err(place.fault("this is not XML", "the file ends before its last element is closed"));
+            Ok(Event::Eof) if !position.has_root => return Err(of_file(position.file, "it holds no element")),
+            Ok(Event::Eof) if position.depth > 0 => {
+                return Err(position.fault("this is not XML", "the file ends before its last element is closed"));
             }
             Ok(Event::Eof) => return Ok(false),
             Ok(_) => {}
-            Err(quick_xml::Error::Io(error)) => return Err(of_file(place.file, error)),
-            Err(error) => return Err(place.fault("this is not XML", error)),
+            Err(quick_xml::Error::Io(error)) => return Err(of_file(position.file, error)),
+            Err(error) => return Err(position.fault("this is not XML", error)),
         }
         Ok(true)
     }
 
-    fn open(&mut self, tag: &BytesStart, place: &mut ReadPosition) -> Result<(), StreamError> {
+    fn open(&mut self, tag: &BytesStart, position: &mut ReadPosition) -> Result<(), StreamError> {
         self.elements += 1;
         if self.elements > MOST_ELEMENTS {
             let problem =
                 format!("it holds more than {MOST_ELEMENTS} elements with what it includes, the most that is read");
-            return Err(of_file(place.file, problem));
+            return Err(of_file(position.file, problem));
         }
-        let tag = read_tag(tag, self.gate.depth(), place)?;
-        let is_root = place.depth == 0;
-        if place.is_in_include {
-            return Err(place.fault(tag.label(), "an include holds no element\n  remedy: put it behind the include"));
+        let tag = read_tag(tag, self.gate.depth(), position)?;
+        let is_root = position.depth == 0;
+        if position.is_in_include {
+            return Err(position.fault(tag.label(), "an include holds no element\n  remedy: put it behind the include"));
         }
-        if is_root && place.has_root {
-            return Err(place.fault("this is not XML", "a second outermost element"));
+        if is_root && position.has_root {
+            return Err(position.fault("this is not XML", "a second outermost element"));
         }
-        place.has_root = true;
-        place.depth += 1;
-        if is_root && place.is_included {
+        position.has_root = true;
+        position.depth += 1;
+        if is_root && position.is_included {
             // The elements of an included file take the place of the include.
             let roots = [&[self.vocabulary.root], self.vocabulary.other_roots].concat();
             let problem = || format!("allowed as the outermost element of an included file: {}", roots.join(", "));
-            return if roots.contains(&tag.name.as_str()) { Ok(()) } else { Err(place.fault(tag.label(), problem())) };
+            return if roots.contains(&tag.name.as_str()) {
+                Ok(())
+            } else {
+                Err(position.fault(tag.label(), problem()))
+            };
         }
         if tag.name == INCLUDE && tag.depth == 1 {
-            place.is_in_include = true;
-            return self.include(&tag, place);
+            position.is_in_include = true;
+            return self.include(&tag, position);
         }
         let passed = self.gate.open(&tag.name, tag.pairs());
-        passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, place))
+        passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, position))
     }
 
-    fn close(&mut self, place: &mut ReadPosition) -> Result<(), StreamError> {
-        place.depth -= 1;
-        if std::mem::take(&mut place.is_in_include) || place.depth == 0 && place.is_included {
+    fn close(&mut self, position: &mut ReadPosition) -> Result<(), StreamError> {
+        position.depth -= 1;
+        if std::mem::take(&mut position.is_in_include) || position.depth == 0 && position.is_included {
             return Ok(());
         }
-        self.gate.close().map_err(|error| at(error, place))
+        self.gate.close().map_err(|error| at(error, position))
     }
 
     /// Copies the elements of the file that an include names.
-    fn include(&mut self, tag: &Tag, place: &ReadPosition) -> Result<(), StreamError> {
-        let refused = |problem: String| place.fault(tag.label(), problem);
+    fn include(&mut self, tag: &Tag, position: &ReadPosition) -> Result<(), StreamError> {
+        let refused = |problem: String| position.fault(tag.label(), problem);
         let Some(around) = self.open_files.last().and_then(|file| file.parent()) else {
             return Err(refused("it is in no file".into()));
         };
@@ -267,30 +271,31 @@ impl<W: Write> Copy<'_, W> {
                 "it is include {includes} of the file, {depth} deep; allowed: {MOST_INCLUDES} includes, {MOST_INCLUDE_DEPTH} deep"
             )));
         }
-        self.file(&place.file.with_file_name(href), found, true)
+        self.file(&position.file.with_file_name(href), found, true)
     }
 }
 
-fn at(error: GateError, place: &ReadPosition) -> StreamError {
+fn at(error: GateError, position: &ReadPosition) -> StreamError {
     match error {
-        GateError::Refused(Problem { element, problem }) => place.fault(element, problem),
-        GateError::Write(error) => of_file(place.file, format!("its copy for SUMO cannot be written: {error}")),
+        GateError::Refused(Problem { element, problem }) => position.fault(element, problem),
+        GateError::Write(error) => of_file(position.file, format!("its copy for SUMO cannot be written: {error}")),
     }
 }
 
 /// Reads a tag. Attributes with a prefix belong to no vocabulary of SUMO and are left out.
-fn read_tag(tag: &BytesStart, depth: usize, place: &ReadPosition) -> Result<Tag, StreamError> {
+fn read_tag(tag: &BytesStart, depth: usize, position: &ReadPosition) -> Result<Tag, StreamError> {
     let no_text =
-        |error: std::str::Utf8Error| place.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));
+        |error: std::str::Utf8Error| position.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));
     let name = std::str::from_utf8(tag.name().into_inner()).map_err(no_text)?.to_owned();
     let mut attributes = Vec::new();
     for attribute in tag.attributes() {
-        let attribute = attribute.map_err(|error| place.fault(&name, error))?;
+        let attribute = attribute.map_err(|error| position.fault(&name, error))?;
         let key = std::str::from_utf8(attribute.key.into_inner()).map_err(no_text)?;
         if key == "xmlns" || key.contains(':') {
             continue;
         }
-        let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| place.fault(&name, error))?;
+        let value =
+            attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| position.fault(&name, error))?;
         attributes.push((key.to_owned(), value.into_owned()));
     }
     Ok(Tag { name, attributes, depth })

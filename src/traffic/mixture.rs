@@ -82,7 +82,7 @@ mod tests {
             assert_eq!(count(FollowingModel::Krauss, share, 1), expected);
             assert_eq!(count(FollowingModel::Idm, share, 1), 0);
         }
-        let who = |seed| ModelMixture { model: FollowingModel::Eidm, share: 0.5 }.members(22, seed);
-        assert!(who(1) == who(1) && who(1) != who(2));
+        let drawn = |seed| ModelMixture { model: FollowingModel::Eidm, share: 0.5 }.members(22, seed);
+        assert!(drawn(1) == drawn(1) && drawn(1) != drawn(2));
     }
 }

@@ -118,13 +118,13 @@ pub fn identified(
     make: impl Fn() -> Option<Box<dyn Policy>> + Sync,
 ) -> Vec<IdentifiedDriver> {
     let drivers = watched_drivers(config, stream, rings, after_s, &make);
-    let latents = |(truth, who): &(DriverTraits, WhoDrives)| Some((*truth, who.latents()?));
+    let latents = |(truth, driver): &(DriverTraits, WhoDrives)| Some((*truth, driver.latents()?));
     let fit = drivers.iter().any(|driver| latents(driver).is_some()).then(|| {
         let others = watched_drivers(config, &format!("{stream}/latents"), rings, after_s, &make);
         LatentTraits::of(&others.iter().filter_map(latents).collect::<Vec<_>>())
     });
-    let of = |(truth, who): (DriverTraits, WhoDrives)| {
-        let estimate = match who {
+    let of = |(truth, driver): (DriverTraits, WhoDrives)| {
+        let estimate = match driver {
             WhoDrives::Traits(estimate) => estimate,
             WhoDrives::Latents(latents) => fit?.traits(&latents),
         };

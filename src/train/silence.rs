@@ -110,7 +110,7 @@ fn drive_pair(config: &TrainConfig, network: &Network, inputs: &[NetworkInput], 
     let mut pair = PairedDrives::default();
     for l in 0..LANES {
         let truth = advised.observe(l);
-        let known = advisors.who_drives(l).map_or(truth, |who| who.complete_observation(&truth));
+        let known = advisors.who_drives(l).map_or(truth, |driver| driver.complete_observation(&truth));
         pair.seen.extend(inputs.iter().map(|input| input.scaled(&known)));
     }
     let mut silent = advised.clone();

@@ -183,9 +183,9 @@ fn replay(work: &Workplace, outcome: &Outcome) -> Held {
     same_files(&FIXTURES.folder("whole"), &work.file("p1"))?;
     let is_accused = outcome.text.contains("not as it was recorded");
     holds(!is_accused, || format!("a sound recording is said to be altered: {}", outcome.text))?;
-    let says = outcome.text.contains("every file agrees with its checksum");
+    let is_reported_proven = outcome.text.contains("every file agrees with its checksum");
     let is_proven = outcome.code == Some(0);
-    holds(!is_proven || says, || format!("a sound recording is proven by half: {}", outcome.text))?;
+    holds(!is_proven || is_reported_proven, || format!("a sound recording is proven by half: {}", outcome.text))?;
     holds(!(is_proven && outcome.was_refused()), || {
         format!("proven, but something could not be read: {}", outcome.text)
     })?;

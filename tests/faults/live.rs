@@ -98,11 +98,11 @@ fn drive(folder: &Path, seed: u64) -> Result<(), Box<dyn Error>> {
         [from, from + random.uniform(0.05, 0.3)]
     };
     let times_s = [goes(), goes()];
-    let (to, told) = std::sync::mpsc::channel();
+    let (to, messages) = std::sync::mpsc::channel();
     to.send(wheel())?;
     let mut coming = Coming { times_s, stream: Some(stream()?), wheel: to, has_wheel: true };
     let lab = LabDevices::open(&toml::from_str("[lsl]\noutlets = true\nrecord = [\"name='heart'\"]\nwait_s = 20.0")?)?;
-    let mut live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told)))?;
+    let mut live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(messages)))?;
     live.set_lab(lab);
     live.record(folder, Gpu::shared().expect("a graphics adapter is needed"))?;
     live.begin_trial("trial-1-wide")?;
@@ -161,9 +161,10 @@ pub fn is_whole(recording: &Path) -> Held {
     let (kinds, details) = (events.words("event"), events.words("detail"));
     let is_told = kinds.iter().any(|kind| kind == "wheel unplugged");
     checks::holds(is_told, || format!("no event tells of the wheel: {kinds:?}"))?;
-    let told = |word: &str| kinds.iter().zip(&details).any(|(kind, detail)| kind == "device" && detail.contains(word));
+    let is_noted =
+        |word: &str| kinds.iter().zip(&details).any(|(kind, detail)| kind == "device" && detail.contains(word));
     let table = recording.join(record::streams::FOLDER).join("heart.parquet");
     let read = TableReader::parquet(&table).map_err(|why| format!("the stream beside a whole drive: {why}"));
     // If the disk refused the stream, only the stream is lost, and the recording says so.
-    read.map(drop).or_else(|why| if told("is not recorded") { Ok(()) } else { Err(why) })
+    read.map(drop).or_else(|why| if is_noted("is not recorded") { Ok(()) } else { Err(why) })
 }

@@ -119,9 +119,9 @@ fn doc_comments_name_the_thing_first_and_add_a_fact() {
 
 #[test]
 fn the_check_of_english_finds_riddles_and_lets_facts_pass() {
-    let doc = "fn a() {}\n    /// Who stands so near\n    /// stands at it.\n/// Speed, m/s.\n//! Head.\n";
+    let doc = "fn a() {}\n    /// Who stands so near\n    /// stands at it.\n    b: u8,\n/// Speed, m/s.\n//! Head.\n";
     let found = doc_comments(doc);
-    assert_eq!(found, [(2, "Who stands so near stands at it.".into()), (4, "Speed, m/s.".into()), (5, "Head.".into())]);
+    assert_eq!(found, [(2, "Who stands so near stands at it.".into()), (5, "Speed, m/s.".into()), (6, "Head.".into())]);
     assert_eq!(fault_of_english(&found[0].1).as_deref(), Some("begins with \"who\""));
     assert_eq!(fault_of_english(&found[1].1), None);
     for bad in ["Its name.", "The same in metres.", "A name.", "Of the ego."] {

@@ -82,7 +82,7 @@ impl WheelPort for Desk {
 
     fn prefer(&mut self, _profile: WheelProfile) {}
 
-    fn read(&mut self, wheel: &mut Self::Wheel, told: &mut Vec<WheelMessage>) -> io::Result<()> {
+    fn read(&mut self, wheel: &mut Self::Wheel, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
         if !self.plugged.load(Ordering::Relaxed) {
             return Err(io::ErrorKind::NotConnected.into());
         }
@@ -91,7 +91,7 @@ impl WheelPort for Desk {
                 if code == STEERING {
                     wheel.set(self.profile.steering.wheel_rad(raw));
                 }
-                told.push(WheelMessage::Axis { code, raw, at: None });
+                messages.push(WheelMessage::Axis { code, raw, at: None });
                 Ok(())
             }
             Err(RecvTimeoutError::Timeout) => Ok(()),
@@ -116,7 +116,7 @@ impl Seat {
         let (hand, events) = mpsc::channel();
         let profile = profiles::named("g29").unwrap();
         let desk = Desk { plugged: Arc::clone(&plugged), events, motor: motor.clone(), profile };
-        let (thread, told) = ReadingThread::start(desk).unwrap();
+        let (thread, messages) = ReadingThread::start(desk).unwrap();
         let scenario = Scenario {
             traffic: EngineChoice::Native,
             policy: "none".into(),
@@ -126,7 +126,7 @@ impl Seat {
             display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
-        let live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(told))).unwrap();
+        let live = LiveDrive::new(&scenario, Pace::RealTime, Devices::with_rig(Rig::fed_by(messages))).unwrap();
         let mut seat = Self { live, motor, plugged, hand, _thread: thread };
         seat.until("the wheel", |seat| seat.live.devices.wheel_profile().is_some());
         seat.put(ACCELERATOR, 100);

@@ -19,18 +19,18 @@ fn a_wheel_and_its_buttons_operate_pages_and_questions() {
     const CROSS: u16 = 288;
     const TRIANGLE: u16 = 291;
     const RIGHT_PADDLE: u16 = 292;
-    let (to, told) = std::sync::mpsc::channel();
+    let (to, messages) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
     let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut kit =
-        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(messages)), &ParticipantCode::new("P03").unwrap());
     let mut rig = Rig::new();
-    let mut act = |rig: &mut Rig, told: &[WheelMessage]| {
+    let mut act = |rig: &mut Rig, messages: &[WheelMessage]| {
         rig.pass(0.5);
-        for one in told {
+        for one in messages {
             let one = match one {
                 WheelMessage::Axis { code, raw, .. } => WheelMessage::Axis { code: *code, raw: *raw, at: None },
                 WheelMessage::Button { code, .. } => WheelMessage::Button { code: *code, down: true, at: None },
@@ -95,14 +95,14 @@ name = "trial"
     const HAT_Y: u16 = 17;
     const CROSS: u16 = 288;
     const TRIANGLE: u16 = 291;
-    let (to, told) = std::sync::mpsc::channel();
+    let (to, messages) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let profile = profiles::named("g29").unwrap();
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut kit =
-        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(messages)), &ParticipantCode::new("P03").unwrap());
     let mut rig = Rig::of(STUDY);
     let mut push = |rig: &mut Rig, code: u16, way: i32| {
         rig.pass(0.5);
@@ -147,17 +147,17 @@ name = "trial"
 
 #[test]
 fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
-    let (to, told) = std::sync::mpsc::channel();
+    let (to, messages) = std::sync::mpsc::channel();
     let mut kit =
-        SessionResources::new(Devices::with_rig(WheelRig::fed_by(told)), &ParticipantCode::new("P03").unwrap());
+        SessionResources::new(Devices::with_rig(WheelRig::fed_by(messages)), &ParticipantCode::new("P03").unwrap());
     assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && !kit.wheel());
     let mut profile = profiles::named("g29").unwrap();
     (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: Default::default(), values };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
-    let mut after = |told: WheelMessage| {
-        to.send(told).unwrap();
+    let mut after = |message: WheelMessage| {
+        to.send(message).unwrap();
         let inputs = kit.frame(Duration::ZERO, |_| ()).unwrap().1;
         (inputs, kit.take_news(), kit.wheel())
     };
@@ -167,13 +167,13 @@ fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
     let pedal = |code: u16, raw: i32| WheelMessage::Axis { code, raw, at: None };
     let moved = after(WheelMessage::Axis { code: 0, raw: 30_000, at: None });
     assert!(moved.2, "whoever turns the wheel has it in hands");
-    for (told, input) in [
+    for (message, input) in [
         (pedal(2, 0), Some(FormInput::Next)),
         (pedal(2, 0), None),
         (pedal(2, 255), None),
         (pedal(5, 0), Some(FormInput::Back)),
     ] {
-        assert_eq!(after(told).0, input.into_iter().collect::<Vec<_>>());
+        assert_eq!(after(message).0, input.into_iter().collect::<Vec<_>>());
     }
     let (_, news, wheel) = after(WheelMessage::Lost);
     assert!(news.len() == 1 && news[0].ends_with("was unplugged") && !wheel, "{news:?}");

@@ -132,14 +132,14 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
             let tick = sample[1].as_f64().unwrap() as usize;
             assert!(tick == 0 || ticks[tick - 1] <= *stamp, "{program}: {sample:?} at {stamp}");
         }
-        let told = stream("events").values;
-        let (first, last) = (&told[0], &told[told.len() - 1]);
+        let rows = stream("events").values;
+        let (first, last) = (&rows[0], &rows[rows.len() - 1]);
         assert_eq!(
             (&first[..], &last[..]),
             (&["trial_start".into(), "trial-1-wide".into()][..], &["trial_end".into(), "trial-1-wide".into()][..])
         );
         let between: Vec<(&str, &str)> =
-            told[1..told.len() - 1].iter().map(|e| (e[0].as_str().unwrap(), e[1].as_str().unwrap())).collect();
+            rows[1..rows.len() - 1].iter().map(|e| (e[0].as_str().unwrap(), e[1].as_str().unwrap())).collect();
         let (kinds, details) = (events.words("event"), events.words("detail"));
         let written: Vec<(&str, &str)> =
             kinds.iter().map(String::as_str).zip(details.iter().map(String::as_str)).collect();
@@ -179,8 +179,8 @@ fn a_drive_is_received_whole_and_devices_are_recorded_whole_with_it() {
     let changes = || codrive::record::changes(&recording).unwrap();
     assert!(changes().is_empty(), "{:?}", changes());
     std::fs::write(recording.join(streams::FOLDER).join("eyes.json"), "{}").unwrap();
-    let told = changes();
-    assert!(told.len() == 1 && told[0].file == "streams/eyes.json", "checksums know the streams: {told:?}");
+    let altered = changes();
+    assert!(altered.len() == 1 && altered[0].file == "streams/eyes.json", "checksums know the streams: {altered:?}");
 }
 
 /// Checks the table of a device: no sample is missing between the first and the last, they span the drive, and each has the time that the

@@ -142,12 +142,16 @@ fn nothing_but_the_benchmark_takes_its_random_numbers() {
     let mut found = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
     let naming = |text: &str| text.contains("\"benchmark\"") || text.contains("SEALED_STREAM");
-    let mut who: Vec<&str> = found.iter().filter(|(_, text)| naming(text)).map(|(path, _)| path.as_str()).collect();
-    who.sort_unstable();
+    let mut naming_files: Vec<&str> =
+        found.iter().filter(|(_, text)| naming(text)).map(|(path, _)| path.as_str()).collect();
+    naming_files.sort_unstable();
     // The command, which has a flag of this name, and the benchmark with its report.
     let allowed = ["cli/evaluate/benchmark/mod.rs", "cli/evaluate/benchmark/report.rs", "cli/evaluate/mod.rs"];
-    assert_eq!(who.len(), allowed.len(), "{who:?}");
-    assert!(who.iter().zip(allowed).all(|(path, end)| path.replace('\\', "/").ends_with(end)), "{who:?}");
+    assert_eq!(naming_files.len(), allowed.len(), "{naming_files:?}");
+    assert!(
+        naming_files.iter().zip(allowed).all(|(path, end)| path.replace('\\', "/").ends_with(end)),
+        "{naming_files:?}"
+    );
     // The command uses the flag only, not the stream.
     let (_, command) = found.iter().find(|(path, _)| path.replace('\\', "/").ends_with("evaluate/mod.rs")).unwrap();
     assert!(!command.contains("SEALED_STREAM"));

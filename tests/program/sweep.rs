@@ -100,8 +100,8 @@ fn a_hanging_run_is_ended_retried_and_reported_and_the_others_are_kept() {
     let out = folder.path().join("out");
     let start = std::time::Instant::now();
     let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--workers", "1"]));
-    let told = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
-    assert!(code == 1 && text.contains("1 runs failed") && text.contains(told), "{text}");
+    let failure = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
+    assert!(code == 1 && text.contains("1 runs failed") && text.contains(failure), "{text}");
     assert_eq!(parts(&out).len(), 2, "{text}");
     // The first attempt and one retry.
     assert!(start.elapsed() >= Duration::from_secs(8), "{:?}", start.elapsed());

@@ -203,8 +203,8 @@ fn a_contact_of_two_advised_vehicles_is_reported_for_both() {
 fn no_vehicle_is_taken_over_without_a_policy_or_advised_vehicles() {
     let none = drive(&Scenario { policy: "none".into(), ..scenario("native", 4) }, 0.1, |_| ());
     assert!(none.advised_others().is_empty());
-    let nobody = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));
-    assert_eq!(nobody.policy().name, "none");
-    assert!(nobody.policy().to_string().contains("nobody is advised"), "{}", nobody.policy().to_string());
-    assert!(nobody.advised_others().is_empty());
+    let unadvised = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));
+    assert_eq!(unadvised.policy().name, "none");
+    assert!(unadvised.policy().to_string().contains("nobody is advised"), "{}", unadvised.policy());
+    assert!(unadvised.advised_others().is_empty());
 }

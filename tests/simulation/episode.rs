@@ -160,12 +160,12 @@ impl OfflineDriveFromOutside {
 
     fn step(&mut self, is_due: bool) {
         self.world.sync_agents_now().expect("the engine goes on");
-        let told: Vec<Observation> =
+        let observations: Vec<Observation> =
             self.world.agents().iter().map(|agent| self.world.complete_observation(agent)).collect();
-        for (index, (policy, told)) in self.policies.iter_mut().zip(&told).enumerate() {
-            policy.watch(told);
+        for (index, (policy, observation)) in self.policies.iter_mut().zip(&observations).enumerate() {
+            policy.watch(observation);
             if is_due {
-                let action = policy.act(f64::from(self.steps) * 0.1, told);
+                let action = policy.act(f64::from(self.steps) * 0.1, observation);
                 self.world.advise(index, action);
             }
         }
@@ -366,7 +366,8 @@ fn drawn_drivers_differ_from_seed_to_seed_and_are_the_same_again() {
 
 #[test]
 fn unsuitable_settings_are_refused_with_the_allowed_values() {
-    let told = |map: &str, set: Value| config_of(map, None, Demand::default(), set).expect_err("no settings").message;
+    let fault_message =
+        |map: &str, set: Value| config_of(map, None, Demand::default(), set).expect_err("no settings").message;
     for (set, begins) in [
         (json!({ "sees": "speed,signal_distance" }), "sees names `signal_distance`; this closed route has none"),
         (json!({ "sees": "speed,gapp" }), "sees names `gapp` (did you mean gap?); allowed: "),
@@ -383,11 +384,11 @@ fn unsuitable_settings_are_refused_with_the_allowed_values() {
         (json!({ "traffic": "native", "path": "a b" }), "traffic is native; allowed with a path"),
         (json!({ "hold_s": 0.25 }), "hold_s is 0.25; allowed: a whole number of steps"),
     ] {
-        let told = told("ring-250", set);
-        assert!(told.starts_with(begins), "{told}");
+        let fault_message = fault_message("ring-250", set);
+        assert!(fault_message.starts_with(begins), "{fault_message}");
     }
-    assert!(told("rnig-250", json!({})).contains("rnig-250"));
-    assert!(told("ring-250", json!({ "path": "nowhere" })).contains("nowhere"));
+    assert!(fault_message("rnig-250", json!({})).contains("rnig-250"));
+    assert!(fault_message("ring-250", json!({ "path": "nowhere" })).contains("nowhere"));
     for (key, word) in [
         ("residual_over", "no controller"),
         ("residual_mps", "no controller"),

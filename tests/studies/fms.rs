@@ -45,8 +45,8 @@ fn every_question_is_in_the_recording_the_data_set_and_the_analysis() {
     let times: Vec<&str> = analysed.iter().map(|row| row["time_s"].as_str()).collect();
     assert_eq!(times, ["20", "40"].repeat(4));
     for (i, row) in analysed.iter().enumerate() {
-        let (who, place) = (&row["participant"], &row["place"]);
-        let events = table(&data.join(format!("{who}/beh/{who}_task-trial_run-{place}_events.tsv")));
+        let (participant, place) = (&row["participant"], &row["place"]);
+        let events = table(&data.join(format!("{participant}/beh/{participant}_task-trial_run-{place}_events.tsv")));
         let of = |kind: &str| events.iter().filter(|event| event["trial_type"] == kind).collect::<Vec<_>>();
         let k = i % 2;
         let asked = of("fms_asked")[k];
@@ -88,11 +88,11 @@ fn a_rating_above_its_limit_ends_a_rehearsed_session_and_is_kept() {
     assert!(words.contains("stopped by a rule of the study"), "{words}");
     let data = folder.path().join("data");
     let stopped = table(&data.join("participants.tsv")).into_iter().find(|row| row["state"] == "withdrawn").unwrap();
-    let who = &stopped["participant_id"];
-    let ratings = table(&data.join(format!("{who}/beh/{who}_task-fmsRatings_beh.tsv")));
+    let participant = &stopped["participant_id"];
+    let ratings = table(&data.join(format!("{participant}/beh/{participant}_task-fmsRatings_beh.tsv")));
     let (last, before) = ratings.split_last().unwrap();
     assert!(last["value"].parse::<f64>().unwrap() > 0.0, "{ratings:?}");
     assert!(before.iter().all(|row| ["0", "n/a"].contains(&row["value"].as_str())), "{ratings:?}");
-    let log = fs::read_to_string(data.join("sourcedata").join(who).join("session.json")).unwrap();
+    let log = fs::read_to_string(data.join("sourcedata").join(participant).join("session.json")).unwrap();
     assert!(log.contains("\"cause\": \"score_limit\"") && log.contains("above 0 (stop_above)"), "{log}");
 }

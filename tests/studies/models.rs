@@ -36,8 +36,8 @@ fn compared(data: &str) -> (MixedModel, Vec<Vec<f64>>, Vec<f64>) {
     );
     let printed = r(&script);
     let lines: Vec<Vec<f64>> = printed.lines().map(numbers).collect();
-    let who: Vec<usize> = lines[0].iter().map(|n| *n as usize).collect();
-    let model = MixedModel::fit(&who, &[lines[1].clone()], &lines[2]).unwrap();
+    let participant_of_row: Vec<usize> = lines[0].iter().map(|n| *n as usize).collect();
+    let model = MixedModel::fit(&participant_of_row, &[lines[1].clone()], &lines[2]).unwrap();
     (model, vec![lines[3].clone(), lines[4].clone()], lines[5].clone())
 }
 

@@ -19,8 +19,8 @@ use std::{
 
 /// Returns the text of the study of these tests.
 fn short() -> String {
-    let who = "authors = [\"A. Lead\", \"B. Second\"]\nlicence = \"CC0\"\ninstitution = \"A laboratory\"\n";
-    who.to_owned() + &crate::common::study(6.0, 30.0, ["workload", "raw-tlx"])
+    let authors = "authors = [\"A. Lead\", \"B. Second\"]\nlicence = \"CC0\"\ninstitution = \"A laboratory\"\n";
+    authors.to_owned() + &crate::common::study(6.0, 30.0, ["workload", "raw-tlx"])
 }
 
 fn study() -> Study {
@@ -382,7 +382,7 @@ fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     let data = DataSet::open(&out, &study).unwrap();
     let code = ParticipantCode::new("P03").unwrap();
     let open =
-        |who, code: &ParticipantCode| Session::open(&data, &study, code, who, data.next_index().unwrap_or(0), "t0");
+        |kind, code: &ParticipantCode| Session::open(&data, &study, code, kind, data.next_index().unwrap_or(0), "t0");
     let refused = |found: Result<Session, SessionError>, has: &str| {
         let text = found.expect_err(has).to_string();
         assert!(text.contains(has), "{text}");

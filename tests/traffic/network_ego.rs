@@ -246,21 +246,22 @@ fn a_vehicle_that_must_give_way_waits_until_the_ego_has_passed() {
     let minor = "<vehicle id=\"b\" type=\"even\" depart=\"0\" departLane=\"0\" departPos=\"70\" departSpeed=\"3\"><route edges=\"minor out\"/></vehicle>";
     // The main road has a vehicle at 8 m/s: an ego, a vehicle of SUMO's, or none. The test measures when the other vehicle is on the
     // junction.
-    let entered = |who: &str| {
+    let entered = |other_vehicle: &str| {
         let main = "<vehicle id=\"a\" type=\"even\" depart=\"0\" departLane=\"0\" departPos=\"135\" departSpeed=\"8\"><route \
                     edges=\"main out\"/></vehicle>";
-        let setup =
-            town.setup(town.demand("minor", &if who == "sumo" { format!("{main}{minor}") } else { minor.to_owned() }));
+        let setup = town.setup(
+            town.demand("minor", &if other_vehicle == "sumo" { format!("{main}{minor}") } else { minor.to_owned() }),
+        );
         let lane = |id: &str| setup.network.lane_named(id).expect("a lane");
         let [main, out, minor] = ["main_0", "out_0", "minor_0"].map(lane);
         let start = EgoStart { lane: main, s_m: 135.0, speed_mps: 8.0, route: vec!["main".into(), "out".into()] };
-        let setup = DemandSetup { egos: if who == "ego" { vec![start] } else { Vec::new() }, ..setup };
+        let setup = DemandSetup { egos: if other_vehicle == "ego" { vec![start] } else { Vec::new() }, ..setup };
         let pose = |step: usize| Pose::new(glam::dvec2(132.5 + 0.8 * step as f64, -1.6), 0.0);
         let history = drive(&setup, 200, |step, traffic| {
-            if who == "sumo" && first(traffic.vehicles()).is_some() {
+            if other_vehicle == "sumo" && first(traffic.vehicles()).is_some() {
                 traffic.impose_speed(FIRST, Some(8.0)).expect("a number");
             }
-            if who != "ego" {
+            if other_vehicle != "ego" {
                 return Vec::new();
             }
             let state = ExternalVehicleState {
@@ -278,14 +279,14 @@ fn a_vehicle_that_must_give_way_waits_until_the_ego_has_passed() {
                 lamps: VehicleLamps::default(),
             }]
         });
-        let other = VehicleId(u32::from(who != "nobody"));
+        let other = VehicleId(u32::from(other_vehicle != "nobody"));
         let of = |vehicles: &Vec<VehicleState>| vehicles.iter().find(|v| v.id == other).copied();
         let on_junction = history.iter().position(|vehicles| of(vehicles).is_some_and(|v| v.lane != Some(minor)));
         on_junction.expect("it goes in the end")
     };
-    let [nobody, sumo, ego] = ["nobody", "sumo", "ego"].map(entered);
-    println!("on the junction after {nobody} steps, behind a vehicle of SUMO's {sumo}, behind the ego {ego}");
-    assert!(sumo > nobody + 10, "it gives way");
+    let [alone, sumo, ego] = ["nobody", "sumo", "ego"].map(entered);
+    println!("on the junction after {alone} steps, behind a vehicle of SUMO's {sumo}, behind the ego {ego}");
+    assert!(sumo > alone + 10, "it gives way");
     assert!(ego.abs_diff(sumo) <= 1, "{ego} {sumo}");
 }
 

@@ -102,14 +102,14 @@ fn a_wheel_without_strength_or_centring_is_asked_for_neither() {
     for (abilities, asked) in [(1, None), (1 | 1 << 12, Some("gain 100")), (1 | 1 << 13, Some("autocentre 0"))] {
         recorder.set(abilities, true);
         let force = recorder.open().unwrap();
-        let told = |what: &[&str]| {
+        let state_updates = |what: &[&str]| {
             let all = recorder.taken();
             all.into_iter().filter(|line| what.iter().any(|what| line.starts_with(what))).collect::<Vec<_>>()
         };
-        assert_eq!(told(&["gain", "autocentre"]), Vec::from_iter(asked));
+        assert_eq!(state_updates(&["gain", "autocentre"]), Vec::from_iter(asked));
         drop(force);
         let at_the_end = (abilities & 1 << 13 != 0).then_some("autocentre 50");
-        assert_eq!(told(&["gain", "autocentre"]), Vec::from_iter(at_the_end));
+        assert_eq!(state_updates(&["gain", "autocentre"]), Vec::from_iter(at_the_end));
     }
 }
 
@@ -146,18 +146,18 @@ fn the_force_thread_drives_sdl_like_a_wheel() {
     let force = ForceLoop::new(Box::new(recorder.open().unwrap()), &profile);
     recorder.taken();
     let thread = ForceThread::start(force, Arc::new(SharedAngle::default())).unwrap();
-    let feel = |times: usize| {
+    let hold_bend = |times: usize| {
         for _ in 0..times {
             thread.set_input(BEND);
             sleep(Duration::from_millis(10));
         }
     };
-    feel(100);
+    hold_bend(100);
     let sent = recorder.taken();
     // 1.4 of 2.1 N m to the left.
     assert_eq!(sent.last(), Some(&format!("update 3 {}", bytes(170 * 128))), "{sent:?}");
     assert!(sent.windows(2).all(|pair| pair[0] != pair[1] && pair[1].starts_with("update 3 ")), "{sent:?}");
-    feel(30);
+    hold_bend(30);
     assert_eq!(recorder.taken(), [""; 0], "unchanged is not sent");
     assert!((thread.torque_nm() - 1.4).abs() < 0.01);
     // No further input arrives.

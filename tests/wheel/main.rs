@@ -90,8 +90,9 @@ fn a_g29_drives_unasked() {
     let angle = devices.controls(5.0, None).steering_wheel_rad.to_degrees();
     assert!((angle + 99.33).abs() < 0.05, "{angle}");
     // umockdev accepts no uploaded effect. That is reported once, and the wheel still steers.
-    let told = news.iter().filter(|n| matches!(n, RigEvent::Trouble(text) if text.contains("gives no force"))).count();
-    assert_eq!(told, 1, "{news:?}");
+    let trouble_count =
+        news.iter().filter(|n| matches!(n, RigEvent::Trouble(text) if text.contains("gives no force"))).count();
+    assert_eq!(trouble_count, 1, "{news:?}");
     assert!(devices.describe().contains("without force"));
     // umockdev's events have the times of their file, which are no latencies.
     assert_eq!(devices.newest_input(), None);

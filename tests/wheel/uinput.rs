@@ -370,12 +370,12 @@ fn a_queue_that_ran_over_does_not_leave_the_horn_on() {
     let wheel = Wheel::plug();
     let nodes = linux::wheels();
     let (mut open, _) = linux::OpenWheel::open(&nodes[0]).unwrap();
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     wheel.send(&[(KEY, HORN, 1)]);
     for _ in 0..200 {
-        open.read(Duration::from_millis(10), &mut told).unwrap();
+        open.read(Duration::from_millis(10), &mut messages).unwrap();
     }
-    assert_eq!(buttons(&told), [(HORN, true)]);
+    assert_eq!(buttons(&messages), [(HORN, true)]);
     // The queue runs over, as nothing reads it.
     for i in 0..400 {
         wheel.send(&[(ABS, STEERING, i), (ABS, BRAKE, i % 256), (SYN, 0, 0)]);
@@ -385,24 +385,24 @@ fn a_queue_that_ran_over_does_not_leave_the_horn_on() {
         wheel.send(&[(ABS, STEERING, i), (ABS, BRAKE, i % 256), (SYN, 0, 0)]);
     }
     sleep(Duration::from_secs(3));
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     for _ in 0..200 {
-        open.read(Duration::from_millis(10), &mut told).unwrap();
+        open.read(Duration::from_millis(10), &mut messages).unwrap();
     }
-    assert_eq!(buttons(&told), [(HORN, false)]);
-    let steering = told.iter().rev().find_map(|told| match told {
+    assert_eq!(buttons(&messages), [(HORN, false)]);
+    let steering = messages.iter().rev().find_map(|message| match message {
         codrive::input::wheel::WheelMessage::Axis { code: STEERING, raw, .. } => Some(*raw),
         _ => None,
     });
     assert_eq!(steering, Some(799), "and the axes are where they are");
 }
 
-fn buttons(told: &[codrive::input::wheel::WheelMessage]) -> Vec<(u16, bool)> {
-    let button = |told: &codrive::input::wheel::WheelMessage| match told {
+fn buttons(messages: &[codrive::input::wheel::WheelMessage]) -> Vec<(u16, bool)> {
+    let button = |message: &codrive::input::wheel::WheelMessage| match message {
         codrive::input::wheel::WheelMessage::Button { code, down, .. } => Some((*code, *down)),
         _ => None,
     };
-    told.iter().filter_map(button).collect()
+    messages.iter().filter_map(button).collect()
 }
 
 #[test]

@@ -122,7 +122,7 @@ pub fn says_who_follows(matches: &ArgMatches) -> bool {
 ///
 /// # Errors
 /// None in practice: the name is a preset's.
-pub fn nobody_named() -> Result<FollowingDriver, CliError> {
+pub fn default_driver() -> Result<FollowingDriver, CliError> {
     driver(NOBODY_NAMED).map_err(|e| CliError::Input(e.to_string()))
 }
 
@@ -249,9 +249,9 @@ impl EvaluationPlan {
                      remedy: name one with --driver, or random_driver = false"
                 ))
             })?))],
-            None => vec![nobody_named()?],
+            None => vec![default_driver()?],
         };
-        if engine != Engine::FastRing && drivers.iter().any(|who| matches!(who, FollowingDriver::Population(_))) {
+        if engine != Engine::FastRing && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
             return Err(CliError::Input(format!(
                 "a population draws a driver for each ring; engine {engine} needs one for all\n  remedy: name one with \
                  --driver, such as follow, or take the engine ring"
@@ -350,7 +350,7 @@ impl EvaluationPlan {
     /// vehicle neither policy nor driver has.
     pub fn driven_as(&self, case: &EvaluationCase) -> EvaluationCase {
         let mut same = case.clone();
-        if case.advised.is_nobody() {
+        if case.advised.is_no_vehicle() {
             (same.policy, same.driver, same.ignores_advice) = ("none".into(), self.drivers[0].clone(), false);
         }
         if same.policy == "none" {
@@ -391,7 +391,7 @@ fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(),
 /// Returns the shares advised on a network, from the command line, starting with none.
 fn advised_shares(matches: &ArgMatches) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
     let asked = matches.get_many::<AdvisedVehicles>("advised").into_iter().flatten();
-    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_nobody()).collect();
+    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
     if let Some(count) = advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(_))) {
         let text =
             format!("--advised is {count}; allowed on a network, where vehicles come and go: shares, such as 10%");
@@ -411,7 +411,7 @@ fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Optio
             "--advised is for whole drives; engine ring has one advised car\n  remedy: --engine native or --engine sumo".into(),
         ));
     }
-    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_nobody()).collect();
+    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
     if let Some(AdvisedVehicles::Count(most)) =
         advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(count) if *count > vehicles))
     {

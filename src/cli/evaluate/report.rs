@@ -429,7 +429,7 @@ fn series(
 fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     /// Reaction, error, speed_bias and deadband of an attentive participant (`driver`'s preset `follow`).
     const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
-    let who = |numbers| {
+    let driver_of = |numbers| {
         FollowingDriver::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")))
     };
     // Shortest, middle and longest hold.
@@ -437,7 +437,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let mut holds_s = vec![plan.holds_s[0], plan.holds_s[n / 2], plan.holds_s[n - 1]];
     holds_s.dedup();
     let sweep = |values: &[f64], of: fn(f64) -> [f64; 4]| -> Vec<figures::Series> {
-        let one = EvaluationPlan { drivers: vec![who(BASE)], holds_s: holds_s.clone(), ..plan.clone() };
+        let one = EvaluationPlan { drivers: vec![driver_of(BASE)], holds_s: holds_s.clone(), ..plan.clone() };
         let cases: Vec<EvaluationCase> =
             one.cases().into_iter().filter(|case| case.policy != "none" || case.hold_s == holds_s[0]).collect();
         let line = |case: &EvaluationCase| figures::Series {
@@ -449,7 +449,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
             points: values
                 .iter()
                 .filter_map(|x| {
-                    let case = EvaluationCase { driver: who(of(*x)), ..case.clone() };
+                    let case = EvaluationCase { driver: driver_of(of(*x)), ..case.clone() };
                     let results = evaluate(&case.config(config), "evaluate", plan.rings, || plan.engage(&case.policy));
                     EvaluationRow { case, results }.point(*x)
                 })

@@ -74,7 +74,7 @@ impl StreamReader {
         let offset = inlet.clock_offset(FIRST_OFFSET_S, &is_interrupted)?;
         log::info!("records the LSL stream {}", inlet.stream());
         let (commands, received) = mpsc::channel();
-        let (say, news) = mpsc::channel();
+        let (sender, news) = mpsc::channel();
         let ends = Arc::new(AtomicBool::new(false));
         let now = local_clock_s();
         let reader = ReaderThread {
@@ -86,7 +86,7 @@ impl StreamReader {
             sample_s: now,
             is_silent: false,
             recording: None,
-            say,
+            sender,
             ends: Arc::clone(&ends),
         };
         let thread = std::thread::Builder::new().name("lsl".into()).spawn(move || reader.run(&received));
@@ -157,7 +157,7 @@ struct ReaderThread {
     sample_s: f64,
     is_silent: bool,
     recording: Option<StreamRecording>,
-    say: Sender<String>,
+    sender: Sender<String>,
     ends: Arc<AtomicBool>,
 }
 
@@ -310,7 +310,7 @@ impl ReaderThread {
     fn tell(&self, text: String) {
         log::warn!("{text}");
         // The receiver may be gone.
-        let _ = self.say.send(text);
+        let _ = self.sender.send(text);
     }
 }
 

@@ -35,7 +35,7 @@ fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
         let before = |id: &str| ways.iter().find(|(_, to)| *to == id).map(|(from, _)| *from);
         std::iter::successors(before(id), |id| before(id)).take(9).map(length).sum::<f64>()
     };
-    let edge = |(id, length, who): &(&str, f64, &str)| {
+    let edge = |(id, length, vehicle_class): &(&str, f64, &str)| {
         let round = edges.iter().find(|(other, ..)| leads(id, other) && leads(other, id)).map(|(other, ..)| id < other);
         let shape = match round {
             Some(first) => (0..=20)
@@ -46,7 +46,7 @@ fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
             None => format!("{},0 {},0", begin_of(id), begin_of(id) + length),
         };
         format!(
-            "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"{length}\" allow=\"{who}\" \
+            "<edge id=\"{id}\"><lane id=\"{id}_0\" index=\"0\" speed=\"9\" length=\"{length}\" allow=\"{vehicle_class}\" \
              shape=\"{}\"/></edge>\n",
             shape.trim()
         )

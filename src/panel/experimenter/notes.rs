@@ -21,7 +21,7 @@ pub struct SessionNotes {
 
 impl SessionNotes {
     /// Adds an entry to the list only, e.g. for a wheel unplugged or a recording that begins.
-    pub fn say(&mut self, time_s: f64, words: &str) {
+    pub fn add_note(&mut self, time_s: f64, words: &str) {
         self.written.insert(0, (time_s, words.to_owned()));
         self.written.truncate(KEPT);
     }
@@ -34,7 +34,7 @@ impl SessionNotes {
     /// Lists a mark at this time, set here or elsewhere. Returns its number, from 1.
     pub fn number(&mut self, time_s: f64) -> u32 {
         self.marks += 1;
-        self.say(time_s, &format!("mark {}", self.marks));
+        self.add_note(time_s, &format!("mark {}", self.marks));
         self.marks
     }
 
@@ -85,7 +85,7 @@ impl SessionNotes {
 
     fn write(&mut self, time_s: f64, commands: &mut Vec<ExperimenterCommand>) {
         let text = std::mem::take(&mut self.text).trim().to_owned();
-        self.say(time_s, &text);
+        self.add_note(time_s, &text);
         commands.push(ExperimenterCommand::Note(text));
     }
 }

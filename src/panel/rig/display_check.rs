@@ -56,11 +56,11 @@ pub fn show(ui: &Ui, truth: &DisplayTruth) {
     let screen = ui.ctx().content_rect();
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     painter.rect_filled(screen, 0.0, theme::PANEL);
-    let sheet = CheckSheet { painter, screen, points_per_m: screen.width() / truth.screen_width_m as f32 };
-    sheet.corners();
-    sheet.ruler(truth.ruler_m() as f32);
-    sheet.circle(truth.circle_m(f64::from(screen.width() / screen.height())) as f32);
-    sheet.draw_text(truth);
+    let check_sheet = CheckSheet { painter, screen, points_per_m: screen.width() / truth.screen_width_m as f32 };
+    check_sheet.corners();
+    check_sheet.ruler(truth.ruler_m() as f32);
+    check_sheet.circle(truth.circle_m(f64::from(screen.width() / screen.height())) as f32);
+    check_sheet.draw_text(truth);
 }
 
 struct CheckSheet {

@@ -64,17 +64,17 @@ fn goes_back(form: &QuestionnaireForm, wheel: bool) -> bool {
 }
 
 /// Draws the line, centred at the bottom of the window.
-pub fn show(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
+pub fn show(ui: &Ui, page_style: &PageStyle, state: &ScreenState<'_>) {
     let whole = ui.max_rect();
-    let y = whole.bottom() - 1.2 * look.em;
+    let y = whole.bottom() - 1.2 * page_style.em;
     // Laid out first, because the width is needed for centring.
-    let font = look.font(0.7);
+    let font = page_style.font(0.7);
     let lay = |text: &str, colour| ui.painter().layout_no_wrap(text.to_owned(), font.clone(), colour);
     let parts: Vec<_> = hints(state)
         .iter()
         .map(|hint| (lay(&hint.key, style::TEXT), lay(&hint.action, style::DIM), hint.key.is_empty()))
         .collect();
-    let (cap, gap, between) = (0.35 * look.em, 0.4 * look.em, 1.4 * look.em);
+    let (cap, gap, between) = (0.35 * page_style.em, 0.4 * page_style.em, 1.4 * page_style.em);
     let wide = |(key, action, bare): &(Arc<egui::Galley>, Arc<egui::Galley>, bool)| {
         if *bare { action.size().x } else { key.size().x + 2.0 * cap + gap + action.size().x }
     };
@@ -87,9 +87,9 @@ pub fn show(ui: &Ui, look: &PageStyle, state: &ScreenState<'_>) {
         if !bare {
             let size = key.size();
             let rect = Rect::from_min_size(pos2(x, y - 0.5 * size.y), size + vec2(2.0 * cap, 0.0));
-            let cap_rect = rect.expand2(vec2(0.0, 0.12 * look.em));
-            ui.painter().rect_filled(cap_rect, look.round(), style::CARD);
-            ui.painter().rect_stroke(cap_rect, look.round(), look.edge(), egui::StrokeKind::Inside);
+            let cap_rect = rect.expand2(vec2(0.0, 0.12 * page_style.em));
+            ui.painter().rect_filled(cap_rect, page_style.round(), style::CARD);
+            ui.painter().rect_stroke(cap_rect, page_style.round(), page_style.edge(), egui::StrokeKind::Inside);
             ui.painter().galley(pos2(x + cap, y - 0.5 * size.y), key, style::TEXT);
             text_x = rect.right() + gap;
         }

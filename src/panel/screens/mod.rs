@@ -75,66 +75,68 @@ impl ScreenPainter {
     pub fn show(&mut self, ui: &mut Ui, state: &ScreenState<'_>) -> Vec<FormInput> {
         let mut inputs = keys::inputs(ui, &state.screen);
         let whole = ui.max_rect();
-        let look = PageStyle::of(whole.size());
+        let page_style = PageStyle::of(whole.size());
         match state.screen {
             ParticipantScreen::Drive(None) => return inputs,
             ParticipantScreen::Drive(Some(words)) => {
-                page::text_over(ui, &look, words);
+                page::text_over(ui, &page_style, words);
                 return inputs;
             }
             ParticipantScreen::Rating(prompt) => {
-                rating::prompt(ui, &look, state.texts, prompt, state.wheel);
+                rating::prompt(ui, &page_style, state.texts, prompt, state.wheel);
                 return inputs;
             }
             ParticipantScreen::Countdown(left, speed, unit) => {
                 let rolling = state.texts.rolling.replace("{speed}", &format!("{speed} {}", unit.label()));
-                page::countdown(ui, &look, if speed > 0 { &rolling } else { &state.texts.ready }, left);
+                page::countdown(ui, &page_style, if speed > 0 { &rolling } else { &state.texts.ready }, left);
                 return inputs;
             }
             _ => {}
         }
         ui.painter().rect_filled(whole, 0, style::BACK);
-        look.apply_style(ui);
-        dots(ui, &look, state.progress);
-        hint::show(ui, &look, state);
-        let width = (30.0 * look.em).min(0.9 * whole.width());
+        page_style.apply_style(ui);
+        dots(ui, &page_style, state.progress);
+        hint::show(ui, &page_style, state);
+        let width = (30.0 * page_style.em).min(0.9 * whole.width());
         let column = Rect::from_min_max(
-            pos2(whole.center().x - 0.5 * width, whole.top() + 2.2 * look.em),
-            pos2(whole.center().x + 0.5 * width, whole.bottom() - 2.6 * look.em),
+            pos2(whole.center().x - 0.5 * width, whole.top() + 2.2 * page_style.em),
+            pos2(whole.center().x + 0.5 * width, whole.bottom() - 2.6 * page_style.em),
         );
         ui.scope_builder(UiBuilder::new().max_rect(column), |ui| {
             ui.set_clip_rect(Rect::from_x_y_ranges(whole.x_range(), column.y_range()));
             match state.screen {
                 ParticipantScreen::Page(text) => {
-                    inputs.extend(page::page(ui, &look, &mut self.cache, text, Some(&state.texts.next)));
+                    inputs.extend(page::page(ui, &page_style, &mut self.cache, text, Some(&state.texts.next)));
                 }
-                ParticipantScreen::Wait(text) => drop(page::page(ui, &look, &mut self.cache, text, None)),
+                ParticipantScreen::Wait(text) => drop(page::page(ui, &page_style, &mut self.cache, text, None)),
                 ParticipantScreen::Rest(text, left_s) => {
-                    inputs.extend(page::rest(ui, &look, &mut self.cache, text, left_s, state.texts));
+                    inputs.extend(page::rest(ui, &page_style, &mut self.cache, text, left_s, state.texts));
                 }
-                ParticipantScreen::Questions(form) => inputs.extend(questionnaire::show(ui, &look, form, state.texts)),
+                ParticipantScreen::Questions(form) => {
+                    inputs.extend(questionnaire::show(ui, &page_style, form, state.texts))
+                }
                 ParticipantScreen::Countdown(..) | ParticipantScreen::Drive(_) | ParticipantScreen::Rating(_) => {}
             }
         });
         if let ParticipantScreen::Questions(form) = state.screen {
-            inputs.extend(questionnaire::buttons(ui, &look, form, state.texts));
+            inputs.extend(questionnaire::buttons(ui, &page_style, form, state.texts));
         }
         inputs
     }
 }
 
 /// Draws one dot for each item of the session: finished, current, still to come.
-fn dots(ui: &Ui, look: &PageStyle, [behind, all]: [usize; 2]) {
+fn dots(ui: &Ui, page_style: &PageStyle, [behind, all]: [usize; 2]) {
     let whole = ui.max_rect();
-    let apart = (0.9 * look.em).min(0.8 * whole.width() / all.max(1) as f32);
+    let apart = (0.9 * page_style.em).min(0.8 * whole.width() / all.max(1) as f32);
     let left = whole.center().x - 0.5 * apart * (all.max(1) - 1) as f32;
     for i in 0..all {
-        let at = pos2(left + apart * i as f32, whole.top() + 1.1 * look.em);
+        let at = pos2(left + apart * i as f32, whole.top() + 1.1 * page_style.em);
         let (radius, colour) = match i.cmp(&behind) {
             std::cmp::Ordering::Less => (0.16, style::DIM),
             std::cmp::Ordering::Equal => (0.26, style::CHOSEN),
             std::cmp::Ordering::Greater => (0.16, style::EDGE),
         };
-        ui.painter().circle_filled(at, radius * look.em, colour);
+        ui.painter().circle_filled(at, radius * page_style.em, colour);
     }
 }

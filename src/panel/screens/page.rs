@@ -9,17 +9,17 @@ use egui_commonmark::{CommonMarkCache, CommonMarkViewer};
 /// [`FormInput::Next`] on a click.
 pub fn page(
     ui: &mut Ui,
-    look: &PageStyle,
+    page_style: &PageStyle,
     cache: &mut CommonMarkCache,
     text: &str,
     button: Option<&str>,
 ) -> Option<FormInput> {
     let mut pressed = false;
     centred(ui, Id::unique("page"), |ui| {
-        show_text(ui, look, cache, text);
+        show_text(ui, page_style, cache, text);
         if let Some(word) = button {
-            ui.add_space(0.8 * look.em);
-            in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, look, word, true).clicked());
+            ui.add_space(0.8 * page_style.em);
+            in_the_middle(ui, is_short(text), |ui| pressed = self::button(ui, page_style, word, true).clicked());
         }
     });
     pressed.then_some(FormInput::Next)
@@ -28,7 +28,7 @@ pub fn page(
 /// Shows a rest: a text, and the minutes and seconds left or, at the end, a button.
 pub fn rest(
     ui: &mut Ui,
-    look: &PageStyle,
+    page_style: &PageStyle,
     cache: &mut CommonMarkCache,
     text: &str,
     left_s: f64,
@@ -38,15 +38,15 @@ pub fn rest(
     let mut pressed = false;
     centred(ui, Id::unique("rest"), |ui| {
         let text = if over { &texts.rest_over } else { text };
-        show_text(ui, look, cache, text);
-        ui.add_space(0.6 * look.em);
+        show_text(ui, page_style, cache, text);
+        ui.add_space(0.6 * page_style.em);
         in_the_middle(ui, is_short(text), |ui| {
             if over {
-                pressed = button(ui, look, &texts.next, true).clicked();
+                pressed = button(ui, page_style, &texts.next, true).clicked();
             } else {
                 let left = left_s.ceil() as u64;
                 let time = RichText::new(format!("{}:{:02}", left / 60, left % 60));
-                ui.label(time.font(look.font(4.0)).color(style::DIM));
+                ui.label(time.font(page_style.font(4.0)).color(style::DIM));
             }
         });
     });
@@ -59,9 +59,9 @@ fn is_short(text: &str) -> bool {
 }
 
 /// Shows Markdown aligned left; a single sentence is centred and larger.
-fn show_text(ui: &mut Ui, look: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
+fn show_text(ui: &mut Ui, page_style: &PageStyle, cache: &mut CommonMarkCache, text: &str) {
     if is_short(text) {
-        in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(look.font(1.35)))));
+        in_the_middle(ui, true, |ui| drop(ui.label(RichText::new(text.trim()).font(page_style.font(1.35)))));
     } else {
         CommonMarkViewer::new().show(ui, cache, text);
     }
@@ -86,55 +86,70 @@ fn centred(ui: &mut Ui, id: Id, add: impl FnOnce(&mut Ui)) {
 }
 
 /// Shows a large button at the cursor; `here` is true if it has the focus.
-pub fn button(ui: &mut Ui, look: &PageStyle, word: &str, here: bool) -> Response {
-    let (rect, response) = ui.allocate_exact_size(button_size(ui, look, word), Sense::click());
-    paint_button(ui, look, word, here, rect, &response);
+pub fn button(ui: &mut Ui, page_style: &PageStyle, word: &str, here: bool) -> Response {
+    let (rect, response) = ui.allocate_exact_size(button_size(ui, page_style, word), Sense::click());
+    paint_button(ui, page_style, word, here, rect, &response);
     response
 }
 
 /// Shows a large button at a given place.
-pub fn button_at(ui: &Ui, look: &PageStyle, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
-    let rect = align.anchor_size(at, button_size(ui, look, word));
+pub fn button_at(ui: &Ui, page_style: &PageStyle, word: &str, here: bool, align: Align2, at: egui::Pos2) -> Response {
+    let rect = align.anchor_size(at, button_size(ui, page_style, word));
     let response = ui.interact(rect, Id::unique(("button", word)), Sense::click());
-    paint_button(ui, look, word, here, rect, &response);
+    paint_button(ui, page_style, word, here, rect, &response);
     response
 }
 
-fn button_size(ui: &Ui, look: &PageStyle, word: &str) -> egui::Vec2 {
-    let galley = ui.painter().layout_no_wrap(word.to_owned(), look.font(1.0), Color32::WHITE);
-    galley.size() + vec2(2.0 * look.em, 0.7 * look.em)
+fn button_size(ui: &Ui, page_style: &PageStyle, word: &str) -> egui::Vec2 {
+    let galley = ui.painter().layout_no_wrap(word.to_owned(), page_style.font(1.0), Color32::WHITE);
+    galley.size() + vec2(2.0 * page_style.em, 0.7 * page_style.em)
 }
 
-fn paint_button(ui: &Ui, look: &PageStyle, word: &str, here: bool, rect: Rect, response: &Response) {
+fn paint_button(ui: &Ui, page_style: &PageStyle, word: &str, here: bool, rect: Rect, response: &Response) {
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, word));
     let fill = if here { style::CHOSEN } else { style::CARD };
-    ui.painter().rect_filled(rect, look.round(), if response.hovered() { fill.gamma_multiply(1.15) } else { fill });
-    let (line, side) =
-        if here { (look.ring(), egui::StrokeKind::Outside) } else { (look.edge(), egui::StrokeKind::Inside) };
-    ui.painter().rect_stroke(rect, look.round(), line, side);
-    ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, look.font(1.0), Color32::WHITE);
+    ui.painter().rect_filled(
+        rect,
+        page_style.round(),
+        if response.hovered() { fill.gamma_multiply(1.15) } else { fill },
+    );
+    let (line, side) = if here {
+        (page_style.ring(), egui::StrokeKind::Outside)
+    } else {
+        (page_style.edge(), egui::StrokeKind::Inside)
+    };
+    ui.painter().rect_stroke(rect, page_style.round(), line, side);
+    ui.painter().text(rect.center(), Align2::CENTER_CENTER, word, page_style.font(1.0), Color32::WHITE);
 }
 
 /// Shows a text in a box over the picture.
-pub fn text_over(ui: &Ui, look: &PageStyle, words: &str) {
+pub fn text_over(ui: &Ui, page_style: &PageStyle, words: &str) {
     let whole = ui.max_rect();
     let painter = ui.painter();
-    let galley = painter.layout(words.to_owned(), look.font(1.2), style::TEXT, 0.7 * whole.width());
+    let galley = painter.layout(words.to_owned(), page_style.font(1.2), style::TEXT, 0.7 * whole.width());
     let at = pos2(whole.center().x, whole.top() + 0.38 * whole.height());
     let rect = Align2::CENTER_CENTER.anchor_size(at, galley.size());
-    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    painter.rect_filled(
+        rect.expand2(vec2(1.2 * page_style.em, 0.8 * page_style.em)),
+        page_style.round(),
+        Color32::from_black_alpha(185),
+    );
     painter.galley(rect.min, galley, style::TEXT);
 }
 
 /// Shows the seconds to the start over the picture, below a text.
-pub fn countdown(ui: &Ui, look: &PageStyle, words: &str, left: u32) {
+pub fn countdown(ui: &Ui, page_style: &PageStyle, words: &str, left: u32) {
     let whole = ui.max_rect();
     let painter = ui.painter();
-    let galley = painter.layout(words.to_owned(), look.font(1.0), style::TEXT, 0.7 * whole.width());
-    let number = painter.layout_no_wrap(left.to_string(), look.font(5.0), Color32::WHITE);
+    let galley = painter.layout(words.to_owned(), page_style.font(1.0), style::TEXT, 0.7 * whole.width());
+    let number = painter.layout_no_wrap(left.to_string(), page_style.font(5.0), Color32::WHITE);
     let size = vec2(galley.size().x.max(number.size().x), galley.size().y + number.size().y);
     let rect = Align2::CENTER_CENTER.anchor_size(pos2(whole.center().x, whole.top() + 0.4 * whole.height()), size);
-    painter.rect_filled(rect.expand2(vec2(1.2 * look.em, 0.8 * look.em)), look.round(), Color32::from_black_alpha(185));
+    painter.rect_filled(
+        rect.expand2(vec2(1.2 * page_style.em, 0.8 * page_style.em)),
+        page_style.round(),
+        Color32::from_black_alpha(185),
+    );
     let top = |galley: &egui::Galley, y: f32| pos2(rect.center().x - 0.5 * galley.size().x, y);
     painter.galley(top(&galley, rect.top()), galley.clone(), style::TEXT);
     painter.galley(top(&number, rect.top() + galley.size().y), number.clone(), Color32::WHITE);

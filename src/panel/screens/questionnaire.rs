@@ -20,17 +20,17 @@ use serde_json::Value;
 const MOST_NUMBERS: usize = 11;
 
 /// Shows the current page of a form, and returns its inputs.
-pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
-    let mut page = QuestionsPage { look, form, texts, inputs: Vec::new(), here: None };
+pub fn show(ui: &mut Ui, page_style: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
+    let mut page = QuestionsPage { page_style, form, texts, inputs: Vec::new(), here: None };
     let (number, pages) = form.progress();
     ui.horizontal(|ui| {
-        ui.label(RichText::new(form.title()).font(look.font(0.75)).color(style::DIM));
+        ui.label(RichText::new(form.title()).font(page_style.font(0.75)).color(style::DIM));
         ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
             let text = format!("{} / {pages}", number + 1);
-            ui.label(RichText::new(text).font(look.font(0.75)).color(style::DIM));
+            ui.label(RichText::new(text).font(page_style.font(0.75)).color(style::DIM));
             if form.elements().any(|element| element.is_required) {
-                ui.add_space(look.em);
-                ui.label(RichText::new(&texts.star).font(look.font(0.75)).color(style::DIM));
+                ui.add_space(page_style.em);
+                ui.label(RichText::new(&texts.star).font(page_style.font(0.75)).color(style::DIM));
             }
         });
     });
@@ -41,16 +41,16 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &Par
     }
     area.show(ui, |ui| {
         // Room for the ring at the edges.
-        ui.add_space(0.2 * look.em);
+        ui.add_space(0.2 * page_style.em);
         if !form.page().title.is_empty() {
-            ui.label(RichText::new(&form.page().title).font(look.font(1.25)));
-            ui.add_space(0.2 * look.em);
+            ui.label(RichText::new(&form.page().title).font(page_style.font(1.25)));
+            ui.add_space(0.2 * page_style.em);
         }
         let stops = form.stops();
         for element in form.elements() {
             let of = stops.iter().enumerate().filter(|(_, stop)| std::ptr::eq(stop.element, element));
             page.question(ui, element, &of.collect::<Vec<_>>());
-            ui.add_space(0.4 * look.em);
+            ui.add_space(0.4 * page_style.em);
         }
         page.follow(ui);
     });
@@ -58,24 +58,24 @@ pub fn show(ui: &mut Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &Par
 }
 
 /// Shows the buttons for the previous and the next page, at both ends of the last line: always visible.
-pub fn buttons(ui: &Ui, look: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
+pub fn buttons(ui: &Ui, page_style: &PageStyle, form: &QuestionnaireForm, texts: &ParticipantTexts) -> Vec<FormInput> {
     let mut inputs = Vec::new();
     let whole = ui.max_rect();
-    let y = whole.bottom() - 1.2 * look.em;
-    let back = pos2(whole.left() + look.em, y);
-    if form.progress().0 > 0 && button_at(ui, look, &texts.back, false, Align2::LEFT_CENTER, back).clicked() {
+    let y = whole.bottom() - 1.2 * page_style.em;
+    let back = pos2(whole.left() + page_style.em, y);
+    if form.progress().0 > 0 && button_at(ui, page_style, &texts.back, false, Align2::LEFT_CENTER, back).clicked() {
         inputs.push(FormInput::PageBack);
     }
     let here = form.focus() >= form.stops().len();
-    let next = pos2(whole.right() - look.em, y);
-    if button_at(ui, look, &texts.next, here, Align2::RIGHT_CENTER, next).clicked() {
+    let next = pos2(whole.right() - page_style.em, y);
+    if button_at(ui, page_style, &texts.next, here, Align2::RIGHT_CENTER, next).clicked() {
         inputs.push(FormInput::PageOn);
     }
     inputs
 }
 
 struct QuestionsPage<'a> {
-    look: &'a PageStyle,
+    page_style: &'a PageStyle,
     form: &'a QuestionnaireForm,
     texts: &'a ParticipantTexts,
     inputs: Vec<FormInput>,
@@ -85,23 +85,23 @@ struct QuestionsPage<'a> {
 
 impl QuestionsPage<'_> {
     fn question(&mut self, ui: &mut Ui, element: &QuestionElement, stops: &[(usize, &FormPosition<'_>)]) {
-        let look = *self.look;
+        let page_style = *self.page_style;
         let top = ui.cursor().top();
         if element.kind == ElementKind::Html {
             ui.label(without_tags(&element.html));
             return;
         }
         let needed = if element.is_required { " *" } else { "" };
-        let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(look.font(1.0)));
+        let title = ui.label(RichText::new(format!("{}{needed}", element.title)).font(page_style.font(1.0)));
         if !element.description.is_empty() {
             // Closer, because the description belongs to its title.
-            ui.add_space(-0.25 * look.em);
-            ui.label(RichText::new(&element.description).font(look.font(0.8)).color(style::DIM));
+            ui.add_space(-0.25 * page_style.em);
+            ui.label(RichText::new(&element.description).font(page_style.font(0.8)).color(style::DIM));
         }
         let usual = ui.spacing().item_spacing.y;
         if element.kind == ElementKind::Matrix {
             // Eight rows with their headings fit a 16:9 window, so that answers can be compared at a glance.
-            ui.spacing_mut().item_spacing.y = 0.28 * look.em;
+            ui.spacing_mut().item_spacing.y = 0.28 * page_style.em;
         }
         for (index, stop) in stops {
             let begin = ui.cursor().top();
@@ -115,7 +115,7 @@ impl QuestionsPage<'_> {
                 ElementKind::Html => {}
             }
             if self.form.is_missing(&stop.name()) {
-                ui.label(RichText::new(&self.texts.required).font(look.font(0.8)).color(style::MISSING));
+                ui.label(RichText::new(&self.texts.required).font(page_style.font(0.8)).color(style::MISSING));
             }
             if *index == self.form.focus() {
                 // Only the first row of a matrix includes the title.
@@ -129,13 +129,15 @@ impl QuestionsPage<'_> {
 
     /// Marks the focused part of the page with a bar at its left.
     fn is_here(&mut self, ui: &Ui, rect: Rect) {
-        let x = rect.left() - 0.45 * self.look.em;
-        let bar =
-            Rect::from_min_max(pos2(x, rect.top()), pos2(x + 0.14 * self.look.em, rect.bottom() - 0.3 * self.look.em));
+        let x = rect.left() - 0.45 * self.page_style.em;
+        let bar = Rect::from_min_max(
+            pos2(x, rect.top()),
+            pos2(x + 0.14 * self.page_style.em, rect.bottom() - 0.3 * self.page_style.em),
+        );
         // The column's own clip ends at its edge.
         ui.ctx()
             .layer_painter(ui.layer_id())
-            .with_clip_rect(ui.clip_rect().expand2(vec2(self.look.em, 0.0)))
+            .with_clip_rect(ui.clip_rect().expand2(vec2(self.page_style.em, 0.0)))
             .rect_filled(bar, 2, style::CURSOR);
         self.here = Some(rect);
     }
@@ -151,7 +153,7 @@ impl QuestionsPage<'_> {
         many: Option<bool>,
     ) {
         let (stop, option) = place;
-        let look = self.look;
+        let page_style = self.page_style;
         let response = ui.interact(rect, Id::unique(("option", stop, option)), Sense::click());
         let stops = self.form.stops();
         let chosen =
@@ -165,37 +167,45 @@ impl QuestionsPage<'_> {
             (false, false) => style::CARD,
         };
         let painter = ui.painter();
-        painter.rect_filled(rect, look.round(), fill);
-        let (line, side) =
-            if at { (look.ring(), egui::StrokeKind::Outside) } else { (look.edge(), egui::StrokeKind::Inside) };
-        painter.rect_stroke(rect, look.round(), line, side);
+        painter.rect_filled(rect, page_style.round(), fill);
+        let (line, side) = if at {
+            (page_style.ring(), egui::StrokeKind::Outside)
+        } else {
+            (page_style.edge(), egui::StrokeKind::Inside)
+        };
+        painter.rect_stroke(rect, page_style.round(), line, side);
         let colour = if chosen { Color32::WHITE } else { style::TEXT };
         let Some(many) = many else {
             // A cell: its text is centred, and smaller if it would not fit.
-            let mut galley = painter.layout_no_wrap(label.to_owned(), look.font(0.85), colour);
+            let mut galley = painter.layout_no_wrap(label.to_owned(), page_style.font(0.85), colour);
             if galley.size().x > rect.width() - 4.0 {
                 let times = 0.85 * (rect.width() - 4.0) / galley.size().x;
-                galley = painter.layout_no_wrap(label.to_owned(), look.font(times.max(0.4)), colour);
+                galley = painter.layout_no_wrap(label.to_owned(), page_style.font(times.max(0.4)), colour);
             }
             painter.galley(rect.center() - 0.5 * galley.size(), galley, colour);
             return self.picked(&response, stop, option);
         };
-        let mark = pos2(rect.left() + 0.95 * look.em, rect.center().y);
-        let line = egui::Stroke::new(0.08 * look.em, if chosen { Color32::WHITE } else { style::DIM });
+        let mark = pos2(rect.left() + 0.95 * page_style.em, rect.center().y);
+        let line = egui::Stroke::new(0.08 * page_style.em, if chosen { Color32::WHITE } else { style::DIM });
         if many {
-            let square = Rect::from_center_size(mark, vec2(0.7, 0.7) * look.em);
+            let square = Rect::from_center_size(mark, vec2(0.7, 0.7) * page_style.em);
             painter.rect_stroke(square, 2, line, egui::StrokeKind::Middle);
             if chosen {
-                painter.rect_filled(square.shrink(0.16 * look.em), 1, Color32::WHITE);
+                painter.rect_filled(square.shrink(0.16 * page_style.em), 1, Color32::WHITE);
             }
         } else {
-            painter.circle_stroke(mark, 0.35 * look.em, line);
+            painter.circle_stroke(mark, 0.35 * page_style.em, line);
             if chosen {
-                painter.circle_filled(mark, 0.19 * look.em, Color32::WHITE);
+                painter.circle_filled(mark, 0.19 * page_style.em, Color32::WHITE);
             }
         }
-        let galley = painter.layout(label.to_owned(), look.font(0.95), colour, rect.width() - 2.2 * look.em);
-        painter.galley(pos2(rect.left() + 1.8 * look.em, rect.center().y - 0.5 * galley.size().y), galley, colour);
+        let galley =
+            painter.layout(label.to_owned(), page_style.font(0.95), colour, rect.width() - 2.2 * page_style.em);
+        painter.galley(
+            pos2(rect.left() + 1.8 * page_style.em, rect.center().y - 0.5 * galley.size().y),
+            galley,
+            colour,
+        );
         self.picked(&response, stop, option);
     }
 
@@ -209,14 +219,14 @@ impl QuestionsPage<'_> {
     fn list(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
         let many = stop.element.kind == ElementKind::Checkbox;
         for (i, choice) in stop.element.choices.iter().enumerate() {
-            let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+            let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.page_style.em)).1;
             self.option(ui, rect, (index, i), &choice.text, &choice.text, Some(many));
         }
         let places = stop.element.choices.len();
         if many && self.form.focus() == index {
             // The button by which a participant without a mouse leaves the list.
             let word = self.texts.no_more.clone();
-            if button(ui, self.look, &word, self.form.cursor() == Some(places)).clicked() {
+            if button(ui, self.page_style, &word, self.form.cursor() == Some(places)).clicked() {
                 self.inputs.push(FormInput::Focus(index + 1));
             }
         }
@@ -224,7 +234,7 @@ impl QuestionsPage<'_> {
 
     /// Shows cells of equal width side by side.
     fn cells(&mut self, ui: &mut Ui, rect: Rect, index: usize, labels: &[(String, String)]) {
-        let gap = 0.25 * self.look.em;
+        let gap = 0.25 * self.page_style.em;
         let width = (rect.width() - gap * (labels.len().max(1) - 1) as f32) / labels.len().max(1) as f32;
         for (i, (label, spoken_label)) in labels.iter().enumerate() {
             let left = rect.left() + (width + gap) * i as f32;
@@ -235,29 +245,33 @@ impl QuestionsPage<'_> {
 
     /// Shows two options side by side, for comparison.
     fn pair(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
-        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.page_style.em)).1;
         let labels: Vec<_> =
             stop.element.choices.iter().map(|choice| (choice.text.clone(), choice.text.clone())).collect();
         self.cells(ui, rect, index, &labels);
     }
 
     fn yes_or_no(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
-        let width = (14.0 * self.look.em).min(ui.available_width());
-        let rect = ui.allocate_space(vec2(width, 1.65 * self.look.em)).1;
-        let say = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
-        let labels = [say(&self.texts.yes), say(&self.texts.no)];
+        let width = (14.0 * self.page_style.em).min(ui.available_width());
+        let rect = ui.allocate_space(vec2(width, 1.65 * self.page_style.em)).1;
+        let labelled = |word: &String| (word.clone(), format!("{}: {word}", stop.element.title));
+        let labels = [labelled(&self.texts.yes), labelled(&self.texts.no)];
         self.cells(ui, rect, index, &labels);
     }
 
     fn row(&mut self, ui: &mut Ui, index: usize, stop: &FormPosition<'_>) {
-        let rect = ui.allocate_space(vec2(ui.available_width(), 1.4 * self.look.em)).1;
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.4 * self.page_style.em)).1;
         let name = stop.row.map_or("", |row| row.text.as_str());
         let share = 0.36;
         let missing = self.form.is_missing(&stop.name());
         let colour = if missing { style::MISSING } else { style::TEXT };
         let painter = ui.painter();
-        let galley =
-            painter.layout(name.to_owned(), self.look.font(0.85), colour, share * rect.width() - 0.3 * self.look.em);
+        let galley = painter.layout(
+            name.to_owned(),
+            self.page_style.font(0.85),
+            colour,
+            share * rect.width() - 0.3 * self.page_style.em,
+        );
         painter.galley(pos2(rect.left(), rect.center().y - 0.5 * galley.size().y), galley, colour);
         let columns = &stop.element.columns;
         let labels: Vec<_> = columns.iter().map(|c| (c.text.clone(), format!("{name}: {}", c.text))).collect();
@@ -270,7 +284,7 @@ impl QuestionsPage<'_> {
         let rates = stop.options();
         let labels: Vec<_> =
             rates.iter().map(|rate| (rate.to_string(), format!("{}: {rate}", stop.element.title))).collect();
-        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.look.em)).1;
+        let rect = ui.allocate_space(vec2(ui.available_width(), 1.65 * self.page_style.em)).1;
         if rates.len() <= MOST_NUMBERS {
             self.cells(ui, rect, index, &labels);
         } else {
@@ -281,9 +295,9 @@ impl QuestionsPage<'_> {
             return;
         }
         // Closer, because the texts belong to their scale: three scales with texts fit a page.
-        ui.add_space(-0.4 * self.look.em);
-        let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.look.em)).1;
-        let font = self.look.font(0.75);
+        ui.add_space(-0.4 * self.page_style.em);
+        let rect = ui.allocate_space(vec2(ui.available_width(), 0.9 * self.page_style.em)).1;
+        let font = self.page_style.font(0.75);
         ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, low, font.clone(), style::DIM);
         ui.painter().text(rect.right_center(), Align2::RIGHT_CENTER, high, font, style::DIM);
     }
@@ -297,12 +311,12 @@ impl QuestionsPage<'_> {
         rates: &[Value],
         labels: &[(String, String)],
     ) {
-        let em = self.look.em;
+        let em = self.page_style.em;
         let inner = rect.shrink2(vec2(0.6 * em, 0.0));
         let apart = inner.width() / (rates.len() - 1) as f32;
         let y = rect.center().y;
-        ui.painter().rect_filled(rect, self.look.round(), style::CARD);
-        ui.painter().rect_stroke(rect, self.look.round(), self.look.edge(), egui::StrokeKind::Inside);
+        ui.painter().rect_filled(rect, self.page_style.round(), style::CARD);
+        ui.painter().rect_stroke(rect, self.page_style.round(), self.page_style.edge(), egui::StrokeKind::Inside);
         ui.painter().hline(inner.x_range(), y, (0.06 * em, style::DIM));
         for (i, rate) in rates.iter().enumerate() {
             let at = pos2(inner.left() + apart * i as f32, y);
@@ -319,7 +333,7 @@ impl QuestionsPage<'_> {
                 painter.circle_stroke(at, 0.42 * em, (0.08 * em, Color32::WHITE));
             }
             if self.form.focus() == index && self.form.cursor() == Some(i) {
-                painter.circle_stroke(at, 0.6 * em, self.look.ring());
+                painter.circle_stroke(at, 0.6 * em, self.page_style.ring());
             }
             self.picked(&response, index, i);
         }
@@ -332,19 +346,29 @@ impl QuestionsPage<'_> {
         let edit = if several { TextEdit::multiline(&mut text) } else { TextEdit::singleline(&mut text) };
         let edit = edit
             .id(Id::unique(("text", index)))
-            .desired_width(ui.available_width() - 0.6 * self.look.em)
+            .desired_width(ui.available_width() - 0.6 * self.page_style.em)
             .desired_rows(if several { 3 } else { 1 })
             .return_key(KeyboardShortcut::new(Modifiers::SHIFT, Key::Enter))
-            .margin(egui::Margin::same((0.4 * self.look.em).min(120.0) as i8));
+            .margin(egui::Margin::same((0.4 * self.page_style.em).min(120.0) as i8));
         let response = ui.add(edit).labelled_by(title);
         if response.changed() {
             self.inputs.push(FormInput::Type { stop: index, text });
         }
         let here = self.form.focus() == index;
         if here {
-            ui.painter().rect_stroke(response.rect, self.look.round(), self.look.ring(), egui::StrokeKind::Outside);
+            ui.painter().rect_stroke(
+                response.rect,
+                self.page_style.round(),
+                self.page_style.ring(),
+                egui::StrokeKind::Outside,
+            );
         } else {
-            ui.painter().rect_stroke(response.rect, self.look.round(), self.look.edge(), egui::StrokeKind::Inside);
+            ui.painter().rect_stroke(
+                response.rect,
+                self.page_style.round(),
+                self.page_style.edge(),
+                egui::StrokeKind::Inside,
+            );
         }
         match (here, response.has_focus()) {
             (false, true) if response.gained_focus() => self.inputs.push(FormInput::Focus(index)),
@@ -374,7 +398,7 @@ impl QuestionsPage<'_> {
         if Self::before(ui).as_ref() != Some(&now) {
             ui.data_mut(|data| data.insert_temp(Id::unique("questionnaire"), now));
             if let (Some(rect), true) = (self.here, !fresh || focus > 0) {
-                ui.scroll_to_rect(rect.expand(self.look.em), None);
+                ui.scroll_to_rect(rect.expand(self.page_style.em), None);
             }
         }
     }

@@ -7,11 +7,11 @@ use egui::{Align2, Color32, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// Draws the question in the lower right corner, over the bonnet: clear of the road ahead, the mirror at the top and
 /// the dial in the lower middle.
-pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
+pub fn prompt(ui: &Ui, page_style: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
     let whole = ui.max_rect();
     let painter = ui.painter();
     let lay = |text: &str, size: f32, colour: Color32| {
-        painter.layout(text.to_owned(), look.font(size), colour, 9.0 * look.em)
+        painter.layout(text.to_owned(), page_style.font(size), colour, 9.0 * page_style.em)
     };
     let question = lay(&texts.fms, 0.8, style::TEXT);
     let number = lay(&prompt.value.to_string(), 2.2, Color32::WHITE);
@@ -22,13 +22,13 @@ pub fn prompt(ui: &Ui, look: &PageStyle, texts: &ParticipantTexts, prompt: FmsPr
     let between = if wheel { "\n" } else { "   " };
     let hand = lay(&format!("{change}: {}{between}{answer}: {}", texts.choose, texts.answer), 0.6, style::DIM);
     let parts = [&question, &number, &ends, &hand];
-    let bar = 0.35 * look.em;
-    let width = parts.iter().map(|part| part.size().x).fold(8.0 * look.em, f32::max);
+    let bar = 0.35 * page_style.em;
+    let width = parts.iter().map(|part| part.size().x).fold(8.0 * page_style.em, f32::max);
     let height = parts.iter().map(|part| part.size().y).sum::<f32>() + 2.0 * bar;
-    let edge = 0.7 * look.em;
+    let edge = 0.7 * page_style.em;
     let rect =
         Align2::RIGHT_BOTTOM.anchor_size(whole.right_bottom() - vec2(1.5 * edge, 1.5 * edge), vec2(width, height));
-    painter.rect_filled(rect.expand(edge), look.round(), Color32::from_black_alpha(185));
+    painter.rect_filled(rect.expand(edge), page_style.round(), Color32::from_black_alpha(185));
     let mut y = rect.top();
     for part in parts {
         painter.galley(pos2(rect.center().x - 0.5 * part.size().x, y), part.clone(), style::TEXT);

@@ -72,8 +72,8 @@ impl<'n> LaneLine<'n> {
         Self { lane, drawn_m: joints_m[joints_m.len() - 1], joints_m, row_m }
     }
 
-    /// Returns the point `row` metres along the drawn line and `offset_m` to its left.
-    pub fn place(&self, row: f64, offset_m: f64) -> Vec3 {
+    /// The place `row` metres along and `offset_m` to the left.
+    pub fn surface_point(&self, row: f64, offset_m: f64) -> Vec3 {
         self.lane.line.pose(row / self.drawn_m * self.lane.length_m, offset_m).position.as_vec3()
     }
 
@@ -103,16 +103,16 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
         return;
     }
     let (half_m, rows) = (lane.half_width_m(), line.rows(0.0, line.drawn_m));
-    let place = |row: f64, offset_m: f64| line.place(row, offset_m);
+    let surface_point = |row: f64, offset_m: f64| line.surface_point(row, offset_m);
     if lane.is_railway() {
         let inside = kind == EdgeKind::Internal;
         if !inside || leads_straight_on(net, id) {
-            railway(&rows, &place, half_m, inside, paver, roadside);
+            railway(&rows, &surface_point, half_m, inside, paver, roadside);
         }
         return;
     }
     if lane.is_footway() && kind.is_street() {
-        return footway(net, id, &rows, &place, paver, roadside);
+        return footway(net, id, &rows, &surface_point, paver, roadside);
     }
     let through = through_markings(net, id).filter(|_| kind == EdgeKind::Internal);
     if kind == EdgeKind::Internal && through.is_none() {
@@ -121,10 +121,10 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
         let layer =
             if junction.is_some_and(|at| shared.junctions.contains(&at)) { Layer::SharedWay } else { Layer::Way };
         let columns = [-half_m, half_m].map(|at| Column::tarred(at, layer, super::plain_asphalt()));
-        return paver.ribbon(&rows, &place, columns, Ground::Even, None);
+        return paver.ribbon(&rows, &surface_point, columns, Ground::Even, None);
     }
     let markings = through.unwrap_or_else(|| [Side::Right, Side::Left].map(|side| net.marking(id, side)));
-    roadside.pave_deck(paver, &rows, &place, half_m);
+    roadside.pave_deck(paver, &rows, &surface_point, half_m);
     // The texture's start differs between lanes, so that repairs and cracks do not line up.
     let start = Some((id.index() % 61) as f64 * 71.0);
     let inset = markings.map(inset_m);
@@ -138,21 +138,21 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     }
     for pair in columns.windows(2) {
         let columns = [pair[0], pair[1]].map(|(at, colour)| Column::tarred(at, Layer::Street, colour));
-        paver.ribbon(&rows, &place, columns, Ground::Tarred, start);
+        paver.ribbon(&rows, &surface_point, columns, Ground::Tarred, start);
     }
     for (marking, side) in markings.into_iter().zip([-1.0, 1.0]) {
         border(lane, &line, marking, side, paver, start);
         if marking == Marking::Edge {
             let columns = [(half_m + LINE_HALF_M * 2.0 + 0.22, 1.10), (half_m + SHOULDER, 1.22)];
             let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
-            paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
+            paver.ribbon(&rows, &surface_point, ordered(columns), Ground::Tarred, start);
             if through.is_none() {
-                roadside.pave(paver, &rows, &place, half_m + SHOULDER, side > 0.0);
+                roadside.pave(paver, &rows, &surface_point, half_m + SHOULDER, side > 0.0);
             }
         } else {
             let columns = [half_m - SEAM_M, half_m + SEAM_M];
             let columns = columns.map(|at| Column::tarred(side * at, Layer::Seam, tone(1.10)));
-            paver.ribbon(&rows, &place, ordered(columns), Ground::Tarred, start);
+            paver.ribbon(&rows, &surface_point, ordered(columns), Ground::Tarred, start);
         }
     }
 }
@@ -206,13 +206,13 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
         Marking::ChangeFromHere => (half_m - wide_m / 2.0, half_m, true),
         Marking::ChangeToHere => (half_m - wide_m / 2.0, half_m, false),
     };
-    let place = |row: f64, offset_m: f64| line.place(row, offset_m);
+    let surface_point = |row: f64, offset_m: f64| line.surface_point(row, offset_m);
     let ends = [half_m - inset_m(marking), outer_m];
     let painted = ends.map(|at| Column::painted(side * at, Layer::Street, at - middle_m, LINE_HALF_M));
     let bare = ends.map(|at| Column::tarred(side * at, Layer::Street, shade(ASPHALT, 1.10)));
     let mut section = |from_m: f64, to_m: f64, is_painted: bool| {
         let (columns, ground) = if is_painted { (painted, Ground::Painted) } else { (bare, Ground::Tarred) };
-        paver.ribbon(&line.rows(from_m, to_m), &place, ordered(columns), ground, start);
+        paver.ribbon(&line.rows(from_m, to_m), &surface_point, ordered(columns), ground, start);
     };
     if !broken {
         return section(0.0, line.drawn_m, true);
@@ -233,24 +233,37 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
     }
 }
 
-/// Paves a pavement, with a kerb towards adjacent lanes and a verge on an outer side.
-fn footway(net: &Network, id: LaneId, rows: &[f64], place: SurfacePoint, paver: &mut Paver, roadside: Roadside) {
+/// A pavement: a kerb higher than what lies beside it.
+fn footway(
+    net: &Network,
+    id: LaneId,
+    rows: &[f64],
+    surface_point: SurfacePoint,
+    paver: &mut Paver,
+    roadside: Roadside,
+) {
     let half_m = net.lane(id).half_width_m();
     let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
-    paver.ribbon(rows, place, columns, Ground::Tarred, None);
+    paver.ribbon(rows, surface_point, columns, Ground::Tarred, None);
     for (side, sign) in [(Side::Right, -1.0), (Side::Left, 1.0)] {
         let beside = net.neighbour(id, side);
         if beside.is_some_and(|beside| net.lane(beside).is_footway()) {
             continue;
         }
         if beside.is_none() {
-            roadside.pave(paver, rows, place, half_m, sign > 0.0);
+            roadside.pave(paver, rows, surface_point, half_m, sign > 0.0);
             continue;
         }
         // The kerb's face points outwards. Columns go from right to left of the line, so on the left the upper one comes first.
         let upper = Column::tarred(sign * half_m, Layer::Pavement, KERB);
         let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
-        paver.ribbon(rows, place, if sign > 0.0 { [upper, lower] } else { [lower, upper] }, Ground::Tarred, None);
+        paver.ribbon(
+            rows,
+            surface_point,
+            if sign > 0.0 { [upper, lower] } else { [lower, upper] },
+            Ground::Tarred,
+            None,
+        );
     }
 }
 
@@ -309,27 +322,34 @@ fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roads
         if roadside.surfaces.border_m(outside) > 0.0 {
             continue;
         }
-        let place = |row: f64, _: f64| outline[from].lerp(outline[to], row as f32);
+        let surface_point = |row: f64, _: f64| outline[from].lerp(outline[to], row as f32);
         let upper = Column::tarred(0.0, Layer::Pavement, KERB);
         let lower = Column { z_m: Layer::Verge.z_m(), ..upper };
         // Counter-clockwise, the outside is on the right.
-        paver.ribbon(&[0.0, 1.0], &place, [lower, upper], Ground::Tarred, None);
+        paver.ribbon(&[0.0, 1.0], &surface_point, [lower, upper], Ground::Tarred, None);
     }
 }
 
-/// Paves a railway: ballast with two rails and verges, or inside a junction the rails alone, almost flush with the road.
-fn railway(rows: &[f64], place: SurfacePoint, half_m: f64, inside: bool, paver: &mut Paver, roadside: Roadside) {
+/// Ballast with two rails; across roads the rails alone.
+fn railway(
+    rows: &[f64],
+    surface_point: SurfacePoint,
+    half_m: f64,
+    inside: bool,
+    paver: &mut Paver,
+    roadside: Roadside,
+) {
     if !inside {
         let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));
-        paver.ribbon(rows, place, columns, Ground::Grown, None);
-        [false, true].into_iter().for_each(|left| roadside.pave(paver, rows, place, half_m, left));
+        paver.ribbon(rows, surface_point, columns, Ground::Grown, None);
+        [false, true].into_iter().for_each(|left| roadside.pave(paver, rows, surface_point, half_m, left));
     }
     for middle_m in [-HALF_GAUGE_M, HALF_GAUGE_M] {
         let rail =
             |aside: f64, z_m: f32| Column { offset_m: middle_m + aside * RAIL_M / 2.0, z_m, colour: RAIL, share: 0.0 };
         let top = if inside { Layer::Paint.z_m() } else { RAIL_HEIGHT_M };
         for pair in [rail(-1.0, 0.0), rail(-1.0, top), rail(1.0, top), rail(1.0, 0.0)].windows(2) {
-            paver.ribbon(rows, place, [pair[0], pair[1]], Ground::Tarred, None);
+            paver.ribbon(rows, surface_point, [pair[0], pair[1]], Ground::Tarred, None);
         }
     }
 }

@@ -58,12 +58,18 @@ pub(super) fn stop_lines(net: &Network, paver: &mut Paver) {
         }
         // The line ends 2 cm inside the lane's edges.
         let half_m = lane.half_width_m() - 0.02;
-        let place = |offset_m: f64| line.place(row, offset_m);
+        let surface_point = |offset_m: f64| line.surface_point(row, offset_m);
         match stop {
-            StopLine::Solid => paver.painted_line(place(-half_m), place(half_m), STOP_WIDTH_M as f32 / 2.0),
+            StopLine::Solid => {
+                paver.painted_line(surface_point(-half_m), surface_point(half_m), STOP_WIDTH_M as f32 / 2.0)
+            }
             StopLine::Broken => {
                 for (from, to) in dashes(2.0 * half_m, YIELD_M) {
-                    paver.painted_line(place(from - half_m), place(to - half_m), STOP_WIDTH_M as f32 / 2.0);
+                    paver.painted_line(
+                        surface_point(from - half_m),
+                        surface_point(to - half_m),
+                        STOP_WIDTH_M as f32 / 2.0,
+                    );
                 }
             }
         }
@@ -83,13 +89,17 @@ pub(super) fn crossings(net: &Network, paver: &mut Paver) {
         if ruled {
             for side_m in [-half_m, half_m] {
                 for (from, to) in dashes(line.drawn_m, FORD_M) {
-                    paver.painted_line(line.place(from, side_m), line.place(to, side_m), FORD_HALF_M);
+                    paver.painted_line(line.surface_point(from, side_m), line.surface_point(to, side_m), FORD_HALF_M);
                 }
             }
         } else {
             for (from, to) in dashes(line.drawn_m, (ZEBRA_M, ZEBRA_M)) {
                 let row = (from + to) / 2.0;
-                paver.painted_line(line.place(row, -half_m), line.place(row, half_m), (to - from) as f32 / 2.0);
+                paver.painted_line(
+                    line.surface_point(row, -half_m),
+                    line.surface_point(row, half_m),
+                    (to - from) as f32 / 2.0,
+                );
             }
         }
     }

@@ -58,9 +58,9 @@ impl<'a> Roadside<'a> {
         Self { shape: VergeShape::of(surfaces), surfaces }
     }
 
-    /// Adds the verge or parapet beside a line, from `edge_m` outwards, on the left or the right.
-    pub fn pave(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, edge_m: f64, left: bool) {
-        for (rows, is_bridge) in self.runs(rows, place) {
+    /// Beside a line: from `edge_m` outwards, on the left or the right.
+    pub fn pave(&self, paver: &mut Paver, rows: &[f64], surface_point: SurfacePoint, edge_m: f64, left: bool) {
+        for (rows, is_bridge) in self.runs(rows, surface_point) {
             let edge =
                 |beyond_m: f64, z_m: f32| Column { z_m, ..Column::tarred(edge_m + beyond_m, Layer::Street, CONCRETE) };
             let wide = PARAPET_WIDE_M;
@@ -78,29 +78,29 @@ impl<'a> Roadside<'a> {
                     true => column,
                     false => Column { offset_m: -column.offset_m, ..column },
                 });
-                paver.ribbon(rows, place, if left { [inner, outer] } else { [outer, inner] }, ground, None);
+                paver.ribbon(rows, surface_point, if left { [inner, outer] } else { [outer, inner] }, ground, None);
             }
         }
     }
 
-    /// Adds the deck's underside below a lane, on bridges only.
-    pub fn pave_deck(&self, paver: &mut Paver, rows: &[f64], place: SurfacePoint, half_m: f64) {
-        for (rows, _) in self.runs(rows, place).into_iter().filter(|(_, is_bridge)| *is_bridge) {
+    /// The underside of a lane on a bridge.
+    pub fn pave_deck(&self, paver: &mut Paver, rows: &[f64], surface_point: SurfacePoint, half_m: f64) {
+        for (rows, _) in self.runs(rows, surface_point).into_iter().filter(|(_, is_bridge)| *is_bridge) {
             let reach_m = half_m + 0.4 + PARAPET_WIDE_M;
             let column = |at: f64| Column { z_m: -DECK_M, ..Column::tarred(at, Layer::Street, CONCRETE) };
-            // Left and right are exchanged, so that the surface faces down.
-            paver.ribbon(rows, place, [column(reach_m), column(-reach_m)], Ground::Even, None);
+            // Seen from below, the left is on the right.
+            paver.ribbon(rows, surface_point, [column(reach_m), column(-reach_m)], Ground::Even, None);
         }
     }
 
-    /// Splits rows into runs on the ground (`false`) and on bridges (`true`). Each run begins with the last row of the one before it.
-    fn runs<'r>(&self, rows: &'r [f64], place: SurfacePoint) -> Vec<(&'r [f64], bool)> {
+    /// Runs of rows on the ground and on bridges; each begins where the one before it ends.
+    fn runs<'r>(&self, rows: &'r [f64], surface_point: SurfacePoint) -> Vec<(&'r [f64], bool)> {
         if self.surfaces.level_m().is_some() || rows.len() < 2 {
             return vec![(rows, false)];
         }
         // Decided at the middle of each interval between two rows.
         let is_bridge = |k: usize| {
-            let at = place((rows[k] + rows[k + 1]) / 2.0, 0.0);
+            let at = surface_point((rows[k] + rows[k + 1]) / 2.0, 0.0);
             self.surfaces.height_m(at.truncate()) < at.z - BRIDGE_M
         };
         let bridges: Vec<bool> = (0..rows.len() - 1).map(is_bridge).collect();

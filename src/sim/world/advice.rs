@@ -113,9 +113,9 @@ impl AdviceSource {
         self.advisor.complete_observation(observation)
     }
 
-    /// Sets the action to advise from the next step on ([`Advisor::say`]).
-    pub fn say(&mut self, action: Action) {
-        self.advisor.say(action);
+    /// Sets the action to advise from the next step on ([`Advisor::set_action`]).
+    pub fn set_action(&mut self, action: Action) {
+        self.advisor.set_action(action);
     }
 
     /// Takes the advice that is new in the step that begins.
@@ -140,7 +140,7 @@ fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
 fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
-    if scenario.advises_nobody() && scenario.policy != "none" {
+    if scenario.advises_no_vehicle() && scenario.policy != "none" {
         let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
         let why = format!("{}: nobody is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };

@@ -58,7 +58,7 @@ impl World {
     /// Sets the advice of the `index`th of [`World::agents`] from the next step on; no effect beyond the last.
     pub fn advise(&mut self, index: usize, action: Action) {
         if let Some(agent) = present(&mut self.agents).get_mut(index) {
-            agent.advice.say(action);
+            agent.advice.set_action(action);
         }
     }
 

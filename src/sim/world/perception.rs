@@ -36,8 +36,8 @@ impl Agent {
         let length_m = self.map.route.length_m();
         // Without a leader: on a closed route, a stopped one a full lap ahead, as in training; on a network, one far ahead at the ego's
         // speed.
-        let nobody = if scenario.is_on_network() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
-        let (gap_m, leader_speed_mps) = self.view.leader.map_or(nobody, |l| (l.gap_m, l.speed_mps));
+        let without_leader = if scenario.is_on_network() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
+        let (gap_m, leader_speed_mps) = self.view.leader.map_or(without_leader, |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps,
             leader_speed_mps,

@@ -200,7 +200,7 @@ impl Benchmark {
 
     fn check_drivers_and_roads(&self) -> Result<(), (String, String)> {
         for (i, driver) in self.drivers.iter().enumerate() {
-            driver.who().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
+            driver.following_driver().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
             if self.drivers[..i].iter().any(|other| other.name == driver.name) {
                 return Err((format!("driver.{i}.name"), format!("two drivers are called `{}`", driver.name)));
             }
@@ -276,9 +276,9 @@ impl Benchmark {
             }
             for (k, policy) in row.policies.iter().enumerate() {
                 let fault = |error: PolicyError| (format!("row.{i}.policies.{k}"), error.to_string());
-                let places = self.places();
-                let places = places.iter().filter(|place| self.judges(row, place));
-                for name in places.map(|place| self.policy(policy, place)).collect::<BTreeSet<_>>() {
+                let conditions = self.conditions();
+                let conditions = conditions.iter().filter(|condition| self.judges(row, condition));
+                for name in conditions.map(|condition| self.policy(policy, condition)).collect::<BTreeSet<_>>() {
                     PolicySource::for_rings(&name, &PolicySettings { aim_mps: 4.0, equilibrium_mps: 4.0, step_s })
                         .map_err(fault)?;
                 }
@@ -299,46 +299,46 @@ impl Benchmark {
     }
 
     /// Returns every condition in which a row is evaluated, in the order of tables.
-    pub fn places(&self) -> Vec<EvaluationCondition<'_>> {
-        let mut places = Vec::new();
+    pub fn conditions(&self) -> Vec<EvaluationCondition<'_>> {
+        let mut conditions = Vec::new();
         for road in &self.roads {
             for hold_s in self.all_holds_s() {
                 for driver in &self.drivers {
-                    let place = EvaluationCondition { road, hold_s, driver };
-                    if self.rows.iter().any(|row| self.asks_for(row, &place)) {
-                        places.push(place);
+                    let condition = EvaluationCondition { road, hold_s, driver };
+                    if self.rows.iter().any(|row| self.asks_for(row, &condition)) {
+                        conditions.push(condition);
                     }
                 }
             }
         }
-        places
+        conditions
     }
 
     /// Checks whether a row is evaluated there. No advice is evaluated in every condition, as the baseline of the gains.
-    pub fn judges(&self, row: &JudgedPolicy, place: &EvaluationCondition<'_>) -> bool {
-        row.is_no_advice() || self.asks_for(row, place)
+    pub fn judges(&self, row: &JudgedPolicy, condition: &EvaluationCondition<'_>) -> bool {
+        row.is_no_advice() || self.asks_for(row, condition)
     }
 
-    fn asks_for(&self, row: &JudgedPolicy, place: &EvaluationCondition<'_>) -> bool {
+    fn asks_for(&self, row: &JudgedPolicy, condition: &EvaluationCondition<'_>) -> bool {
         let has_driver = match &row.drivers {
-            Some(drivers) => drivers.contains(&place.driver.name),
-            None => !place.driver.only_where_named,
+            Some(drivers) => drivers.contains(&condition.driver.name),
+            None => !condition.driver.only_where_named,
         };
-        let has_road = row.roads.as_ref().is_none_or(|roads| roads.contains(&place.road.key()));
-        has_driver && has_road && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&place.hold_s)
+        let has_road = row.roads.as_ref().is_none_or(|roads| roads.contains(&condition.road.key()));
+        has_driver && has_road && row.holds_s.as_ref().unwrap_or(&self.holds_s).contains(&condition.hold_s)
     }
 
     /// Returns the name of a policy, or its path in a cell.
-    pub fn policy(&self, name: &str, place: &EvaluationCondition<'_>) -> String {
+    pub fn policy(&self, name: &str, condition: &EvaluationCondition<'_>) -> String {
         if !policy::is_path(name) {
             return name.into();
         }
-        self.folder.join(place.written_in(name)).display().to_string()
+        self.folder.join(condition.written_in(name)).display().to_string()
     }
 
     /// Returns the configuration of the rings and driver of a condition.
-    pub fn config(&self, place: &EvaluationCondition<'_>) -> Result<TrainConfig, CliError> {
-        let EvaluationCondition { road, hold_s, driver } = *place;
+    pub fn config(&self, condition: &EvaluationCondition<'_>) -> Result<TrainConfig, CliError> {
+        let EvaluationCondition { road, hold_s, driver } = *condition;
         let usual = RingConfig::default();
         let idm = IdmParams { v0: road.desired_speed_mps.unwrap_or(usual.idm.v0), ..usual.idm };
         let config = TrainConfig {
@@ -358,7 +358,7 @@ impl Benchmark {
             },
             ..TrainConfig::default()
         };
-        let driven_by = driver.who().map_err(|e| CliError::Input(e.to_string()))?;
+        let driven_by = driver.following_driver().map_err(|e| CliError::Input(e.to_string()))?;
         let mut config = driven_by.of(&config).held(hold_s);
         let set = config.driver.clone();
         config.driver = DriverConfig {
@@ -392,7 +392,7 @@ impl JudgedDriver {
     ///
     /// # Errors
     /// There is no such driver or population, or a number of the driver is wrong.
-    pub fn who(&self) -> Result<FollowingDriver, FollowingDriverError> {
+    pub fn following_driver(&self) -> Result<FollowingDriver, FollowingDriverError> {
         plan::driver(&self.driver)
     }
 }

@@ -100,8 +100,9 @@ fn faults_of_a_file_are_reported_with_their_position() {
 fn paths_are_filled_in_for_each_cell() {
     let benchmark = parsed(SMALL);
     let path = |road: usize, name: &str| {
-        let place = EvaluationCondition { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
-        benchmark.policy(name, &place)
+        let condition =
+            EvaluationCondition { road: &benchmark.roads[road], hold_s: 10.0, driver: &benchmark.drivers[1] };
+        benchmark.policy(name, &condition)
     };
     let expected = |file: &str| PathBuf::from("here").join(file).display().to_string();
     assert_eq!(path(0, "tuned/{road}/pi-{driver}-{hold}.toml"), expected("tuned/260/pi-closing-10.toml"));
@@ -115,17 +116,17 @@ fn paths_are_filled_in_for_each_cell() {
 fn a_row_is_judged_in_its_conditions_with_no_advice_as_baseline() {
     let benchmark = parsed(SMALL);
     let judged = |row: usize| -> Vec<(f64, &str)> {
-        let places = benchmark.places();
-        let here = places.iter().filter(|place| std::ptr::eq(place.road, &benchmark.roads[0]));
-        let here = here.filter(|place| benchmark.judges(&benchmark.rows[row], place));
-        here.map(|place| (place.hold_s, place.driver.name.as_str())).collect()
+        let conditions = benchmark.conditions();
+        let here = conditions.iter().filter(|condition| std::ptr::eq(condition.road, &benchmark.roads[0]));
+        let here = here.filter(|condition| benchmark.judges(&benchmark.rows[row], condition));
+        here.map(|condition| (condition.hold_s, condition.driver.name.as_str())).collect()
     };
     assert_eq!(judged(1), [(1.0, "people"), (10.0, "people")]);
     assert_eq!(judged(2), [(0.1, "closing")]);
     assert_eq!(judged(0), [(1.0, "people"), (10.0, "people"), (0.1, "closing")]);
-    assert_eq!(benchmark.places().len(), 6, "three on each road");
-    let place = EvaluationCondition { road: &benchmark.roads[0], hold_s: 0.1, driver: &benchmark.drivers[1] };
-    let config = benchmark.config(&place).map_err(|e| e.to_string()).unwrap();
+    assert_eq!(benchmark.conditions().len(), 6, "three on each road");
+    let condition = EvaluationCondition { road: &benchmark.roads[0], hold_s: 0.1, driver: &benchmark.drivers[1] };
+    let config = benchmark.config(&condition).map_err(|e| e.to_string()).unwrap();
     assert_eq!((config.driver.ego_response_s, config.advice.hold_s), (0.5, 0.1));
 }
 
@@ -134,17 +135,18 @@ fn rows_can_name_roads_and_roads_can_set_speed_limit_and_warm_up() {
     let one_road = SMALL.replace("holds_s = [0.1]", "holds_s = [0.1]\nroads = [\"260\"]");
     let benchmark =
         parsed(&one_road.replace("name = \"long\"", "name = \"long\"\ndesired_speed_mps = 17.88\nwarm_up_s = 300.0"));
-    let places = benchmark.places();
-    let judged: Vec<String> = places
+    let conditions = benchmark.conditions();
+    let judged: Vec<String> = conditions
         .iter()
-        .filter(|place| benchmark.judges(&benchmark.rows[2], place))
-        .map(|place| format!("{} {}", place.road.key(), place.hold_s))
+        .filter(|condition| benchmark.judges(&benchmark.rows[2], condition))
+        .map(|condition| format!("{} {}", condition.road.key(), condition.hold_s))
         .collect();
     assert_eq!(judged, ["260 0.1"]);
-    assert_eq!(places.len(), 5, "without the machine's on the other road");
+    assert_eq!(conditions.len(), 5, "without the machine's on the other road");
     let ring = |road: usize| {
-        let place = EvaluationCondition { road: &benchmark.roads[road], hold_s: 1.0, driver: &benchmark.drivers[0] };
-        benchmark.config(&place).map_err(|e| e.to_string()).unwrap().ring
+        let condition =
+            EvaluationCondition { road: &benchmark.roads[road], hold_s: 1.0, driver: &benchmark.drivers[0] };
+        benchmark.config(&condition).map_err(|e| e.to_string()).unwrap().ring
     };
     assert_eq!((ring(0).idm.v0, ring(0).warm_up_s), (17.88, 300.0));
     assert_eq!((ring(1).idm.v0, ring(1).warm_up_s), (30.0, 120.0));
@@ -154,16 +156,16 @@ fn rows_can_name_roads_and_roads_can_set_speed_limit_and_warm_up() {
 fn tuned_controllers_are_judged_in_the_conditions_they_were_tuned_for() {
     let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
     let mut tuned = 0;
-    for place in benchmark.places() {
-        let rows = benchmark.rows.iter().filter(|row| benchmark.judges(row, &place));
+    for condition in benchmark.conditions() {
+        let rows = benchmark.rows.iter().filter(|row| benchmark.judges(row, &condition));
         for policy in rows.flat_map(|row| &row.policies).filter(|policy| policy.contains("{road}")) {
-            let file = benchmark.policy(policy, &place);
+            let file = benchmark.policy(policy, &condition);
             let text = std::fs::read_to_string(&file).unwrap();
-            let driver = place.driver.who().unwrap().label();
+            let driver = condition.driver.following_driver().unwrap().label();
             let span = |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
-            let (cars, length_m) = (place.road.vehicles.map(f64::from), place.road.circumference_m);
+            let (cars, length_m) = (condition.road.vehicles.map(f64::from), condition.road.circumference_m);
             for sentence in [
-                format!("Driver: {driver}. Holds: {} s.", place.hold_s),
+                format!("Driver: {driver}. Holds: {} s.", condition.hold_s),
                 format!("of the stream \"tune\", seed 1: {} cars on {} m,", span(cars), span(length_m)),
             ] {
                 assert!(text.contains(&sentence), "{file} does not say: {sentence}");

@@ -18,7 +18,7 @@ pub fn figures(result: &BenchmarkResult<'_>) -> Vec<(String, String)> {
     let mut figures = Vec::new();
     for (road, state) in result.benchmark.roads.iter().zip(&result.roads) {
         for hold_s in result.benchmark.all_holds_s() {
-            let is_here = |cell: &&Cell<'_>| std::ptr::eq(cell.place.road, road) && cell.place.hold_s == hold_s;
+            let is_here = |cell: &&Cell<'_>| std::ptr::eq(cell.condition.road, road) && cell.condition.hold_s == hold_s;
             let cells: Vec<&Cell<'_>> = result.cells.iter().filter(is_here).collect();
             // A row may name its roads and holds, so that a figure may be empty.
             if cells.is_empty() {
@@ -38,7 +38,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
         .drivers
         .iter()
         .map(|driver| driver.name.as_str())
-        .filter(|name| cells.iter().any(|cell| cell.place.driver.name == *name))
+        .filter(|name| cells.iter().any(|cell| cell.condition.driver.name == *name))
         .collect();
     let ends = [0.5, rows.len() as f64 + 0.5];
     let even = PlotLine {
@@ -55,7 +55,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
         let colour = COLOURS[k % COLOURS.len()];
         let beside = DOTS * ((k as f64 + 0.5) / drivers.len() as f64 - 0.5);
         let (mut points, mut pieces) = (Vec::new(), Vec::new());
-        for cell in cells.iter().filter(|cell| cell.place.driver.name == *driver) {
+        for cell in cells.iter().filter(|cell| cell.condition.driver.name == *driver) {
             let Some(row) = rows.iter().position(|row| *row == cell.row) else { continue };
             let (at, speed) = (row as f64 + 1.0 + beside, cell.speed());
             (low, high) = (low.min(speed.low), high.max(speed.high));

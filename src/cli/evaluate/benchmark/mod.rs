@@ -24,7 +24,7 @@ pub const SEALED_STREAM: &str = "benchmark";
 /// Results of one policy with one driver on one road at one hold.
 pub struct Cell<'a> {
     /// Road, hold and driver.
-    pub place: EvaluationCondition<'a>,
+    pub condition: EvaluationCondition<'a>,
     /// Index of the row in the benchmark.
     pub row: usize,
     /// Results of each ring, for each of the row's policies (one for each training seed).
@@ -130,7 +130,7 @@ impl BenchmarkResult<'_> {
     /// Returns the cell without advice in the same condition.
     pub fn without_advice(&self, cell: &Cell<'_>) -> Option<&Cell<'_>> {
         let row = self.benchmark.rows.iter().position(JudgedPolicy::is_no_advice)?;
-        self.cells.iter().find(|other| other.row == row && other.place.is(&cell.place))
+        self.cells.iter().find(|other| other.row == row && other.condition.is(&cell.condition))
     }
 
     /// Compares a row of several training seeds with the fastest advising row of one policy in the same condition. Returns that
@@ -140,7 +140,7 @@ impl BenchmarkResult<'_> {
         if cell.results.len() < 2 {
             return None;
         }
-        let beside = self.cells.iter().filter(|other| other.results.len() == 1 && other.place.is(&cell.place));
+        let beside = self.cells.iter().filter(|other| other.results.len() == 1 && other.condition.is(&cell.condition));
         let advising = beside.filter(|other| !self.benchmark.rows[other.row].is_no_advice());
         let fastest = advising.max_by(|a, b| a.speed().mean.total_cmp(&b.speed().mean))?;
         Some((fastest, cell.gain_over(fastest)?))
@@ -186,18 +186,18 @@ pub fn main(name: &str, rings: Option<u32>, dir: Option<&Path>, as_json: bool) -
 
 /// Drives all cells in parallel. Ctrl-C ends it and discards what was driven.
 fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
-    let places = benchmark.places();
+    let conditions = benchmark.conditions();
     let mut cells: Vec<Cell<'_>> = Vec::new();
-    for place in &places {
-        for (row, judged) in benchmark.rows.iter().enumerate().filter(|(_, row)| benchmark.judges(row, place)) {
+    for condition in &conditions {
+        for (row, judged) in benchmark.rows.iter().enumerate().filter(|(_, row)| benchmark.judges(row, condition)) {
             let results = vec![Vec::new(); judged.policies.len()];
-            cells.push(Cell { place: *place, row, results, identified: Vec::new() });
+            cells.push(Cell { condition: *condition, row, results, identified: Vec::new() });
         }
     }
     let mut todo = Vec::new();
     for (cell, of) in cells.iter().enumerate() {
         // Without advice the hold has no effect: it is driven once.
-        let is_first = |before: &Cell<'_>| before.row == of.row && before.place.is_beside(&of.place);
+        let is_first = |before: &Cell<'_>| before.row == of.row && before.condition.is_beside(&of.condition);
         if !benchmark.rows[of.row].is_no_advice() || !cells[..cell].iter().any(is_first) {
             todo.extend((0..of.results.len()).map(|policy| (cell, policy)));
         }
@@ -209,10 +209,10 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
         if stop.load(Ordering::Relaxed) {
             return Err(CliError::Failed("stopped; nothing was written".into()));
         }
-        let Cell { place, row, .. } = &cells[cell];
-        let config = benchmark.config(place)?;
+        let Cell { condition, row, .. } = &cells[cell];
+        let config = benchmark.config(condition)?;
         let settings = config.policy_settings(0.0);
-        let name = benchmark.policy(&benchmark.rows[*row].policies[policy], place);
+        let name = benchmark.policy(&benchmark.rows[*row].policies[policy], condition);
         let source = PolicySource::for_rings(&name, &settings).map_err(|e| CliError::Input(e.to_string()))?;
         let make = || source.engage();
         let results = evaluate(&config, SEALED_STREAM, benchmark.rings, make);
@@ -233,7 +233,7 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
     }
     for cell in 0..cells.len() {
         if cells[cell].results[0].is_empty() {
-            let same = |of: &&Cell<'_>| of.row == cells[cell].row && of.place.is_beside(&cells[cell].place);
+            let same = |of: &&Cell<'_>| of.row == cells[cell].row && of.condition.is_beside(&cells[cell].condition);
             cells[cell].results = cells.iter().find(same).map(|of| of.results.clone()).unwrap_or_default();
         }
     }
@@ -243,8 +243,8 @@ fn judge(benchmark: &Benchmark) -> Result<BenchmarkResult<'_>, CliError> {
 
 /// Counts the string-unstable rings of a road, and averages the equilibrium speed.
 fn road_state(benchmark: &Benchmark, road: &Road) -> Result<RoadState, CliError> {
-    let place = EvaluationCondition { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
-    let config: TrainConfig = benchmark.config(&place)?;
+    let condition = EvaluationCondition { road, hold_s: benchmark.holds_s[0], driver: &benchmark.drivers[0] };
+    let config: TrainConfig = benchmark.config(&condition)?;
     let mut state = RoadState { unstable: 0, rings: benchmark.rings, equilibrium_mps: 0.0 };
     for ring in 0..benchmark.rings {
         let (idm, gap_m) = drawn_ring(&config, SEALED_STREAM, ring);

@@ -49,11 +49,11 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
             let calm = state.rings - state.unstable;
             let _ = writeln!(text, "!!! {calm} rings are string stable: there is no wave to calm on them");
         }
-        for place in benchmark.places().iter().filter(|place| std::ptr::eq(place.road, road)) {
-            let driver = place.driver;
-            let _ = writeln!(text, "\n  hold {} s, driver {} ({})", place.hold_s, driver.name, driver.driver);
+        for condition in benchmark.conditions().iter().filter(|condition| std::ptr::eq(condition.road, road)) {
+            let driver = condition.driver;
+            let _ = writeln!(text, "\n  hold {} s, driver {} ({})", condition.hold_s, driver.name, driver.driver);
             text.push_str(HEAD);
-            for cell in result.cells.iter().filter(|cell| cell.place.is(place)) {
+            for cell in result.cells.iter().filter(|cell| cell.condition.is(condition)) {
                 let _ = writeln!(text, "{}", line(result, cell));
                 if let Some((fastest, gain)) = result.over_fastest_single(cell) {
                     let (name, half) = (&benchmark.rows[fastest.row].name, (gain.high - gain.low) / 2.0);
@@ -141,9 +141,9 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
         let _ = writeln!(
             text,
             "\"{}\",{},{},\"{}\",{},{},{},{},{},{gain},{},{},{}",
-            cell.place.road.name,
-            cell.place.hold_s,
-            cell.place.driver.name,
+            cell.condition.road.name,
+            cell.condition.hold_s,
+            cell.condition.driver.name,
             result.benchmark.rows[cell.row].name,
             result.benchmark.rings,
             cell.results.len(),
@@ -174,7 +174,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         let measures: serde_json::Map<String, Value> =
             MEASURES.iter().map(|(name, of)| ((*name).to_owned(), json!(cell.mean(*of)))).collect();
         json!({
-            "road": cell.place.road.name, "hold_s": cell.place.hold_s, "driver": cell.place.driver.name,
+            "road": cell.condition.road.name, "hold_s": cell.condition.hold_s, "driver": cell.condition.driver.name,
             "policy": benchmark.rows[cell.row].name,
             "mean_speed_mps": cell.speed(),
             "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
@@ -191,9 +191,9 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
     let mut policies = serde_json::Map::new();
     for cell in &result.cells {
         for name in &benchmark.rows[cell.row].policies {
-            let Some(file) = policy::file_of(&benchmark.policy(name, &cell.place)) else { continue };
+            let Some(file) = policy::file_of(&benchmark.policy(name, &cell.condition)) else { continue };
             let bytes = std::fs::read(&file).map_err(|e| CliError::Failed(format!("{}: {e}", file.display())))?;
-            policies.insert(cell.place.written_in(name), json!(format!("{:016x}", fnv_1a(0, &bytes))));
+            policies.insert(cell.condition.written_in(name), json!(format!("{:016x}", fnv_1a(0, &bytes))));
         }
     }
     Ok(json!({
