@@ -144,16 +144,8 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
     let bend_per_m = bend_per_m(car);
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
-    let mut rotation = Quat::from_rotation_z(pose.yaw_rad as f32);
-    // Both axles are on the road. SUMO's height is the road's height under the front.
-    let axles_m = [shape.hubs[0].x, shape.hubs[2].x];
-    let [front_m, rear_m] = axles_m.map(|x| {
-        let axle = Pose { position: pose.position + pose.forward() * f64::from(x), ..pose };
-        static_scene.road_at(axle, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
-    });
-    let grade = (front_m - rear_m) / wheelbase_m;
-    let road_m = rear_m - grade * axles_m[1];
-    rotation *= Quat::from_rotation_y(-grade.atan());
+    let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
+    let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
     CarInstance {
         position: pose.position.as_vec2().extend(road_m),
         rotation: rotation * lean,
@@ -169,6 +161,27 @@ fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_sc
         plate: number_plate::number(car.id.0),
         is_ego: false,
     }
+}
+
+/// Returns the height of the road under a vehicle's centre, and the unit normal of the plane that its wheels stand on. `height_m` is about
+/// that of the road, as SUMO has it under the front bumper.
+fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &StaticScene) -> (f32, Vec3) {
+    if let Some(level_m) = static_scene.level_m {
+        return (level_m, Vec3::Z);
+    }
+    let (ahead, left) = (pose.forward(), pose.left());
+    let [front_left, front_right, rear_left, rear_right] = hubs.map(|hub| {
+        let wheel = Pose { position: pose.position + ahead * f64::from(hub.x) + left * f64::from(hub.y), ..pose };
+        static_scene.road_at(wheel, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
+    });
+    let [wheelbase_m, track_m] = [hubs[0].x - hubs[2].x, hubs[0].y - hubs[1].y];
+    let grade = (front_left + front_right - rear_left - rear_right) / (2.0 * wheelbase_m);
+    // A cycle's wheels have no track.
+    let bank = if track_m > 0.1 { (front_left + rear_left - front_right - rear_right) / (2.0 * track_m) } else { 0.0 };
+    let middle_x = (hubs[0].x + hubs[2].x) / 2.0;
+    let road_m = (front_left + front_right + rear_left + rear_right) / 4.0 - grade * middle_x;
+    let uphill = ahead.as_vec2() * grade + left.as_vec2() * bank;
+    (road_m, (-uphill).extend(1.0).normalize())
 }
 
 /// Returns the body style of a car, which is constant; three of seven cars are saloons.

@@ -3,11 +3,22 @@
 use super::{Network, SignalId, SignalLight};
 
 /// States of all signals: one SUMO letter per link, signal after signal. Empty for a network without signals.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Debug, Default, PartialEq, Eq)]
 pub struct SignalStates {
     letters: Vec<u8>,
     /// Index of the first letter of each signal; one more entry at the end.
     starts: Vec<u32>,
+}
+
+impl Clone for SignalStates {
+    fn clone(&self) -> Self {
+        Self { letters: self.letters.clone(), starts: self.starts.clone() }
+    }
+
+    /// Reuses memory where the capacity suffices: a view takes the states in each step.
+    fn clone_from(&mut self, source: &Self) {
+        self.set(&source.letters, &source.starts);
+    }
 }
 
 impl SignalStates {

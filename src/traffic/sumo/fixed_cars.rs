@@ -54,6 +54,9 @@ pub(super) struct FixedCars {
 }
 
 impl FixedCars {
+    /// Largest number of commands for a car in a step.
+    pub const COMMANDS: usize = 2;
+
     /// Makes type, route and cars in a SUMO that has just begun and numbered its lanes. Also returns the text that follows SUMO's name in
     /// descriptions.
     pub fn populate(shim: &mut Shim, setup: FixedSetup) -> Result<(Self, String), TrafficError> {

@@ -131,8 +131,10 @@ impl SumoTraffic {
         shim.start(&options::options(&net, setup.step_s, types, setup.seed))?;
         number(&mut shim, &setup.map.network, Reading { first_number: 0, is_fixed: 1, lateral: 0 })?;
         let (step_s, map) = (setup.step_s, setup.map.clone());
+        let commands = FixedCars::COMMANDS * setup.cars.len();
         let (fixed, models) = FixedCars::populate(&mut shim, setup)?;
         let mut traffic = Self::begun(shim, &map.network, step_s, inputs, Some(fixed))?;
+        traffic.commands.reserve(commands);
         traffic.description += &models;
         Ok(traffic)
     }
