@@ -128,7 +128,7 @@ impl Clock {
         self.dropped
     }
 
-    /// Returns the number of stalls: frames and calls of [`Self::drop_ticks`] that dropped time.
+    /// Returns the number of stalls: frames that dropped time.
     pub fn stalls(&self) -> u64 {
         self.stalls
     }

@@ -87,7 +87,7 @@ fn listed(names: &[&str]) -> String {
 }
 
 /// A closed road of one lane along these points, the last of which is the first, for tests.
-#[cfg(test)]
+#[cfg(all(test, feature = "desktop"))]
 pub(crate) fn closed_road(shape: Vec<DVec2>, width_m: f64) -> RoadMap {
     let half = shape.len() / 2;
     let edge = |shape: &[DVec2]| write::RoadEdge {

@@ -91,9 +91,9 @@ fn fault_of_english(doc: &str) -> Option<String> {
     if FIRST_WORDS.contains(&first.as_str()) || doc.to_lowercase().starts_with("the same") {
         return Some(format!("begins with \"{first}\""));
     }
-    // A unit, a number or a name of the code is a fact.
+    // A unit, a number or a name of the code is a fact. Texts of help have no full stop: short is good there.
     let adds_a_fact = |c: char| c == ',' || c == '`' || c == ':' || c.is_ascii_digit();
-    (words.len() < 4 && !doc.contains(adds_a_fact)).then(|| "repeats the name".to_owned())
+    (words.len() < 4 && doc.ends_with('.') && !doc.contains(adds_a_fact)).then(|| "repeats the name".to_owned())
 }
 
 #[test]

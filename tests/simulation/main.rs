@@ -17,5 +17,6 @@ mod policies;
 mod python_episode;
 mod right_of_way;
 mod train;
+#[cfg(feature = "desktop")]
 mod wheels_on_road;
 mod world;

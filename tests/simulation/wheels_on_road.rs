@@ -47,7 +47,8 @@ impl DrawnRoad {
             // Seen from above, counter-clockwise; walls and undersides are no road.
             (area > 1e-9).then_some(())?;
             let (v, w) = (ap.perp_dot(ac) / area, ab.perp_dot(ap) / area);
-            (v >= 0.0 && w >= 0.0 && v + w <= 1.0).then(|| a.z + v * (b.z - a.z) + w * (c.z - a.z))
+            let is_inside = v >= 0.0 && w >= 0.0 && v + w <= 1.0;
+            is_inside.then_some(a.z + v * (b.z - a.z) + w * (c.z - a.z))
         });
         heights.min_by(|a, b| (a - point.z).abs().total_cmp(&(b - point.z).abs()))
     }

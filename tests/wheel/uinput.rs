@@ -477,7 +477,7 @@ fn doctor_reports_the_wheels_abilities_and_missing_permission() {
         figure("doctor", format!("{what}: {}", line(&checks, what).join(" | ").replace('\n', " ")));
     }
     if super::kernel::is_root() {
-        // The user `nobody` may not open the wheel, as on a machine without the udev rule.
+        // An unprivileged user may not open the wheel, as on a machine without the udev rule.
         let checks = doctor(Some(65_534));
         let [grade, found, remedy] = line(&checks, "wheel");
         figure("doctor, without permission", format!("{found} | {remedy}").replace('\n', " "));

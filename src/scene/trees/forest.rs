@@ -79,7 +79,7 @@ fn seedling(
     draw: &[f32; 6],
 ) -> Option<Seedling> {
     let distance = roads.middle_m(point);
-    if distance > FOREST_M || distance < HALF_LANE_M + TRUNK_FREE_M {
+    if !(HALF_LANE_M + TRUNK_FREE_M..=FOREST_M).contains(&distance) {
         return None;
     }
     // Woods and glades about 40 m across; denser in a belt 10-40 m from the road, thin far out where few are visible.
