@@ -1,12 +1,6 @@
 //! Texts from outside with control sequences of a terminal: they are shown escaped and have no effect.
 
-use std::{
-    fs,
-    io::{Read, Write},
-    net::TcpListener,
-    path::Path,
-    process::Command,
-};
+use std::{fs, path::Path, process::Command};
 
 /// Control sequences that clear the screen in two ways, set the title, return to the start of the line, and reverse the writing direction.
 const HOSTILE: &str = "a\u{1b}[2Jb\u{9b}2Jc\u{1b}]0;mine\u{7}\rd\u{202e}e";
@@ -71,25 +65,4 @@ fn a_line_of_the_log_cannot_command_the_terminal() {
     let printed = printed(home.path(), &["run", "--scenario", scenario.to_str().unwrap()]);
     assert!(printed.contains("SUMO is not given 1 x colour of vType"), "{printed:?}");
     assert_seen(&printed);
-}
-
-#[test]
-fn the_version_of_a_server_cannot_command_the_terminal() {
-    let home = tempfile::tempdir().unwrap();
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
-    std::thread::spawn(move || {
-        let mut stream = listener.accept().unwrap().0;
-        stream.read_exact(&mut [0; 10]).unwrap();
-        // A status, then protocol 20 and a name, as SUMO sends them.
-        let name = format!("SUMO {HOSTILE}").into_bytes();
-        let mut answer = b"\0\0\0\0\x07\0\0\0\0\0\0\0\0\0\0\0\x14\0\0\0".to_vec();
-        answer[11] = (10 + name.len()) as u8;
-        answer.push(name.len() as u8);
-        answer.extend(name);
-        answer[3] = answer.len() as u8;
-        stream.write_all(&answer).unwrap();
-        let _ = stream.read_to_end(&mut Vec::new());
-    });
-    assert_seen(&printed(home.path(), &["run", "--traffic", &format!("127.0.0.1:{port}"), "--duration", "1"]));
 }

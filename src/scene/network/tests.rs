@@ -220,5 +220,6 @@ fn wheels_turn_with_a_vehicles_heading_and_its_body_follows_the_slope() {
     // The network's file has this lane from (50.8252, 100.2586, 5) to (111.4802, 115.4223, 14): 9 m up in 62.52 m.
     let forward = drawn(0.0).rotation * Vec3::X;
     assert!((forward.z / forward.truncate().length() - 9.0 / 62.52).abs() < 2e-3, "{forward}");
-    assert_eq!(drawn(0.0).position.z, at.position.z as f32);
+    // The mean of four wheels, in single precision.
+    assert!((drawn(0.0).position.z - at.position.z as f32).abs() < 1e-4, "{}", drawn(0.0).position.z);
 }
