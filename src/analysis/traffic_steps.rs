@@ -25,7 +25,7 @@ pub struct StepVehicle {
     pub s_m: Option<f64>,
     /// Speed of the vehicle, m/s.
     pub speed_mps: f64,
-    /// Lane and position of the front bumper along it, metres; `None` on a closed route and beside all lanes.
+    /// Lane and position of the front bumper along it, metres; `None` beside all lanes.
     pub lane: Option<(LaneId, f64)>,
 }
 

@@ -117,12 +117,7 @@ pub const CARS: &[TableColumn<CarRow>] = &[
     number("speed_mps", "m/s", "speed", |r| Some(r.speed_mps)),
     number("accel_mps2", "m/s2", "acceleration", |r| Some(r.accel_mps2)),
     column("braking", "", "the brake lamps are lit", ColumnValue::Flag(|r| Some(r.braking))),
-    column(
-        "lane",
-        "",
-        "SUMO's id of the lane; empty on a closed route and beside all lanes",
-        ColumnValue::Word(|r| r.lane.clone()),
-    ),
+    column("lane", "", "SUMO's id of the lane; empty beside all lanes", ColumnValue::Word(|r| r.lane.clone())),
     number("lane_s_m", "m", "front bumper along the lane", |r| r.lane_s_m),
     number("lane_offset_m", "m", "front bumper beside the lane's middle, positive to the left", |r| r.lane_offset_m),
 ];

@@ -29,14 +29,14 @@ pub enum EventKind {
         /// Heading of the other vehicle relative to the ego's, radians in ±π: 0 is parallel, positive is to the left.
         angle_rad: f64,
     },
-    /// The centre of the ego leaves its lane; on a network, the road.
+    /// The centre of the ego leaves the road: lanes, shoulders and junctions.
     LeftRoad {
         /// Ego's position along the route, metres.
         s_m: f64,
         /// Lateral offset, metres, positive to the left.
         offset_m: f64,
     },
-    /// The centre of the ego is back in the lane; on a network, on the road.
+    /// The centre of the ego is back on the road.
     BackOnRoad,
     /// The ego's front crosses the stop line of a red signal.
     StopLine {

@@ -23,7 +23,7 @@ pub struct VehicleSnapshot {
     /// Front bumper along the ego's route, metres; `None` beside the route. On a closed route with a fixed number of vehicles, never
     /// `None`.
     pub s_m: Option<f64>,
-    /// Lane position on a network; `None` on a closed route, and off all lanes.
+    /// Position along and beside its lane; `None` off all lanes.
     pub lane: Option<LanePosition>,
     /// Speed along the heading, m/s; negative is backwards.
     pub speed_mps: f64,
@@ -80,7 +80,7 @@ pub struct Snapshot {
     pub ego_before: EgoState,
     /// Ego's front bumper along the route, metres.
     pub ego_s_m: f64,
-    /// Lane of the ego's front bumper on a network; `None` on a closed route, and off all lanes.
+    /// Lane of the ego's front bumper; `None` off all lanes.
     pub ego_lane: Option<LanePosition>,
     /// Ego's indicators that are on.
     pub ego_indicator: Indicator,

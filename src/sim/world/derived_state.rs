@@ -1,5 +1,5 @@
 //! State that follows from the vehicles' poses. In: the ego's pose and the vehicles of a [`Snapshot`]. Out: in that snapshot the ego's
-//! position on the road, its leader and the mean speed; events when the ego leaves its lane and returns. Metres, m/s.
+//! position on the road, its leader and the mean speed; events when the ego leaves the road and returns. Metres, m/s.
 
 use crate::{
     controls::Indicator,
