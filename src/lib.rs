@@ -3,7 +3,7 @@
 //! wheel → ego physics ([`ego`], rapier) → traffic ([`traffic`], SUMO in process) → policy ([`policy`]) → advice on the
 //! speedometer ([`hud`]) → picture ([`render`], wgpu).
 //!
-//! It was built for the study of **HC22**: Hasan, Chakraborty, Wu, Driggs-Campbell, "Towards Co-operative Congestion
+//! codrive was built for the study of **HC22**: Hasan, Chakraborty, Wu, Driggs-Campbell, "Towards Co-operative Congestion
 //! Mitigation" (arXiv 2302.09140). Comments cite works and figures of `docs/references.md` by author and year or by topic, and
 //! reasons of `docs/decisions.md` by number.
 //!

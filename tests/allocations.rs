@@ -175,7 +175,7 @@ fn a_network_step_without_new_vehicles_allocates_no_memory() {
 }
 
 /// Allocations of rapier 0.36 in a tick of four steps, each with three lists: changed bodies, pairs in contact, and one for its solver.
-/// This program must not add to them.
+/// codrive must not add to them.
 const RAPIER: u64 = 4 * 3;
 /// Ticks in which lists may still grow to their final size: a minute.
 const SETTLING_TICKS: u64 = 6_000;

@@ -3,7 +3,7 @@
 //! ([`ExGaussianFit`]). Seconds.
 //!
 //! * **Lognormal**: ln t is normal with mu and sigma; a censored time adds the probability of a longer one. The median is e^mu.
-//!   Its interval is mu +- t SE(mu): SE from the observed information of mu and sigma, with n/(n-1) for the variance; t is
+//!   The interval is mu +- t SE(mu): SE from the observed information of mu and sigma, with n/(n-1) for the variance; t is
 //!   Student's with n-1 degrees of freedom, n the number of times seen. Without censored times this is the exact interval of a
 //!   normal mean.
 //! * **Ex-Gaussian**: the sum of a normal and an exponential time (mean mu + tau), by the simplex of Nelder and Mead, from

@@ -123,7 +123,7 @@ fn person(number: u64) -> (f64, f64, Vec<AdviceResponse>) {
             let mut pedal = 0.3 + idle * tremble;
             for (responded_s, size, target_mps) in &movements {
                 let way = if *target_mps > 5.0 { *size } else { -*size };
-                // Full movement after 0.4 s, then back within 3 s.
+                // Full movement after 0.4 s; from 1 s on back within 3 s.
                 let since = t - responded_s;
                 let out = (since / 0.4).clamp(0.0, 1.0) - ((since - 1.0) / 3.0).clamp(0.0, 1.0);
                 pedal += way * out;

@@ -30,7 +30,7 @@ impl Drive {
     /// Starts a drive.
     ///
     /// # Errors
-    /// Its world cannot start.
+    /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
         Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace) })
     }
@@ -38,7 +38,7 @@ impl Drive {
     /// Starts a drive with a person as the driver.
     ///
     /// # Errors
-    /// Its world cannot start, or has no participant.
+    /// The world cannot start, or the scenario has no participant.
     pub fn by_participant(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
         if scenario.participant { Self::new(scenario, pace) } else { Err(WorldError::NoParticipant) }
     }

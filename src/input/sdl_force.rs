@@ -2,7 +2,7 @@
 //! vendor and product of a wheel. Out: a [`ForceDevice`]. The library is opened at run time and is optional: if it is
 //! missing, or the wheel has no motor, one message says so and the drive goes on without force.
 //!
-//! It uses one constant effect, created once and updated in place, and a second effect of zero force that plays all the
+//! The device has one constant effect, created once and updated in place, and a second effect of zero force that plays all the
 //! time, for the reason given at `EvdevForce`. A positive level on SDL's steering axis turns the wheel to the left,
 //! like evdev's direction 0x4000, to which SDL translates it on Linux (see `tests/wheel/uinput.rs`). On other systems
 //! the sign is untested with a wheel; `invert` in a profile reverses it.

@@ -15,7 +15,7 @@ pub(super) fn shape_length_m(shape: &[DVec2]) -> f64 {
 }
 
 /// Returns the lane driven on an edge that is entered on one lane and left on another, with a smooth lane change over the whole length.
-/// It has the id of the lane that is left.
+/// The result has the id of the lane that is left.
 pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
     if entered.id == left.id {
         return entered.clone();

@@ -1,7 +1,7 @@
 //! Linear feedback: a speed that rises with the leader's speed, the gap and the mean speed. In: speed, leader's speed, gap, own mean
 //! speed. Out: a speed.
 //!
-//! It is the simplest controller with a network's inputs: a network that does not beat it, once tuned, has learned nothing useful. The
+//! Linear feedback is the simplest controller with a network's inputs: a network that does not beat it, once tuned, has learned nothing useful. The
 //! command is aim + k_lead (v_lead - v) + k_gap (gap - gap_m) + k_mean (v_mean - v), never below 0; [`super::Advisor`] keeps it within
 //! the speed limit.
 

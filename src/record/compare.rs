@@ -3,7 +3,7 @@
 //! batch, so memory does not grow with the length of the drive.
 //!
 //! Values that no simulation makes are not compared here: times of devices and frames, the wheel's force, marks and notes.
-//! Their checksums are in `checksums.json`.
+//! `checksums.json` has the checksums of those values.
 
 use super::{
     RecordError, Table,

@@ -183,7 +183,7 @@ pub trait Traffic: Send {
     /// drives it again.
     ///
     /// # Errors
-    /// It is not there, or the engine has no vehicles with routes.
+    /// The vehicle is not there, or the engine has no vehicles with routes.
     fn take_over(&mut self, _id: VehicleId) -> Result<Vec<String>, TrafficError> {
         Err(TrafficError::Setup("only vehicles of a demand are taken over along their routes".into()))
     }

@@ -63,7 +63,7 @@ const BANNED_WORDS: [&str; 16] = [
     "darkroom",
 ];
 
-/// Returns the doc comments of a Rust file: the line of each, and its text on one line.
+/// Returns the doc comments of a Rust file: the first line's number and the text of each.
 fn doc_comments(text: &str) -> Vec<(usize, String)> {
     let mut docs: Vec<(usize, String)> = Vec::new();
     let mut last = None;
@@ -75,7 +75,7 @@ fn doc_comments(text: &str) -> Vec<(usize, String)> {
         }
         let (mark, said) = line.split_at(3);
         match docs.last_mut().filter(|_| last == Some((k, mark.to_owned()))) {
-            Some((_, so_far)) => *so_far += &format!(" {}", said.trim()),
+            Some((_, so_far)) => *so_far += &format!("\n{}", said.trim()),
             None => docs.push((k + 1, said.trim().to_owned())),
         }
         last = Some((k + 1, mark.to_owned()));
@@ -88,8 +88,18 @@ fn fault_of_english(doc: &str) -> Option<String> {
     let plain = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\'').to_lowercase();
     let words: Vec<String> = doc.split_whitespace().map(plain).filter(|word| !word.is_empty()).collect();
     let first = words.first()?;
-    if FIRST_WORDS.contains(&first.as_str()) || doc.to_lowercase().starts_with("the same") {
+    if doc.to_lowercase().starts_with("the same") {
         return Some(format!("begins with \"{first}\""));
+    }
+    // A paragraph, the text below a heading and a sentence at the start of a line begin as the doc comment itself does.
+    let mut before = "";
+    for line in doc.lines() {
+        let begins = before.is_empty() || before.starts_with('#') || before.ends_with('.');
+        let word = line.split_whitespace().next().map(plain).unwrap_or_default();
+        if begins && FIRST_WORDS.contains(&word.as_str()) {
+            return Some(format!("begins with \"{word}\""));
+        }
+        before = line;
     }
     // A unit, a number or a name of the code is a fact. Texts of help have no full stop: short is good there.
     let adds_a_fact = |c: char| c == ',' || c == '`' || c == ':' || c.is_ascii_digit();
@@ -121,13 +131,24 @@ fn doc_comments_name_the_thing_first_and_add_a_fact() {
 fn the_check_of_english_finds_riddles_and_lets_facts_pass() {
     let doc = "fn a() {}\n    /// Who stands so near\n    /// stands at it.\n    b: u8,\n/// Speed, m/s.\n//! Head.\n";
     let found = doc_comments(doc);
-    assert_eq!(found, [(2, "Who stands so near stands at it.".into()), (5, "Speed, m/s.".into()), (6, "Head.".into())]);
+    assert_eq!(
+        found,
+        [(2, "Who stands so near\nstands at it.".into()), (5, "Speed, m/s.".into()), (6, "Head.".into())]
+    );
     assert_eq!(fault_of_english(&found[0].1).as_deref(), Some("begins with \"who\""));
     assert_eq!(fault_of_english(&found[1].1), None);
-    for bad in ["Its name.", "The same in metres.", "A name.", "Of the ego."] {
+    for bad in [
+        "Its name.",
+        "The same in metres.",
+        "A name.",
+        "Of the ego.",
+        "Starts a drive.\n\n# Errors\nIts world cannot start.",
+        "Starts a drive.\nIt has one world.",
+    ] {
         assert!(fault_of_english(bad).is_some(), "{bad}");
     }
-    for good in ["Returns the lane below a point.", "Look-ahead distance, m", "`None` after a stop.", "0: none."] {
+    for good in ["Returns the lane below\nwhich it lies.", "Look-ahead distance, m", "`None` after a stop.", "0: none."]
+    {
         assert_eq!(fault_of_english(good), None, "{good}");
     }
 }
