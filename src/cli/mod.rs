@@ -83,10 +83,11 @@ fn progress(length: u64, message: String) -> ProgressBar {
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (listing, arguments) = listing(arguments.into_iter().collect());
-    let matches = match command(listing).try_get_matches_from(with_default_command(arguments)) {
+    let arguments = with_default_command(arguments);
+    let matches = match command(listing).try_get_matches_from(&arguments) {
         Ok(matches) => matches,
         Err(mut error) => {
-            suggest_command(&mut error);
+            suggest_command(&mut error, &command(listing), &arguments);
             // Help and version go to stdout and are no failure; every other error of clap is bad input.
             let plain = error.render().to_string();
             if error.use_stderr() && out::visible(&plain) != plain {
@@ -141,16 +142,24 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     code
 }
 
-/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word.
-fn suggest_command(error: &mut clap::Error) {
+/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word. Lists all commands of the
+/// level if none is near.
+fn suggest_command(error: &mut clap::Error, program: &Command, arguments: &[OsString]) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
     if error.get(ContextKind::SuggestedSubcommand).is_some() {
         return;
     }
-    let known: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
-    if let Some(near) = nearest(word, &known) {
-        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()]));
-    }
+    let parents = arguments.iter().take_while(|argument| *argument != word.as_str());
+    let parent = parents.fold(program, |parent, name| parent.find_subcommand(name).unwrap_or(parent));
+    let shown = parent.get_subcommands().filter(|command| !command.is_hide_set());
+    let known: Vec<&str> = shown.map(Command::get_name).collect();
+    match nearest(word, &known) {
+        Some(near) => error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()])),
+        None => error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![format!("the commands are {}", known.join(", ")).into()]),
+        ),
+    };
 }
 
 /// Prints an error. Returns the exit code.
