@@ -99,7 +99,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return match printed {
                 _ if error.use_stderr() => 2,
                 Ok(()) => 0,
-                Err(error) => tell(&out::fault(&error)),
+                Err(error) => print_error(&out::fault(&error)),
             };
         }
     };
@@ -111,7 +111,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
-        return tell(&CliError::Input(why.to_string()));
+        return print_error(&CliError::Input(why.to_string()));
     }
     // `check-network` runs as a child process and prints faults only.
     if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
@@ -136,7 +136,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let code = match done {
         Ok(()) => 0,
-        Err(error) => tell(&error),
+        Err(error) => print_error(&error),
     };
     stop::end_if_starting(code);
     code
@@ -163,7 +163,7 @@ fn suggest_command(error: &mut clap::Error, program: &Command, arguments: &[OsSt
 }
 
 /// Prints an error. Returns the exit code.
-fn tell(error: &CliError) -> u8 {
+fn print_error(error: &CliError) -> u8 {
     let code = match error {
         CliError::Input(_) => 2,
         CliError::Failed(_) => 1,

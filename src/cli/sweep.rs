@@ -130,12 +130,7 @@ fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
     for run in &plan.runs {
         let name = run.part_name()?;
         let is_there = folder.as_ref().is_some_and(|folder| folder.part(&name).is_file());
-        out::line(format_args!(
-            "{:>7}  {}  {name}  {}",
-            run.number,
-            if is_there { "done" } else { "open" },
-            run.in_words()
-        ))?;
+        out::line(format_args!("{:>7}  {}  {name}  {}", run.number, if is_there { "done" } else { "open" }, run))?;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@
 //! message or the reason of the failure. Each message is one line, a JSON string. The Python package's workers on a Ray cluster speak the
 //! same protocol and take the texts of failures from here.
 
-use super::{SweepError, SweepPlan, SweepRun, results::SweepFolder};
+use super::{SweepError, SweepPlan, results::SweepFolder};
 use std::{
     io::{BufRead, BufReader, Write},
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
@@ -258,18 +258,10 @@ pub fn serve<E: From<SweepError>>(
 pub fn failure_report(plan: &SweepPlan, failed: &[FailedRun]) -> String {
     let mut text = format!("{} runs failed; the same command tries them again", failed.len());
     for FailedRun { number, why } in failed.iter().take(LISTED_FAILURES) {
-        text += &format!("\n  run {number}, {}: {}", plan.runs[*number].in_words(), why.trim().replace('\n', "\n    "));
+        text += &format!("\n  run {number}, {}: {}", plan.runs[*number], why.trim().replace('\n', "\n    "));
     }
     if failed.len() > LISTED_FAILURES {
         text += &format!("\n  and {} more", failed.len() - LISTED_FAILURES);
     }
     text
-}
-
-impl SweepRun {
-    /// Returns the table and the varied settings of the run.
-    pub fn in_words(&self) -> String {
-        let varied: Vec<String> = self.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        format!("{}: {}", self.table, varied.join(", "))
-    }
 }
