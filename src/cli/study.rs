@@ -3,7 +3,7 @@
 
 use super::{CliError, desktop::session, out, stop_on_ctrl_c};
 use crate::{
-    analysis::{collect, find},
+    analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
     driver::{DriversFile, Population},
     record,
@@ -306,7 +306,7 @@ fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
         Some(folder) => {
             let found = find(folder)?;
             let bar = super::progress(found.found.len() as u64, "drives".into());
-            let drives = collect::analyse(&found.found, &[], &|| bar.inc(1));
+            let drives = analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
             OutcomeSpread::rehearsed(&study, &found.title, &drives?, &found.people)?
         }

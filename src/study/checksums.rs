@@ -10,7 +10,7 @@ use super::{
     session_log::{self, SessionLog},
 };
 use crate::{
-    analysis::plan::CHANGED,
+    analysis::models::plan::CHANGED,
     file::read_text,
     record::{
         self, AlteredFile, RecordError,

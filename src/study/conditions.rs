@@ -7,7 +7,7 @@ use super::{
     segment::{SegmentKind, SettingChanges},
 };
 use crate::{
-    analysis::plan::ConditionKind,
+    analysis::models::plan::ConditionKind,
     driver,
     map::{MapError, RoadMap},
     policy::{self, ResolvedPolicy},

@@ -10,7 +10,7 @@ use super::{
     segment::{SettingChanges, check_word},
 };
 use crate::{
-    analysis::plan::AnalysisPlan,
+    analysis::models::plan::AnalysisPlan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     lsl::LslSettings,
     plot,

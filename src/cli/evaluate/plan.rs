@@ -6,8 +6,9 @@ use crate::{
     driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
-    scenario::{AdvisedVehicles, Scenario},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     settings::{Settings, fields_of},
+    sim::WorldError,
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
@@ -229,14 +230,15 @@ impl EvaluationPlan {
         let engine = engine(matches)?;
         let drivers = drivers(matches, config, &engine)?;
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
-        let road = RoadMap::load(&map)?;
-        let is_on_network = Scenario::default().on(&road).is_on_network();
+        let drive =
+            PlannedDrive::new(&Scenario { map: map.clone(), ..Scenario::default() }).map_err(WorldError::from)?;
+        let is_on_network = drive.is_open();
         if is_on_network {
             check_network(matches, &map, &engine)?;
         }
         let vehicles = config.ring.vehicles_min;
         let advised = advised_curve(matches, &engine, (!is_on_network).then_some(vehicles))?;
-        let (policies, resolved) = policies(matches, &road, advised.is_none());
+        let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
         let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
         Ok(Self {
             sources: sources(&policies, &settings, is_on_network).map_err(|e| CliError::Input(e.to_string()))?,
