@@ -1,7 +1,7 @@
 //! `codrive study`: the steps of a study, one subcommand each: check, rehearse, preregister, lead a participant, and exclude, export or
 //! erase one participant's data. In: arguments. Out: text, a data set.
 
-use super::{CliError, desktop::session, out, stop_on_ctrl_c};
+use super::{CliError, desktop::session, out, progress::progress, stop_on_ctrl_c};
 use crate::{
     analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
@@ -275,7 +275,7 @@ fn rehearse(matches: &ArgMatches) -> Result<(), CliError> {
     let population = population.map_err(|why| CliError::Input(why.to_string()))?.unwrap_or_default();
     let participants = participant_count(&study, matches);
     let rehearsal = Rehearsal::open(&study, root, participants)?.with_drivers(drivers).out_of(population);
-    let bar = super::progress(rehearsal.ticks(), format!("{participants} participants"));
+    let bar = progress(rehearsal.ticks(), format!("{participants} participants"));
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let found = found?;
@@ -305,7 +305,7 @@ fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
     let spread = match matches.get_one::<PathBuf>("rehearsed") {
         Some(folder) => {
             let found = find(folder)?;
-            let bar = super::progress(found.found.len() as u64, "drives".into());
+            let bar = progress(found.found.len() as u64, "drives".into());
             let drives = analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
             OutcomeSpread::rehearsed(&study, &found.title, &drives?, &found.people)?
