@@ -235,9 +235,9 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
         }
         Err(error) => return Err(error.into()),
     };
-    let on_route = |lane: &str| map.route.lanes().iter().any(|of| of.id == lane);
+    let on_route = |lane: &map::network::LaneId| map.route.lanes().iter().any(|of| of.lane == Some(*lane));
     let streets = network.lane_ids().filter(|lane| network.edge_of(*lane).kind.is_street());
-    let left_out = streets.filter(|lane| !on_route(&network.lane(*lane).id)).count();
+    let left_out = streets.filter(|lane| !on_route(lane)).count();
     let length_m = map.route.length_m();
     let kind = if map.route.is_closed() { "closed route" } else { "open path   " };
     out::line(format_args!("{kind}   {length_m:.0} m; it leaves out {left_out} of {} lanes", census.lanes))

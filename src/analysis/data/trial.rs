@@ -3,7 +3,7 @@
 
 use super::{
     advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
-    ego_samples::{EGO, EgoSamples, FOLLOWING, FollowingSample, Headways, LANE_OFFSET, following_samples},
+    ego_samples::{EGO, EgoSamples, Headways},
     road_events::RoadEvents,
     setup::DriveSetup,
     thinned_values::ThinnedValues,
@@ -166,32 +166,6 @@ impl RecordedTrial {
         };
         let parts = TableReader::parts(&path, columns)?;
         Ok(EgoSamples::new(path, parts, headways))
-    }
-
-    /// Reads the offset from the lane's middle at every tick, metres.
-    ///
-    /// # Errors
-    /// The same as for [`RecordedTrial::ego`].
-    pub fn lane_offsets_m(&self) -> Result<impl Iterator<Item = Result<f64, RecordError>>, RecordError> {
-        let values = |part: Result<TableReader, RecordError>| {
-            let (values, error) =
-                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (part.numbers(LANE_OFFSET), None));
-            values.into_iter().flatten().map(Ok).chain(error)
-        };
-        Ok(self.parts(Table::Ego, &[LANE_OFFSET])?.flat_map(values))
-    }
-
-    /// Reads the ego's rows for the fit of the driver, at every tick.
-    ///
-    /// # Errors
-    /// The same as for [`RecordedTrial::ego`].
-    pub fn following(&self) -> Result<impl Iterator<Item = Result<FollowingSample, RecordError>>, RecordError> {
-        let values = |part: Result<TableReader, RecordError>| {
-            let (samples, error) =
-                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (following_samples(&part), None));
-            samples.into_iter().map(Ok).chain(error)
-        };
-        Ok(self.parts(Table::Ego, &FOLLOWING)?.flat_map(values))
     }
 
     /// Reads all vehicles with a row, at every step in order.

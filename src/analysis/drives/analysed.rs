@@ -2,7 +2,7 @@
 //! each, with its measures and the data of its figures.
 
 use crate::analysis::{
-    data::{DriveSetup, DriverStretches, FoundRecording, RecordedTrial},
+    data::{DriveSetup, DriverStretches, FoundRecording, RecordedTrial, driver_moments::StretchCollector},
     error::AnalysisError,
     measures::{DriveMeasures, DriveTotals, RoadKinds},
     network::{LinePlace, NetworkDriveTotals},
@@ -50,16 +50,20 @@ pub fn analyse(
     let practice = practice(found)?;
     let one = |found: &FoundRecording| -> Result<AnalysedRecording, AnalysisError> {
         let trial = RecordedTrial::open(&found.recording)?;
-        let (totals, responses) = DriveTotals::of(&trial, practice.get(found.participant.as_str()), lines)?;
-        let of_baseline =
-            |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines)?.0);
+        let practice = practice.get(found.participant.as_str());
+        let mut stretches = StretchCollector::new(&trial);
+        let (totals, responses) = DriveTotals::of(&trial, practice, lines, |ego| stretches.add(ego))?;
+        let stretches = stretches.finish();
+        let of_baseline = |folder: &Path| {
+            Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines, |_| ())?.0)
+        };
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = AnalysedRecording {
             measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
             per_second_mps: totals.per_second_mps,
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,
-            stretches: DriverStretches::of(&trial)?,
+            stretches,
             ended: trial.ended,
             setup: trial.setup,
             found: found.clone(),
