@@ -37,7 +37,7 @@ def evaluate(
     hold: float | Sequence[float] | None = None,
     driver: str | None = "follow",
     advice: str | None = None,
-    aim: float = 0.0,
+    policy_speed: float = 0.0,
     as_: Frames = "pandas",
     progress: bool | None = None,
     **settings: Any,
@@ -54,7 +54,7 @@ def evaluate(
         hold: Duration of one advice, s; or a list of these.
         driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings.
         advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``.
-        aim: Target speed of the built-in policies, m/s; 0 takes 98.5 % of the equilibrium speed.
+        policy_speed: Target speed of the built-in policies, m/s; 0 is 98.5 % of the equilibrium speed.
         as_: ``"pandas"`` or ``"polars"``.
         progress: Shows progress on standard error; None: if it is a terminal.
         **settings: As ``codrive.make``.
@@ -72,11 +72,11 @@ def evaluate(
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
         raise ValueError(f"over is {over!r}; allowed: a whole number from 1 to 100000")
-    if isinstance(aim, bool) or not isinstance(aim, (int, float, np.integer, np.floating)):
-        raise TypeError(f"aim is {aim!r}; allowed: a number, m/s")
-    aim = float(aim)
-    if not (np.isfinite(aim) and aim >= 0.0):
-        raise ValueError(f"aim is {aim}; allowed: 0 or more, m/s")
+    if isinstance(policy_speed, bool) or not isinstance(policy_speed, (int, float, np.integer, np.floating)):
+        raise TypeError(f"policy_speed is {policy_speed!r}; allowed: a number, m/s")
+    policy_speed = float(policy_speed)
+    if not (np.isfinite(policy_speed) and policy_speed >= 0.0):
+        raise ValueError(f"policy_speed is {policy_speed}; allowed: 0 or more, m/s")
     if not isinstance(name, str):
         raise TypeError(f"name is {name!r}; allowed: a text")
     asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
@@ -86,7 +86,7 @@ def evaluate(
     rows: list[dict[str, Any]] = []
     meter = _Meter(len(cases) * int(over), progress)
     for one, case in cases:
-        own, results = _results(one, case, name, aim, int(over), meter)
+        own, results = _results(one, case, name, policy_speed, int(over), meter)
         config = json.loads(case.json())
         head = {"policy": own, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
         rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
@@ -101,12 +101,12 @@ def _row(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def _results(
-    policy: Any, case: Configuration, name: str, aim: float, over: int, meter: _Meter
+    policy: Any, case: Configuration, name: str, policy_speed: float, over: int, meter: _Meter
 ) -> tuple[str, list[dict[str, Any]]]:
     """Returns the name of a policy, and its result on each ring."""
     if isinstance(policy, (str, os.PathLike)):
         with in_words_of_python():
-            own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
+            own, warning, text = evaluate_policy(case, os.fspath(policy), name, policy_speed, over, meter.at)
         if warning:
             warnings.warn(f"{own}: {warning}", stacklevel=3)
     else:

@@ -31,7 +31,7 @@ pub struct DriveRow {
     /// Name of the map; empty for rings.
     pub map: String,
     /// Traffic engine: `ring`, `native` or `sumo`.
-    pub engine: String,
+    pub traffic: String,
     /// Name of the advising policy.
     pub policy: String,
     /// Name of the driver who followed the advice.
@@ -96,7 +96,7 @@ pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     columns.extend([
         column("ring", "", "which ring of the run, from 0", Whole(|row: &DriveRow| row.ring)),
         column("map", "", "road", Word(|row| row.map.clone())),
-        column("engine", "", "what moved the cars: ring, native or sumo", Word(|row| row.engine.clone())),
+        column("traffic", "", "what moved the cars: ring, native or sumo", Word(|row| row.traffic.clone())),
         column("policy", "", "advising policy", Word(|row| row.policy.clone())),
         column("driver", "", "who followed the advice", Word(|row| row.driver.clone())),
         column("hold_s", "s", "how long one advice stood", Number(|row| Some(row.hold_s))),

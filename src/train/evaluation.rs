@@ -172,7 +172,7 @@ pub(super) struct Advisors {
 impl Advisors {
     /// Returns advisors with separate policies from `make`, asked every `hold`.
     pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
-        let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
+        let advisor = |_| Advisor::new(make(), hold, config.range_mps());
         Self {
             of: (0..LANES).map(advisor).collect(),
             ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,

@@ -233,7 +233,7 @@ impl EvaluationPlan {
         for hold_s in &holds_s {
             config.held(*hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
         }
-        let engine = match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
+        let engine = match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
             "ring" => Engine::FastRing,
             traffic => Engine::Traffic(traffic.parse().map_err(|e: UnknownEngine| CliError::Input(e.to_string()))?),
         };
@@ -245,7 +245,7 @@ impl EvaluationPlan {
             // Whole drives take one driver for all rings.
             None if is_configured => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
                 CliError::Input(format!(
-                    "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
+                    "the configuration draws a driver for each ring (random_driver); traffic {engine} needs one for all\n  \
                      remedy: name one with --driver, or random_driver = false"
                 ))
             })?))],
@@ -253,8 +253,8 @@ impl EvaluationPlan {
         };
         if engine != Engine::FastRing && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
             return Err(CliError::Input(format!(
-                "a population draws a driver for each ring; engine {engine} needs one for all\n  remedy: name one with \
-                 --driver, such as follow, or take the engine ring"
+                "a population draws a driver for each ring; traffic {engine} needs one for all\n  remedy: name one with \
+                 --driver, such as follow, or take traffic ring"
             )));
         }
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
@@ -275,7 +275,7 @@ impl EvaluationPlan {
         if advised.is_none() && !policies.iter().any(|name| name == "none") {
             policies.push("none".into());
         }
-        let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
+        let settings = config.policy_settings(matches.get_one::<f64>("policy-speed").copied().unwrap_or_default());
         let read = |name: &String| {
             let source = match is_on_network {
                 true => PolicySource::read(name, &settings)?,
@@ -377,11 +377,11 @@ impl EvaluationPlan {
 /// Fails if an evaluation on a network lacks a setting for which only rings have a default.
 fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
-        format!("engine {engine} is for closed routes\n  remedy: --engine sumo")
+        format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
     } else if !matches.contains_id("advised") {
         "of those that come a share is advised\n  remedy: --advised 10%,25%".into()
     } else if !matches.contains_id("policy") {
-        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --aim, or a file".into()
+        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --policy-speed, or a file".into()
     } else {
         return Ok(());
     };
@@ -408,7 +408,7 @@ fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Optio
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
         return Err(CliError::Input(
-            "--advised is for whole drives; engine ring has one advised car\n  remedy: --engine native or --engine sumo".into(),
+            "--advised is for whole drives; traffic ring has one advised car\n  remedy: --traffic native or --traffic sumo".into(),
         ));
     }
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
@@ -428,13 +428,13 @@ fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Optio
 fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
     let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
     let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
-    let share = matches.get_one::<f64>("other-share").copied().unwrap_or(1.0);
+    let share = matches.get_one::<f64>("other-model-share").copied().unwrap_or(1.0);
     if !(0.0..=1.0).contains(&share) {
-        return Err(CliError::Input(format!("--other-share is {share}; allowed: 0 to 1")));
+        return Err(CliError::Input(format!("--other-model-share is {share}; allowed: 0 to 1")));
     }
     if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
         return Err(CliError::Input(format!(
-            "--other-model is {word}; engine {engine} has only idm\n  remedy: --engine sumo"
+            "--other-model is {word}; traffic {engine} has only idm\n  remedy: --traffic sumo"
         )));
     }
     Ok(ModelMixture { model, share })

@@ -171,9 +171,9 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     };
     json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
-        "engine": plan.engine.to_string(),
+        "traffic": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
-        "aim_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
+        "policy_speed_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
     })
@@ -236,7 +236,7 @@ fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
 fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
     let mut text = format!(
-        "policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
+        "policy,hold_s,driver,traffic,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
     );
     for row in rows {
@@ -261,7 +261,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
 fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
     let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
     let mut text = format!(
-        "policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
+        "policy,hold_s,driver,traffic,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
     );
     for row in rows {
@@ -335,7 +335,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
             figures::speeds(
                 &title,
                 &SpeedTrace::of(&with),
-                config.reward.range_mps,
+                config.range_mps(),
                 figures::SINCE_ADVICE,
                 &note,
                 Vec::new(),

@@ -199,7 +199,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
     Ok(json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "benchmark": benchmark.title,
-        "engine": "fast ring",
+        "traffic": "ring",
         "random_numbers": SEALED_STREAM,
         "seed": benchmark.seed,
         "rings": benchmark.rings,
