@@ -17,9 +17,6 @@ from codrive._frames import Frames, library
 from codrive._settings import configuration
 from codrive._words import in_words_of_python
 
-#: Columns that have clearer names in ``codrive evaluate``'s tables than in the results.
-_COLUMNS = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
-
 _ELSEWHERE = "codrive.evaluate drives rings of training; codrive.make drives on other maps, and so does a plan of codrive.sweep"
 
 
@@ -62,8 +59,9 @@ def evaluate(
     Returns:
         A data frame with one row for each policy, hold and ring: ``policy``, ``hold_s``, ``driver``, ``seed``, ``ring``, then
         the results of ``codrive evaluate --json`` for a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all vehicles, over the
-        horizon and over its last quarter), ``sd_over_cars_mps``, ``sd_in_time_mps``, ``last_disturbance_s``, ``least_gap_m``,
-        ``crashed``, ``crash_s``, ``fuel_l_100km``, ``throughput_per_h``, ``in_range`` and the measures of conflicts.
+        horizon and over its last quarter), ``speed_sd_over_vehicles_mps``, ``speed_sd_over_time_mps``, ``last_disturbance_s``,
+        ``min_gap_to_neighbours_m``, ``crashed``, ``crash_s``, ``fuel_l_100km``, ``flow_per_h``, ``time_in_range`` and the measures of
+        conflicts; docs/measures.md defines all of them.
 
     Raises:
         TypeError: There is no setting of that name, or ``policy`` is not a policy.
@@ -89,15 +87,11 @@ def evaluate(
         own, results = _results(one, case, name, policy_speed, int(over), meter)
         config = json.loads(case.json())
         head = {"policy": own, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
-        rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
+        rows += [{**head, "ring": ring, **result} for ring, result in enumerate(results)]
     meter.end()
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     more = {"infer_schema_length": None} if as_ == "polars" else {}
     return frames.DataFrame(columns, **more)
-
-
-def _row(result: dict[str, Any]) -> dict[str, Any]:
-    return {_COLUMNS.get(key, key): value for key, value in result.items()}
 
 
 def _results(

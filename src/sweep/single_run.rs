@@ -194,7 +194,7 @@ mod tests {
         let config = task.follower().expect("a driver");
         let source = PolicySource::for_rings("pi", &config.policy_settings(0.0)).expect("pi");
         let expected = train::evaluate(&config, "evaluate", 4, || source.engage());
-        let expected: Vec<Option<f64>> = expected.iter().map(|result| Some(result.mean_mps)).collect();
+        let expected: Vec<Option<f64>> = expected.iter().map(|result| Some(result.mean_speed_mps)).collect();
         let read = table(&bytes);
         assert_eq!(read.numbers("mean_speed_mps"), expected);
         assert_eq!((read.wholes("seed"), read.wholes("ring")), (vec![7; 4], vec![0, 1, 2, 3]));

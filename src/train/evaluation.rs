@@ -89,7 +89,7 @@ impl EvaluatedBlock {
                 driven_by: Some(self.env.driven_by()[l]),
                 ..EpisodeStep::default()
             };
-            metrics.add(ring.speeds_mps(l), now);
+            metrics.add((0..).zip(ring.speeds_mps(l).map(f64::from)), now);
         }
     }
 

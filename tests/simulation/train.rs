@@ -137,7 +137,8 @@ fn each_driver_behaves_alike_on_every_engine() {
         let rows = evaluated(&slow.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
         assert_eq!(rows.len(), 2 * drivers.len(), "{engine}: without advice, too");
         let (advised, none) = rows.split_at(drivers.len());
-        let speeds = |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_mps"].as_f64().unwrap());
+        let speeds =
+            |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_speed_mps"].as_f64().unwrap());
         for (i, driver) in drivers.iter().enumerate() {
             assert_eq!((&advised[i]["policy"], &none[i]["policy"]), (&"constant".into(), &"none".into()));
             // 2 m/s is slower than the traffic: a driver who follows it slows all vehicles down, a driver who ignores it does not.
@@ -206,13 +207,13 @@ fn whole_drives_have_the_same_measures_on_sumo_and_the_native_engine() {
         let of = |report: &serde_json::Value| report["rows"][0]["rings"][ring].clone();
         let [native, sumo] = [of(&native), of(&sumo)];
         for report in [&native, &sumo] {
-            assert!(report["mean_mps"].as_f64().unwrap() > 0.5, "{report}");
+            assert!(report["mean_speed_mps"].as_f64().unwrap() > 0.5, "{report}");
             assert!(report["fuel_l_100km"].as_f64().unwrap() > 1.0, "{report}");
             assert_eq!(report["crashed"], false);
         }
         // The engines agree to 1e-11 m without an externally driven vehicle; the ego's report passes through SUMO's text format of angles
         // and positions.
-        for measure in ["mean_mps", "sd_over_cars_mps", "least_gap_m", "fuel_l_100km"] {
+        for measure in ["mean_speed_mps", "speed_sd_over_vehicles_mps", "min_gap_to_neighbours_m", "fuel_l_100km"] {
             let [a, b] = [&native, &sumo].map(|report| report[measure].as_f64().unwrap());
             assert!((a - b).abs() < 0.01 * a.abs(), "{measure}: {a} native, {b} on SUMO");
         }
