@@ -2,7 +2,7 @@
 
 use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
 use crate::{
-    analysis::{collect, find},
+    analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
     driver::{DriversFile, FittedDriver, Population},
     record,
@@ -279,7 +279,7 @@ fn plan(study: &Study, participants: usize, matches: &ArgMatches) -> Result<(), 
         Some(folder) => {
             let found = find(folder)?;
             let bar = super::progress(found.found.len() as u64, "drives".into());
-            let drives = collect::analyse(&found.found, &[], &|| bar.inc(1));
+            let drives = analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
             OutcomeSpread::rehearsed(study, &found.title, &drives?, &found.people)?
         }

@@ -11,7 +11,7 @@ use super::{
     session::{self, SessionLog},
 };
 use crate::{
-    analysis::plan::CHANGED,
+    analysis::models::plan::CHANGED,
     file::read_text,
     record::{
         self, AlteredFile, RecordError,

@@ -6,7 +6,7 @@ use super::{
     file::{ConditionLevel, SegmentKind, SettingChanges, StudyFile},
 };
 use crate::{
-    analysis::plan::ConditionKind,
+    analysis::models::plan::ConditionKind,
     driver,
     map::{MapError, RoadMap},
     policy::{self, ResolvedPolicy},

@@ -29,7 +29,7 @@ use super::{
     source,
 };
 use crate::{
-    analysis::plan,
+    analysis::models::plan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     record::{self, Manifest, RecordError, inputs},
 };

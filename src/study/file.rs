@@ -9,7 +9,7 @@ use super::{
     order,
 };
 use crate::{
-    analysis::plan::AnalysisPlan,
+    analysis::models::plan::AnalysisPlan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     lsl::LslSettings,
     plot,

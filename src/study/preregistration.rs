@@ -5,11 +5,13 @@ use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign};
 use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
-        mixed_model::ModelFault,
-        normality::NormalityTest,
-        plan::{AnalysisPlan, PlanHistory, PlannedTest},
-        planned::PlannedAnalysis,
-        power::SimulatedDesign,
+        models::{
+            mixed_model::ModelFault,
+            normality::NormalityTest,
+            plan::{AnalysisPlan, PlanHistory, PlannedTest},
+            planned::PlannedAnalysis,
+            power::SimulatedDesign,
+        },
     },
     plot::minus,
     record::inputs,

@@ -2,7 +2,7 @@
 //! plan to its report.
 
 use crate::common::{codrive, study, table, text};
-use codrive::analysis::{
+use codrive::analysis::models::{
     mixed_model::{ContrastEstimate, MixedModel},
     normality::shapiro_wilk,
 };
