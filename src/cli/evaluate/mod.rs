@@ -2,6 +2,8 @@
 //! Drives the fast ring, or whole drives on either traffic engine. Out: a table, CSV and figures.
 
 mod benchmark;
+#[cfg(test)]
+mod columns_tests;
 pub(super) mod plan;
 mod report;
 

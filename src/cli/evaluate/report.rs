@@ -211,12 +211,28 @@ fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
     format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
 }
 
-fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
+/// Returns the head of `rings.csv`.
+pub fn rings_head() -> String {
     let names: Vec<&str> = EVALUATED.iter().map(|(measure, _)| measure.name).collect();
-    let mut text = format!(
+    format!(
         "policy,hold_s,driver,traffic,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
-    );
+    )
+}
+
+/// Returns the head of `summary.csv`: each measure with its interval.
+pub fn summary_head() -> String {
+    let with_interval =
+        |(Measure { name, .. }, _): &(Measure, EvaluatedValue)| format!("{name},{name}_low,{name}_high");
+    let names: Vec<String> = EVALUATED.iter().map(with_interval).collect();
+    format!(
+        "policy,hold_s,driver,traffic,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
+        names.join(",")
+    )
+}
+
+fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
+    let mut text = rings_head();
     for row in rows {
         for (ring, result) in row.results.iter().enumerate() {
             let values: Vec<String> =
@@ -237,12 +253,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
 }
 
 fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
-    let names: Vec<String> =
-        EVALUATED.iter().map(|(Measure { name, .. }, _)| format!("{name},{name}_low,{name}_high")).collect();
-    let mut text = format!(
-        "policy,hold_s,driver,traffic,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
-        names.join(",")
-    );
+    let mut text = summary_head();
     for row in rows {
         let values: Vec<String> = EVALUATED
             .iter()

@@ -1,6 +1,6 @@
 //! Measures of every recorded drive. In: nothing. Out: their names, units and definitions, in the order of the tables.
 
-use super::{Measure, all_vehicles, ego};
+use super::{Measure, advised, all_vehicles, ego};
 
 /// Measures in the order of the tables.
 pub(super) const MEASURES: &[Measure] = &[
@@ -107,7 +107,7 @@ pub(super) const MEASURES: &[Measure] = &[
     .on_closed_routes("streets, turns and signals make speeds differ without any wave")
     .by("advice"),
     ego("ego_mean_speed_mps", "Mean speed of the ego vehicle", "m/s", "speed of the ego vehicle: mean over ticks"),
-    ego(
+    advised(
         "time_in_range",
         "Share of time in range",
         "",

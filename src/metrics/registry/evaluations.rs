@@ -3,7 +3,7 @@
 
 use super::{Measure, advised, all_vehicles, ego};
 
-/// Measures in alphabetical order of their subjects: drives, conflicts, networks, benchmarks, trainings.
+/// Measures of drives, conflicts, networks, benchmarks and trainings, in this order.
 pub(super) const MEASURES: &[Measure] = &[
     all_vehicles(
         "speed_sd_over_vehicles_and_time_mps",
@@ -98,6 +98,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "",
         "share of the vehicles that were to be advised; on a network of those that enter",
     ),
+    all_vehicles("calm_rings", "Calm rings", "", "rings on which the last disturbance ended before the horizon"),
     all_vehicles("crashes", "Crashes", "", "drives or episodes that ended in a crash"),
     all_vehicles(
         "worst_seed_mean_speed_mps",

@@ -135,6 +135,11 @@ impl Measure {
         format!("{}{there} (SAE J2944: {})", self.about, self.j2944.unwrap_or("none"))
     }
 
+    /// Returns the texts of a column: name, quantity, unit, definition.
+    pub const fn texts(&self) -> (&'static str, &'static str, &'static str, &'static str) {
+        (self.name, self.title, self.unit, self.about)
+    }
+
     /// Returns quantity and unit, as in the label of an axis or a table's head.
     pub fn label(&self) -> String {
         if self.unit.is_empty() { self.title.into() } else { format!("{}, {}", self.title, unit_text(self.unit)) }

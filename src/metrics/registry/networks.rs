@@ -73,8 +73,8 @@ pub(super) const MEASURES: &[Measure] = &[
     )
     .on_networks_alone(),
     all_vehicles(
-        "line_flow_per_h",
-        "Throughput at the line",
+        "line_passages_per_h",
+        "Passages of the line",
         "1/h",
         "vehicles, the ego vehicle among them, whose fronts pass the first line, an hour: that which was \
          asked for, or else all lanes of the street nearest to the middle of the ego vehicle's path; a \

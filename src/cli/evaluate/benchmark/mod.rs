@@ -3,7 +3,7 @@
 
 mod definition;
 mod figure;
-mod report;
+pub(super) mod report;
 
 use super::CliError;
 use crate::{

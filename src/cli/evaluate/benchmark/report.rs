@@ -120,13 +120,18 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     format!("    {}", cells.join("  "))
 }
 
-/// Returns the results as CSV, one line for each cell.
-pub fn csv(result: &BenchmarkResult<'_>) -> String {
-    let mut text = format!(
+/// Returns the head of the CSV.
+pub fn head() -> String {
+    format!(
         "road,hold_s,driver,policy,rings,training_seeds,mean_speed_mps,mean_speed_mps_low,mean_speed_mps_high,speed_gain_mps,\
          speed_gain_mps_low,speed_gain_mps_high,worst_seed_mean_speed_mps,crashes,{}\n",
         MEASURES.join(",")
-    );
+    )
+}
+
+/// Returns the results as CSV, one line for each cell.
+pub fn csv(result: &BenchmarkResult<'_>) -> String {
+    let mut text = head();
     for cell in &result.cells {
         let speed = cell.speed();
         let gain = result.without_advice(cell).and_then(|none| cell.gain_over(none));
