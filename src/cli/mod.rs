@@ -40,6 +40,7 @@ use crate::{
     drive_loop::RunError,
     map::MapError,
     record::RecordError,
+    scenario::PlanError,
     settings::SettingsError,
     sim::WorldError,
     study::SessionError,
@@ -269,14 +270,15 @@ impl From<SettingsError> for CliError {
 
 impl From<WorldError> for CliError {
     fn from(error: WorldError) -> Self {
-        if matches!(&error, WorldError::Traffic(TrafficError::Interrupted)) {
-            return Self::Interrupted(error.to_string());
+        match error {
+            WorldError::Plan(PlanError::Map(error)) => error.into(),
+            WorldError::Traffic(TrafficError::Interrupted) => Self::Interrupted(error.to_string()),
+            WorldError::Traffic(TrafficError::Setup(_) | TrafficError::NotFinite { .. }) => {
+                Self::Input(error.to_string())
+            }
+            WorldError::Traffic(_) => Self::Failed(error.to_string()),
+            _ => Self::Input(error.to_string()),
         }
-        let machine = matches!(
-            &error,
-            WorldError::Traffic(error) if !matches!(error, TrafficError::Setup(_) | TrafficError::NotFinite { .. })
-        );
-        if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
     }
 }
 

@@ -13,5 +13,5 @@ pub use event::{EndReason, Event, EventKind};
 pub use snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{
-    Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, lanes_beside,
+    Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, road_kind,
 };

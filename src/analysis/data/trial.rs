@@ -127,7 +127,7 @@ impl RecordedTrial {
 
     /// Checks for a drive on a network, where vehicles enter and leave.
     pub fn is_on_network(&self) -> bool {
-        self.setup.scenario.is_on_network()
+        self.setup.scenario.has_path_or_demand()
     }
 
     /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].

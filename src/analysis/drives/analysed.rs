@@ -100,7 +100,7 @@ impl RoadKinds {
     /// Returns the kinds of roads of these drives.
     pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
         drives.into_iter().fold(Self::default(), |kinds, drive| {
-            let is_network = drive.setup.scenario.is_on_network();
+            let is_network = drive.setup.scenario.has_path_or_demand();
             Self { closed: kinds.closed || !is_network, networks: kinds.networks || is_network }
         })
     }

@@ -4,10 +4,10 @@ use super::CliError;
 use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver, Population},
-    map::RoadMap,
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
-    scenario::{AdvisedVehicles, Scenario},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     settings::{Settings, fields_of},
+    sim::WorldError,
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
@@ -258,14 +258,15 @@ impl EvaluationPlan {
             )));
         }
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
-        let road = RoadMap::load(&map)?;
-        let is_on_network = Scenario::default().on(&road).is_on_network();
+        let drive =
+            PlannedDrive::new(&Scenario { map: map.clone(), ..Scenario::default() }).map_err(WorldError::from)?;
+        let is_on_network = drive.is_open();
         if is_on_network {
             check_network(matches, &map, &engine)?;
         }
         let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
         // Tables and figures name the resolved policy.
-        let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
+        let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, drive.map())).collect();
         let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
         let advised = match is_on_network {
             true => advised_shares(matches)?,

@@ -19,7 +19,7 @@ use crate::{
         RoadMap, Route,
         network::{LanePosition, SignalStates},
     },
-    scenario::Scenario,
+    scenario::PlannedDrive,
     sim::{Snapshot, snapshot::VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
@@ -84,13 +84,13 @@ struct Shown {
 
 impl TrafficCoupling {
     /// Starts the traffic of a scenario and runs it until the ego is put in.
-    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
+    pub fn start(drive: &PlannedDrive) -> Result<Self, WorldError> {
         let _starting = TrafficStart::begin();
+        let (scenario, map) = (drive.scenario(), drive.map());
         let lanes = PathLanes::new(map);
-        let StartedTraffic { engine, fixed, ego, hand_over } = if scenario.is_on_network() {
-            traffic_start::with_demand(scenario, map, &lanes)?
-        } else {
-            traffic_start::fixed(scenario, map)?
+        let StartedTraffic { engine, ego, hand_over } = match drive.fixed_vehicles() {
+            Some(_) => traffic_start::fixed(drive)?,
+            None => traffic_start::with_demand(drive, &lanes)?,
         };
         let mut coupling = Self {
             description: engine.describe(),
@@ -99,7 +99,7 @@ impl TrafficCoupling {
             lanes,
             step_s: scenario.step_s,
             start: ego,
-            fixed,
+            fixed: drive.fixed_vehicles().map(|vehicles| vehicles as usize),
             from: Vec::new(),
             to: Vec::new(),
             signals: SignalStates::default(),
@@ -107,7 +107,7 @@ impl TrafficCoupling {
             obstacles: Vec::new(),
             arrived: Vec::new(),
             reports: Vec::new(),
-            advised: AdvisedSelection::new(scenario, fixed),
+            advised: AdvisedSelection::new(drive),
             new: Vec::new(),
             hand_over,
         };
@@ -156,12 +156,11 @@ impl TrafficCoupling {
     }
 
     /// Runs the engine's next step with the agents' present and predicted states.
-    pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
-        // The placeholder ego of a drive without a participant is not in the engine.
-        let is_there = |agent: &&Agent| !agent.snapshot().is_without_ego && !self.arrived.contains(&agent.id());
+    pub fn ask<'a>(&mut self, agents: impl Iterator<Item = &'a Agent>) -> Result<(), TrafficError> {
+        let is_there = |agent: &&Agent| !self.arrived.contains(&agent.id());
         let mut reports = std::mem::take(&mut self.reports);
         reports.clear();
-        reports.extend(agents.iter().filter(is_there).map(|agent| self.report(agent)));
+        reports.extend(agents.filter(is_there).map(|agent| self.report(agent)));
         self.reports = reports;
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
@@ -318,6 +317,11 @@ impl TrafficCoupling {
             lane,
             speed_mps: mix(a.speed_mps, b.speed_mps),
         }
+    }
+
+    /// Returns where a vehicle's front is along the drive's route; `None` off the route.
+    pub fn s_of(&self, car: &VehicleSnapshot) -> Option<f64> {
+        self.lanes.s_at(&self.map, car.lane?, car.pose.front(car.body.length_m), 0.0)
     }
 
     /// Returns the other vehicles near the ego at the poses set by [`TrafficCoupling::move_vehicles`].
