@@ -1,6 +1,8 @@
 //! Columns of tables. In: name, quantity, unit and definition of each column, as its table declares them. Out: heads and lines
 //! of CSV, and the definitions for the data dictionary.
 
+use serde_json::{Value, json};
+
 /// A column of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnDefinition {
@@ -12,6 +14,17 @@ pub struct ColumnDefinition {
     pub unit: &'static str,
     /// Definition, without the name.
     pub about: String,
+}
+
+impl ColumnDefinition {
+    /// Returns the name, and the definition with the keys of BIDS.
+    pub(crate) fn entry(self) -> (String, Value) {
+        let mut about = json!({ "LongName": self.title, "Description": self.about });
+        if !self.unit.is_empty() {
+            about["Units"] = self.unit.into();
+        }
+        (self.name, about)
+    }
 }
 
 /// A table and its columns, in order.

@@ -49,8 +49,8 @@ impl PlannedDrive {
             scenario.demand.files.extend(map.demand_file());
         }
         if scenario.path.is_empty() && !map.route.is_closed() {
-            let streets = map.route.lanes().iter().filter(|lane| !lane.edge.starts_with(':'));
-            scenario.path = streets.map(|lane| lane.edge.as_str()).collect::<Vec<_>>().join(" ");
+            let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
+            scenario.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
         }
         let fixed_vehicles = (!scenario.has_path_or_demand()).then_some(scenario.vehicles);
         let fault = |(key, message)| PlanError::Setting { key, message };

@@ -1,8 +1,7 @@
 //! Input of the driver fit. In: a recorded drive, row by row. Out: [`DriverStretches`]: ten moments a second in stretches of 20
 //! s, evenly spaced over the drive, half an hour at most. A drive of days takes no more memory than one of hours. SI units.
 
-use super::{ego_samples::FollowingSample, thinned_values::ThinnedValues, trial::RecordedTrial};
-use crate::analysis::error::AnalysisError;
+use super::{ego_samples::EgoSample, thinned_values::ThinnedValues, trial::RecordedTrial};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
     space::CAR_LENGTH_M,
@@ -60,55 +59,57 @@ struct StretchCutter {
     last_tick: Option<u64>,
 }
 
-impl DriverStretches {
-    /// Reads a drive; a drive on a network has no stretches.
-    ///
-    /// # Errors
-    /// The table cannot be read, or does not have this program's format.
-    pub fn of(trial: &RecordedTrial) -> Result<Self, AnalysisError> {
-        // The simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
-        if trial.is_on_network() {
-            return Ok(Self::default());
-        }
-        let usual = DriverParams::default();
-        let mut cutter = StretchCutter::new();
-        for sample in trial.following()? {
-            let sample = sample?;
-            if !sample.tick.is_multiple_of(MOMENT_TICKS) {
-                continue;
-            }
-            // Without its map, a drive is treated as if on a straight road.
-            let route = trial.map.as_ref().map(|map| &map.route);
-            // The driver looks from the middle of the car, not from its front bumper.
-            let middle_m = sample.s_m - CAR_LENGTH_M / 2.0;
-            let moment = Moment {
-                limit_mps: route.map_or(f32::INFINITY, |route| route.speed_limit_mps(sample.s_m) as f32),
-                bend_mps: route
-                    .map_or(f32::INFINITY, |route| bend_speed_mps(&usual, route, middle_m, sample.speed_mps) as f32),
-                ..moment(&sample)
-            };
-            cutter.add(sample.tick, moment);
-        }
-        Ok(Self { usual_time_gap_s: trial.setup.scenario.idm.t, stretches: cutter.finish() })
+/// Collects the stretches of a drive from the ego's rows. A drive on a network has none.
+pub struct StretchCollector<'a> {
+    trial: &'a RecordedTrial,
+    usual: DriverParams,
+    /// `None` on a network: the simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
+    cutter: Option<StretchCutter>,
+}
+
+impl<'a> StretchCollector<'a> {
+    /// Starts for a drive.
+    pub fn new(trial: &'a RecordedTrial) -> Self {
+        let cutter = (!trial.setup.is_open()).then(StretchCutter::new);
+        Self { trial, usual: DriverParams::default(), cutter }
     }
 
+    /// Adds the ego's row of the next tick.
+    pub fn add(&mut self, ego: &EgoSample) {
+        let Some(cutter) = &mut self.cutter else { return };
+        let Some(s_m) = ego.s_m.filter(|_| ego.tick.is_multiple_of(MOMENT_TICKS)) else { return };
+        // Without its map, a drive is treated as if on a straight road.
+        let route = self.trial.map.as_ref().map(|map| &map.route);
+        // The driver looks from the middle of the car, not from its front bumper.
+        let middle_m = s_m - CAR_LENGTH_M / 2.0;
+        let leader = ego.gap_m.zip(ego.leader_speed_mps);
+        let (gap_m, leader_mps) = leader.unwrap_or((NOBODY_M, ego.speed_mps));
+        let moment = Moment {
+            speed_mps: ego.speed_mps as f32,
+            advised_mps: ego.target_mps.map(|mps| mps as f32),
+            gap_m: gap_m as f32,
+            leader_mps: leader_mps as f32,
+            limit_mps: route.map_or(f32::INFINITY, |route| route.speed_limit_mps(s_m) as f32),
+            bend_mps: route
+                .map_or(f32::INFINITY, |route| bend_speed_mps(&self.usual, route, middle_m, ego.speed_mps) as f32),
+        };
+        cutter.add(ego.tick, moment);
+    }
+
+    /// Returns the stretches after all rows were added.
+    pub fn finish(self) -> DriverStretches {
+        let Some(cutter) = self.cutter else { return DriverStretches::default() };
+        DriverStretches { usual_time_gap_s: self.trial.setup.scenario.idm.t, stretches: cutter.finish() }
+    }
+}
+
+#[cfg(test)]
+impl DriverStretches {
     /// Cuts consecutive moments of a made-up drive into stretches.
-    #[cfg(test)]
     pub(crate) fn of_moments(usual_time_gap_s: f64, moments: &[Moment]) -> Self {
         let mut cutter = StretchCutter::new();
         moments.iter().zip(0_u64..).for_each(|(moment, i)| cutter.add(i * MOMENT_TICKS, *moment));
         Self { usual_time_gap_s, stretches: cutter.finish() }
-    }
-}
-
-fn moment(sample: &FollowingSample) -> Moment {
-    let [gap_m, leader_mps] = sample.leader.unwrap_or([NOBODY_M, sample.speed_mps]);
-    Moment {
-        speed_mps: sample.speed_mps as f32,
-        advised_mps: sample.advised_mps.map(|mps| mps as f32),
-        gap_m: gap_m as f32,
-        leader_mps: leader_mps as f32,
-        ..Moment::default()
     }
 }
 

@@ -1,32 +1,28 @@
-//! The ego's table, tick by tick. In: the table of a recording. Out: an [`EgoSample`] per tick; for the fit of the driver a
-//! [`FollowingSample`]. SI units.
+//! The ego's table, tick by tick. In: the table of a recording. Out: an [`EgoSample`] per tick. SI units.
 
 use crate::record::{RecordError, TableParts, TableReader};
 use std::{collections::BTreeMap, path::PathBuf, vec::IntoIter};
 
 /// Columns that are read from the ego's table.
-pub(super) const EGO: [&str; 14] = [
+pub(super) const EGO: [&str; 16] = [
     "tick",
     "throttle",
     "brake",
     "steering_wheel_rad",
     "speed_mps",
     "accel_mps2",
-    LANE_OFFSET,
+    "lane_offset_m",
     "gap_m",
     "headway_m",
     "ttc_s",
     "target_mps",
     "in_range",
     "mean_speed_mps",
+    "s_m",
+    "leader_speed_mps",
     // Read on networks only, where vehicles differ in length.
     "leader",
 ];
-
-pub(super) const LANE_OFFSET: &str = "lane_offset_m";
-
-/// Columns of the ego's table for the fit of the driver.
-pub(super) const FOLLOWING: [&str; 6] = ["tick", "speed_mps", "s_m", "target_mps", "gap_m", "leader_speed_mps"];
 
 /// Row of the ego at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,20 +52,10 @@ pub struct EgoSample {
     pub in_range: Option<bool>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
-}
-
-/// Row of the ego's table, reduced to the values for the fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FollowingSample {
-    pub tick: u64,
-    /// Own speed, m/s.
-    pub speed_mps: f64,
     /// Position of the front bumper along the route, metres.
-    pub s_m: f64,
-    /// Advised speed, m/s.
-    pub advised_mps: Option<f64>,
-    /// Gap to the leader, metres, and the leader's speed, m/s.
-    pub leader: Option<[f64; 2]>,
+    pub s_m: Option<f64>,
+    /// Speed of the leader, m/s.
+    pub leader_speed_mps: Option<f64>,
 }
 
 /// Iterator over the ego's rows, tick by tick.
@@ -142,9 +128,10 @@ fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'
         return Err("in_range");
     }
     let [throttle, brake, wheel_rad] = [whole("throttle")?, whole("brake")?, whole("steering_wheel_rad")?];
-    let [speed_mps, accel_mps2, lane_offset_m] = [whole("speed_mps")?, whole("accel_mps2")?, whole(LANE_OFFSET)?];
+    let [speed_mps, accel_mps2, lane_offset_m] = [whole("speed_mps")?, whole("accel_mps2")?, whole("lane_offset_m")?];
     let mean_speed_mps = whole("mean_speed_mps")?;
     let [gap_m, ttc_s, target_mps] = ["gap_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
+    let [s_m, leader_speed_mps] = ["s_m", "leader_speed_mps"].map(|name| part.numbers(name));
     let headway_m = headways.of(part, &gap_m);
     // Where lanes of a network join, the next vehicle on the path may be beside the ego (a gap below 0): it is not a leader.
     let is_beside = |i: usize| matches!(headways, Headways::ByLength(_)) && gap_m[i].is_some_and(|gap_m| gap_m < 0.0);
@@ -163,22 +150,8 @@ fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'
         target_mps: target_mps[i],
         in_range: in_range[i],
         mean_speed_mps: mean_speed_mps[i],
+        s_m: s_m[i],
+        leader_speed_mps: leader_speed_mps[i],
     };
     Ok((0..part.rows()).map(sample).collect())
-}
-
-/// Returns the rows of a part of the ego's table that have a speed and a position.
-pub(super) fn following_samples(part: &TableReader) -> Vec<FollowingSample> {
-    let ticks = part.wholes("tick");
-    let [speeds, places, targets, gaps, leaders] = [1, 2, 3, 4, 5].map(|k| part.numbers(FOLLOWING[k]));
-    let sample = |i: usize| {
-        Some(FollowingSample {
-            tick: ticks[i],
-            speed_mps: (*speeds.get(i)?)?,
-            s_m: (*places.get(i)?)?,
-            advised_mps: targets.get(i).copied().flatten(),
-            leader: gaps.get(i).copied().flatten().zip(leaders.get(i).copied().flatten()).map(<[f64; 2]>::from),
-        })
-    };
-    (0..ticks.len()).filter_map(sample).collect()
 }

@@ -3,7 +3,7 @@
 
 use super::{
     advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
-    ego_samples::{EGO, EgoSamples, FOLLOWING, FollowingSample, Headways, LANE_OFFSET, following_samples},
+    ego_samples::{EGO, EgoSamples, Headways},
     road_events::RoadEvents,
     setup::DriveSetup,
     thinned_values::ThinnedValues,
@@ -125,11 +125,6 @@ impl RecordedTrial {
         Ok(trial)
     }
 
-    /// Checks for a drive on a network, where vehicles enter and leave.
-    pub fn is_on_network(&self) -> bool {
-        self.setup.scenario.has_path_or_demand()
-    }
-
     /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].
     pub(crate) fn collided(&mut self, tick: u64) {
         let until = tick + (AFTER_CONTACT_S * f64::from(TICKS_PER_S)) as u64;
@@ -162,8 +157,8 @@ impl RecordedTrial {
     /// The table cannot be read, or does not have this program's format; each row can fail in the same way.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
-        let columns = if self.is_on_network() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
-        let headways = if !self.is_on_network() {
+        let columns = if self.setup.is_open() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
+        let headways = if !self.setup.is_open() {
             Headways::Recorded
         } else {
             let vehicles = TripTable::read(&self.recording)?.trips;
@@ -173,38 +168,12 @@ impl RecordedTrial {
         Ok(EgoSamples::new(path, parts, headways))
     }
 
-    /// Reads the offset from the lane's middle at every tick, metres.
-    ///
-    /// # Errors
-    /// The same as for [`RecordedTrial::ego`].
-    pub fn lane_offsets_m(&self) -> Result<impl Iterator<Item = Result<f64, RecordError>>, RecordError> {
-        let values = |part: Result<TableReader, RecordError>| {
-            let (values, error) =
-                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (part.numbers(LANE_OFFSET), None));
-            values.into_iter().flatten().map(Ok).chain(error)
-        };
-        Ok(self.parts(Table::Ego, &[LANE_OFFSET])?.flat_map(values))
-    }
-
-    /// Reads the ego's rows for the fit of the driver, at every tick.
-    ///
-    /// # Errors
-    /// The same as for [`RecordedTrial::ego`].
-    pub fn following(&self) -> Result<impl Iterator<Item = Result<FollowingSample, RecordError>>, RecordError> {
-        let values = |part: Result<TableReader, RecordError>| {
-            let (samples, error) =
-                part.map_or_else(|error| (Vec::new(), Some(Err(error))), |part| (following_samples(&part), None));
-            samples.into_iter().map(Ok).chain(error)
-        };
-        Ok(self.parts(Table::Ego, &FOLLOWING)?.flat_map(values))
-    }
-
     /// Reads all vehicles with a row, at every step in order.
     ///
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
-        let map = self.map.as_ref().filter(|_| self.is_on_network());
+        let map = self.map.as_ref().filter(|_| self.setup.is_open());
         TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
     }
 }

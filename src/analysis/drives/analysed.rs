@@ -2,7 +2,7 @@
 //! each, with its measures and the data of its figures.
 
 use crate::analysis::{
-    data::{DriveSetup, DriverStretches, FoundRecording, RecordedTrial},
+    data::{DriveSetup, DriverStretches, FoundRecording, RecordedTrial, driver_moments::StretchCollector},
     error::AnalysisError,
     measures::{DriveMeasures, DriveTotals},
     network::{LinePlace, NetworkDriveTotals},
@@ -51,16 +51,20 @@ pub fn analyse(
     let practice = practice(found)?;
     let one = |found: &FoundRecording| -> Result<AnalysedRecording, AnalysisError> {
         let trial = RecordedTrial::open(&found.recording)?;
-        let (totals, responses) = DriveTotals::of(&trial, practice.get(found.participant.as_str()), lines)?;
-        let of_baseline =
-            |folder: &Path| Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines)?.0);
+        let practice = practice.get(found.participant.as_str());
+        let mut stretches = StretchCollector::new(&trial);
+        let (totals, responses) = DriveTotals::of(&trial, practice, lines, |ego| stretches.add(ego))?;
+        let stretches = stretches.finish();
+        let of_baseline = |folder: &Path| {
+            Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines, |_| ())?.0)
+        };
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = AnalysedRecording {
             measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
             per_second_mps: totals.per_second_mps,
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,
-            stretches: DriverStretches::of(&trial)?,
+            stretches,
             ended: trial.ended,
             setup: trial.setup,
             found: found.clone(),
@@ -100,7 +104,7 @@ impl RoadKinds {
     /// Returns the kinds of roads of these drives.
     pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
         drives.into_iter().fold(Self::default(), |kinds, drive| {
-            let is_network = drive.setup.scenario.has_path_or_demand();
+            let is_network = drive.setup.is_open();
             Self { closed: kinds.closed || !is_network, networks: kinds.networks || is_network }
         })
     }

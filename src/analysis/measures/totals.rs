@@ -8,7 +8,7 @@ use crate::analysis::{
     data::{EgoSample, RecordedTrial, TrafficStep},
     error::AnalysisError,
     network::{LinePlace, NetworkDriveTotals},
-    responses::{AdviceResponse, DriveOnsets, PedalNoise, ResponseWatch, response_detection::PEDAL},
+    responses::{AdviceResponse, OnsetFinder, PedalNoise, ResponseWatch, response_detection::PEDAL},
 };
 use crate::{
     metrics::{Approach, RunningMean, RunningMinimum, TickTotals, TrafficTotals, fuel::SumoFuelTotals},
@@ -137,8 +137,8 @@ impl DriveTotals {
         Self { network: Some(network), traffic: TrafficTotals::new(1.0), ..self }
     }
 
-    /// Reads a whole drive; returns its responses, too. `practice` has the idle pedal movements of the same person; `lines` are
-    /// the lines for throughput on a network.
+    /// Reads a whole drive; returns its responses, too, and gives each row of the ego to `each`. `practice` has the idle pedal
+    /// movements of the same person; `lines` are the lines for throughput on a network.
     ///
     /// # Errors
     /// A table cannot be read, or does not have this program's format; a line is not on the network.
@@ -146,27 +146,33 @@ impl DriveTotals {
         trial: &RecordedTrial,
         practice: Option<&PedalNoise>,
         lines: &[LinePlace],
+        mut each: impl FnMut(&EgoSample),
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        if trial.is_on_network() {
+        if trial.setup.is_open() {
             totals = totals.on_network(NetworkDriveTotals::open(trial, lines)?);
         }
-        let mut responses = ResponseWatch::new(step_s, DriveOnsets::of(trial)?, practice);
+        let mut onsets = OnsetFinder::new(trial.changes.clone());
         for ego in trial.ego()? {
             let ego = ego?;
             totals.add(&ego);
+            onsets.add(&ego);
+            each(&ego);
+        }
+        // A second pass: responses need the idle movements of the whole drive. Squares about the mean need the mean first;
+        // squares about any other value lose digits.
+        let mut responses = ResponseWatch::new(step_s, onsets.finish(), practice);
+        for ego in trial.ego()? {
+            let ego = ego?;
             responses.add(&ego);
+            totals.add_lane_offset(ego.lane_offset_m);
         }
         for step in trial.steps()? {
             totals.add_step(&step?);
         }
         let step_ticks = trial.setup.scenario.step_ticks();
         totals.network.iter_mut().for_each(|network| network.finish(step_ticks));
-        // A second pass: squares about the mean need the mean first, and squares about any other value lose digits.
-        for offset_m in trial.lane_offsets_m()? {
-            totals.add_lane_offset(offset_m?);
-        }
         Ok((totals, responses.finish()))
     }
 

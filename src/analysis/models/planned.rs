@@ -11,12 +11,12 @@ use super::{
     plan::{AnalysisPlan, ConditionKind, PlanHistory, PlannedContrast, PlannedTest},
 };
 use crate::analysis::{
-    columns::{cell, line},
+    columns::{ColumnDefinition, ColumnTexts, cell, columns, line},
     data::StudyParticipants,
     drives::AnalysedRecording,
     measures::MEASURES,
 };
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
 /// Participant or trial that a rule left out.
@@ -177,7 +177,7 @@ impl PlannedAnalysis {
 }
 
 /// Columns of `models.csv`: name, quantity, unit, definition.
-pub const COLUMNS: [(&str, &str, &str, &str); 21] = [
+const COLUMNS: [ColumnTexts; 21] = [
     ("outcome", "Outcome", "", "name of the measure, as the column of the table of trials"),
     ("role", "Role", "", "primary or secondary, as planned"),
     (
@@ -405,14 +405,7 @@ fn correct(outcomes: &mut [PlannedOutcome]) {
 
 /// Returns the definitions of the columns of `models.csv` as JSON, with the keys of BIDS.
 pub fn models_json() -> String {
-    let entry = |(name, title, unit, about): (&str, &str, &str, &str)| {
-        let mut text = json!({ "LongName": title, "Description": about });
-        if !unit.is_empty() {
-            text["Units"] = unit.into();
-        }
-        (name.to_owned(), text)
-    };
-    let all: Map<String, Value> = COLUMNS.into_iter().map(entry).collect();
+    let all: Map<String, Value> = columns(&COLUMNS).into_iter().map(ColumnDefinition::entry).collect();
     format!("{:#}\n", Value::Object(all))
 }
 

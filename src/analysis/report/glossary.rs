@@ -29,17 +29,8 @@ pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
 
 /// Returns the data dictionary as JSON: the columns of each table, with the keys of BIDS.
 pub fn dictionary(drives: &[AnalysedRecording]) -> String {
-    let entry = |column: ColumnDefinition| {
-        let mut about = Map::new();
-        about.insert("LongName".into(), column.title.into());
-        about.insert("Description".into(), column.about.into());
-        if !column.unit.is_empty() {
-            about.insert("Units".into(), column.unit.into());
-        }
-        (column.name, Value::Object(about))
-    };
     let table = |table: TableColumns| {
-        let columns: Map<String, Value> = table.columns.into_iter().map(entry).collect();
+        let columns: Map<String, Value> = table.columns.into_iter().map(ColumnDefinition::entry).collect();
         (table.file.to_owned(), json!({ "Row": table.row, "Columns": columns }))
     };
     let all: Map<String, Value> = tables(drives).into_iter().map(table).collect();

@@ -191,7 +191,7 @@ mod tests {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
         let lanes = PathLanes::new(&map);
         let starts = |edge: &str| {
-            let lane = map.route.lanes().iter().find(|lane| lane.edge == edge).expect("on the path");
+            let lane = map.route.lanes().iter().find(|lane| lane.edge_id(&map.network) == edge).expect("on the path");
             (lane.start_s_m, lane.length_m)
         };
         let s_of = |lane: &str, s_m: f64| lanes.s_of(&map, &car(&map, lane, s_m), 0.0);
@@ -232,11 +232,12 @@ mod tests {
     fn an_ego_in_a_junction_is_in_its_paths_lane_and_off_all_lanes_in_none() {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
         let lanes = PathLanes::new(&map);
-        let inside = map.route.lanes().iter().find(|lane| lane.edge.starts_with(':')).expect("a junction");
+        let inside =
+            map.route.lanes().iter().find(|lane| lane.edge_id(&map.network).starts_with(':')).expect("a junction");
         let s_m = inside.start_s_m + inside.length_m / 2.0;
         let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
         let found = lanes.ego_lane(&map, &pose, 0.0, s_m, None).expect("in a lane");
-        assert_eq!(map.network.lane(found.lane).id, inside.id);
+        assert_eq!(Some(found.lane), inside.lane);
         let away = Pose { position: pose.position + glam::DVec2::new(30.0, -30.0), ..pose };
         assert_eq!(lanes.ego_lane(&map, &away, 0.0, s_m, None), None);
         let back = Pose::new(pose.position, pose.yaw_rad + std::f64::consts::PI);

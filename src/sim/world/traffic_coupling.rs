@@ -394,7 +394,8 @@ mod tests {
         // turn).
         let edges = ["B0B1", "B1C1", "C1C0", "C0B0", "B0B1"];
         let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &edges).expect("a path");
-        let again_m = map.route.lanes().iter().rfind(|lane| lane.edge == "B0B1").expect("twice").start_s_m;
+        let again_m =
+            map.route.lanes().iter().rfind(|lane| lane.edge_id(&map.network) == "B0B1").expect("twice").start_s_m;
         assert!(again_m > 300.0);
         assert_eq!(s_between(&map.route, (10.0, 12.0), 7.0, 0.5), Some(11.0));
         assert_eq!(s_between(&map.route, (10.0, again_m + 12.0), 7.0, 0.5), None);

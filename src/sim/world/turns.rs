@@ -67,7 +67,7 @@ fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     };
     let inside = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
-        .take_while(|k| route.lanes()[*k].edge.starts_with(':'));
+        .take_while(|k| !route.lanes()[*k].is_street(net));
     let length_m = inside.map(|k| route.lanes()[k].length_m).sum();
     let here = &route.lanes()[k];
     Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
@@ -97,7 +97,9 @@ mod tests {
         let lanes = map.route.lanes();
         // B0B1_0 has 69.20 m and turns right into B1C1_0; C1C2 turns left from B1C1_1.
         let (right_m, change, left) = (69.2, &lanes[2], lanes.last().expect("C1C2").start_s_m);
-        assert!(change.edge == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9);
+        assert!(
+            change.edge_id(&map.network) == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9
+        );
         let turns = turns_of(&map);
         let at = |s_m: f64| turns.indicator_at(&map, s_m, None);
         assert_eq!([at(0.0), at(right_m - 31.0), at(right_m - 29.0)], [Off, Off, Right]);

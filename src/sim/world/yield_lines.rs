@@ -205,7 +205,7 @@ mod tests {
 
     fn lines(file: &str, edges: &[&str]) -> (RoadMap, Vec<YieldLine>) {
         let map = RoadMap::load_along(file, edges).expect("a path");
-        let lanes: Vec<_> = map.route.lanes().iter().map(|lane| map.network.lane_named(&lane.id)).collect();
+        let lanes: Vec<_> = map.route.lanes().iter().map(|lane| lane.lane).collect();
         let lines = yield_lines(&map, &lanes);
         (map, lines)
     }
