@@ -2,6 +2,20 @@
 //! network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane. On a closed route it wraps
 //! at [`Route::length_m`]. An open route continues straight beyond its ends, and positions before its start are negative. The lateral
 //! offset is positive to the left.
+//!
+//! `path_lanes` has the network's lanes along a route, on which `stop_lines`, `yield_lines`, `lane_changes` and `turns` lie.
+
+mod lane_changes;
+mod path_lanes;
+mod stop_lines;
+mod turns;
+mod yield_lines;
+
+pub use lane_changes::LaneChange;
+pub use path_lanes::{PathLanes, is_against};
+pub use stop_lines::{StopLine, stop_lines};
+pub use turns::Turns;
+pub use yield_lines::{StopRule, YieldLine};
 
 use super::network::{Edge, LaneId, Network};
 use crate::space::{Pose, wrap_angle};

@@ -3,8 +3,8 @@
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
 //! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle; they are simulated tick by tick. The
-//! `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
-//! input of policies and drivers, and `right_of_way` the vehicles with right of way.
+//! `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
+//! `perception` the input of policies and drivers.
 
 mod advice;
 mod advised_selection;
@@ -13,23 +13,16 @@ mod contacts;
 mod derived_state;
 mod ego_insertion;
 mod hand_over;
-mod lane_beside;
-mod lane_change;
 mod network_view;
 mod observer;
 mod outside;
-mod path_lane_changes;
-mod path_lanes;
 mod perception;
 mod put_back;
-mod right_of_way;
 mod road_rules;
 mod sham;
 mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
-mod turns;
-mod yield_lines;
 
 pub use advice::{ExpectedSpeeds, road_kind};
 pub use agent::Agent;

@@ -1,8 +1,9 @@
 //! The policy of a drive, and the timing of each vehicle's advice. In: a planned drive; an observation, when the traffic engine is asked
 //! for a step. Out: the advice, when that step begins; and the expected speeds of the drive. m/s.
 
-use super::{WorldError, lane_beside::lanes_beside, sham};
+use super::{WorldError, sham};
 use crate::{
+    driver::manoeuvres::lanes_beside,
     idm::IdmParams,
     map::Route,
     policy::{

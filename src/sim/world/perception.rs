@@ -1,10 +1,10 @@
 //! Input of policies, simulated drivers and lane help. In: the world seen from a vehicle. Out: the policy's [`Observation`], a simulated
 //! driver's [`Perception`], and the lane for lane help. Metres, m/s, radians.
 
-use super::{World, agent::Agent, derived_state, lane_beside::lane_beside};
+use super::{World, agent::Agent, derived_state};
 use crate::{
     controls::LaneHint,
-    driver::{Perception, SeenLeader, SimulatedDriver},
+    driver::{Perception, SeenLeader, SimulatedDriver, manoeuvres::lane_beside},
     map::network::Side,
     policy::{FAR_M, Observation, RoadAhead},
     scenario::PlannedDrive,

@@ -10,17 +10,16 @@ use super::{
     advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
-    path_lanes::{PathLanes, is_against},
     traffic_start::{self, StartPlace, StartedTraffic},
 };
 use crate::{
     ego::Obstacle,
     map::{
-        RoadMap, Route,
+        PathLanes, RoadMap, Route, is_against,
         network::{LanePosition, SignalStates},
     },
     scenario::PlannedDrive,
-    sim::{Snapshot, snapshot::VehicleSnapshot},
+    sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
@@ -225,7 +224,7 @@ impl TrafficCoupling {
         let (lanes, map, fixed) = (&self.lanes, &self.map, self.fixed);
         let s_of = |vehicle: &VehicleState| match fixed {
             Some(_) => map.route.s_on(vehicle.lane?, vehicle.s_m),
-            None => lanes.s_of(map, vehicle, ego_s_m),
+            None => place_on_route(lanes, map, vehicle, ego_s_m),
         };
         let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
         self.to.extend(others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) }));
@@ -297,16 +296,13 @@ impl TrafficCoupling {
         let jumps = is_jump(&fronts[0], &fronts[1], farthest_m);
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
         let nearer = if fraction < 0.5 { from } else { to };
-        let place = |vehicle: &VehicleState| {
-            vehicle.lane.map(|lane| LanePosition { lane, s_m: vehicle.s_m, offset_m: vehicle.offset_m })
-        };
-        let lane = match (place(a), place(b)) {
+        let lane = match (a.lane_position(), b.lane_position()) {
             (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
                 lane: to.lane,
                 s_m: mix(from.s_m, to.s_m),
                 offset_m: mix(from.offset_m, to.offset_m),
             }),
-            _ => place(&nearer.vehicle),
+            _ => nearer.vehicle.lane_position(),
         };
         let on_route = from.s_m.zip(to.s_m).filter(|_| !jumps);
         let s_m = on_route.and_then(|ends| s_between(&self.map.route, ends, farthest_m, fraction)).or(nearer.s_m);
@@ -319,7 +315,7 @@ impl TrafficCoupling {
         }
     }
 
-    /// Returns where a vehicle's front is along the drive's route; `None` off the route.
+    /// Returns where a vehicle's front is along the drive's route, metres; `None` off the route.
     pub fn s_of(&self, car: &VehicleSnapshot) -> Option<f64> {
         self.lanes.s_at(&self.map, car.lane?, car.pose.front(car.body.length_m), 0.0)
     }
@@ -350,6 +346,11 @@ impl TrafficCoupling {
     pub fn describe(&self) -> String {
         self.description.clone()
     }
+}
+
+/// Returns where a vehicle's front is along a route, metres, near `near_s_m`; `None` off the route.
+pub(super) fn place_on_route(lanes: &PathLanes, map: &RoadMap, vehicle: &VehicleState, near_s_m: f64) -> Option<f64> {
+    lanes.s_at(map, vehicle.lane_position()?, vehicle.pose.front(vehicle.body.length_m), near_s_m)
 }
 
 /// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its

@@ -5,10 +5,9 @@ use super::{
     WorldError,
     ego_insertion::{self, Insertion},
     hand_over::{HandOver, HandOverGate},
-    path_lanes::PathLanes,
 };
 use crate::{
-    map::RoadMap,
+    map::{PathLanes, RoadMap},
     scenario::{PlannedDrive, Scenario, StartLayout},
     space::CAR_LENGTH_M,
     traffic::{

@@ -10,10 +10,7 @@ use crate::{
         network::{Connection, LaneId, LanePosition, Network, Side},
     },
     policy::{LaneBeside, LanesBeside, NearVehicle},
-    sim::{
-        Snapshot,
-        snapshot::{Leader, VehicleSnapshot},
-    },
+    snapshot::{Leader, Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     traffic::VehicleBody,
 };
@@ -28,7 +25,7 @@ const TAIL_OUT_M: f64 = 0.4;
 
 /// A lane with the lanes that lead into it and its continuation along a path.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Corridor {
+pub struct Corridor {
     lane: LaneId,
     /// Lanes, sorted, each with its start in metres from the start of `lane`.
     starts: Vec<(LaneId, f64)>,
@@ -103,7 +100,7 @@ fn reaches_into(net: &Network, car: &VehicleSnapshot, at: LanePosition, lane: La
 }
 
 /// Returns the nearest vehicles in the lane beside the one of the ego's front; `None` without a lane for cars there.
-pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
+pub fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
     let (net, own) = (&map.network, snapshot.ego_lane?);
     let lane = car_lane_beside(net, own.lane, side)?;
     let corridor = Corridor::new(map, lane, map.route.lane_at(snapshot.ego_s_m).0);
@@ -123,7 +120,7 @@ fn car_lane_beside(net: &Network, lane: LaneId, side: Side) -> Option<LaneId> {
 }
 
 /// Returns the position in another lane of the same edge that is level with `at`, metres from that lane's start.
-pub(super) fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
+pub fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
     at.s_m * (net.lane(other).length_m / net.lane(at.lane).length_m)
 }
 

@@ -1,6 +1,6 @@
 //! Stop lines at signals along a route. In: a [`RoadMap`]. Out: their positions, and the signal and letter that control each. Metres.
 
-use super::{RoadMap, network::SignalId};
+use crate::map::{RoadMap, network::SignalId};
 
 /// Stop line at the end of a lane of the route, controlled by a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]

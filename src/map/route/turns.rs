@@ -1,7 +1,7 @@
 //! Turns and lane changes of the ego's path, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate at a
 //! position of the path. Metres.
 
-use super::path_lane_changes::LaneChange;
+use super::lane_changes::LaneChange;
 use crate::{
     controls::Indicator,
     map::{
@@ -25,7 +25,7 @@ struct Turn {
 
 /// The turns and lane changes of a route.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Turns(Vec<Turn>);
+pub struct Turns(Vec<Turn>);
 
 impl Turns {
     /// Returns the turns and lane changes of a map's route; `lanes` are the network's lanes of the route's.
@@ -81,8 +81,8 @@ fn change(change: &LaneChange) -> Turn {
 
 #[cfg(test)]
 mod tests {
-    use super::super::path_lanes::PathLanes;
     use super::*;
+    use crate::map::PathLanes;
 
     fn turns_of(map: &RoadMap) -> Turns {
         let lanes = PathLanes::new(map);
