@@ -3,14 +3,17 @@
 use super::{CliError, out};
 use crate::{
     analysis::{
-        AnalysisError,
-        collect::{self, FolderContents},
-        drivers, find, glossary,
-        network::{LinePlace, tables as network_tables},
-        plan::PlanHistory,
-        planned::{self, PlannedAnalysis},
-        report::{self, FileProof},
-        response_time_table, sickness, tables,
+        AnalysisError, FolderContents, analyse,
+        drivers::participants as drivers,
+        find,
+        models::{
+            plan::PlanHistory,
+            planned::{self, PlannedAnalysis},
+        },
+        network::LinePlace,
+        report::{self, FileProof, glossary},
+        tables,
+        text::count,
     },
     drive_loop::RunError,
     record,
@@ -30,7 +33,7 @@ pub(super) fn command() -> Command {
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page \
              (183 mm), PNG files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section \
              to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
-             takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
+             takes them into a rehearsal (codrive study rehearse FILE --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
              speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
              Before anything is analysed, every file is compared with its checksum, and every recording with its place: participant, trial, \
@@ -95,7 +98,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let proof = FileProof { changed, signature };
     let bar = super::progress(contents.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
-    let drives = collect::analyse(&contents.found, &lines, &|| bar.inc(1));
+    let drives = analyse(&contents.found, &lines, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
     let fitted = drivers::drivers(&drives);
@@ -111,19 +114,19 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     record::new_private_dir(&out.join("figures"))?;
     put("trials.csv", &tables::trials(&drives))?;
     put("advice.csv", &tables::advice(&drives))?;
-    put("reactions.csv", &response_time_table::table(&drives))?;
+    put("reactions.csv", &tables::response_times(&drives))?;
     put("speed.csv", &tables::speed(&drives))?;
     put("conditions.csv", &tables::by_condition(&drives))?;
-    put("drivers.csv", &tables::drivers(&drives, &fitted))?;
+    put("drivers.csv", &tables::drivers(&fitted))?;
     if !contents.people.each.is_empty() {
-        put("scores.csv", &tables::scores(&drives, &contents.people))?;
+        put("scores.csv", &tables::scores(&contents.people))?;
     }
     if !contents.people.ratings.is_empty() {
-        put("fms.csv", &sickness::table(&contents.people))?;
+        put("fms.csv", &tables::sickness(&contents.people))?;
     }
     if drives.iter().any(|drive| drive.network.is_some()) {
-        put(network_tables::TRIPS_FILE, &network_tables::trips(&drives))?;
-        put(network_tables::LINES_FILE, &network_tables::lines(&drives))?;
+        put(tables::TRIPS_FILE, &tables::trips(&drives))?;
+        put(tables::LINES_FILE, &tables::lines(&drives))?;
     }
     put("columns.json", &glossary::dictionary(&drives))?;
     if contents.is_whole {
@@ -148,7 +151,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         "{}: report.html, methods.txt, tables (CSV) and figures ({}) of {}",
         out.display(),
         super::desktop::FIGURES,
-        report::count(drives.len())
+        count(drives.len())
     ))?;
     if proof.changed.is_empty() {
         return Ok(());

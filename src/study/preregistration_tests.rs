@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    analysis::{DriveMeasures, DriveSetup, FoundRecording, driver_moments::DriverStretches},
+    analysis::{DriveMeasures, DriveSetup, FoundRecording, data::driver_moments::DriverStretches},
     rng,
 };
 use std::path::Path;

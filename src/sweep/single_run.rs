@@ -9,9 +9,11 @@ use super::{
 };
 use crate::{
     analysis::{
-        AnalysedRecording, AnalysisError, MEASURES, collect, find,
-        plan::PlanHistory,
-        planned::{PlannedAnalysis, PlannedOutcome},
+        AnalysedRecording, AnalysisError, MEASURES, analyse, find,
+        models::{
+            plan::PlanHistory,
+            planned::{PlannedAnalysis, PlannedOutcome},
+        },
     },
     drive_loop::{evaluation_drive, rehearsal::Rehearsal},
     policy::PolicySource,
@@ -122,7 +124,7 @@ fn rehearsal(task: &RehearsalTask, head: &RowHead) -> Result<Vec<RehearsalRow>, 
     rehearsal.run(&AtomicBool::new(false), &|_| ())?;
     let analysed = (|| -> Result<_, AnalysisError> {
         let found = find(&root)?;
-        let drives = collect::analyse(&found.found, &[], &|| ())?;
+        let drives = analyse(&found.found, &[], &|| ())?;
         let planned = PlannedAnalysis::of(&PlanHistory::of(&root, None)?, &drives, &found.people);
         Ok((drives, planned))
     })();

@@ -47,17 +47,6 @@ fn a_lane_counts_its_own_vehicles_and_an_edge_those_of_all_lanes() {
 }
 
 #[test]
-fn a_line_without_vehicles_has_no_time_between_rows() {
-    let net = Network::load(GRID).expect("a network");
-    let place: LinePlace = "B0B1:30".parse().expect("a place");
-    let mut drives = crate::analysis::page_tests::mixed_drives();
-    let lines = &mut drives[0].network.as_mut().expect("a network").lines;
-    lines.push(LineCount::new(place.resolve(&net, Path::new("p1")).expect("a line")));
-    let text = crate::analysis::network::tables::lines(&drives[..1]);
-    assert!(text.ends_with(",B0B1:30,asked,0,12,0,\n"), "{text}");
-}
-
-#[test]
 fn a_line_may_lie_at_the_end_of_its_edge_and_not_beyond() {
     let net = Network::load(GRID).expect("a network");
     let resolve = |line: &str| line.parse::<LinePlace>().expect("a place").resolve(&net, Path::new("p1"));
@@ -109,7 +98,7 @@ fn the_line_of_a_path_is_at_its_middle_on_the_nearest_street() {
     assert!(line.is_default && (line.name == "B0B1:69" || line.name == "B1B2:0"), "{line:?}");
     let map = RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1B2"]).expect("a path");
     let line = CrossSection::middle_of_path(&map).expect("a line");
-    let street = map.route.lanes().iter().find(|lane| lane.edge == "B0B1").expect("the middle one");
+    let street = map.route.lanes().iter().find(|lane| lane.edge_id(&map.network) == "B0B1").expect("the middle one");
     let at_m = map.route.length_m() / 2.0 - street.start_s_m;
     assert_eq!(line.name, format!("B0B1:{}", at_m.round()));
 }

@@ -5,12 +5,11 @@
 //! A vehicle is on the path in a lane of the path (as in the simulation: `s_m` of the table of the vehicles). Its trace has a
 //! gap where it turns off. The ego's has one where it leaves its path.
 
+use crate::analysis::{
+    data::{RecordedTrial, StepVehicle, ThinnedValues, TrafficStep},
+    error::AnalysisError,
+};
 use crate::{
-    analysis::{
-        AnalysisError, RecordedTrial,
-        traffic_steps::{StepVehicle, TrafficStep},
-        trial::ThinnedValues,
-    },
     map::{
         RoadMap,
         network::{EdgeId, SignalLight},
@@ -136,7 +135,8 @@ struct PathTraceCollector<'a> {
 
 impl<'a> PathTraceCollector<'a> {
     fn new(map: &'a RoadMap) -> Self {
-        let edges = map.route.lanes().iter().filter_map(|lane| map.network.edge_named(&lane.edge)).collect();
+        let lanes = map.route.lanes().iter().filter_map(|lane| lane.lane);
+        let edges = lanes.map(|lane| map.network.lane(lane).edge).collect();
         Self { map, edges, before: BTreeMap::new(), ego_last: None, traces: PathTraces::default() }
     }
 

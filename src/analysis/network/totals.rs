@@ -2,19 +2,12 @@
 //! trips, counts at lines, and the ego's time loss against the speed limits. SI units. The size grows with the number of
 //! vehicles, not with their time.
 
-use super::{
-    cross_section::{CrossSection, LineCount, LinePlace, RowPlace},
-    trips::{Trip, TripTable},
+use super::cross_section::{CrossSection, LineCount, LinePlace, RowPlace};
+use crate::analysis::{
+    data::{RecordedTrial, StepVehicle, TrafficStep, Trip, TripTable},
+    error::AnalysisError,
 };
-use crate::{
-    analysis::{
-        AnalysisError, RecordedTrial,
-        traffic_steps::{StepVehicle, TrafficStep},
-    },
-    map::network::Network,
-    time::Tick,
-    traffic::EGO,
-};
+use crate::{map::network::Network, time::Tick, traffic::EGO};
 use std::{
     collections::{BTreeMap, BTreeSet},
     sync::Arc,

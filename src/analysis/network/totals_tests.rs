@@ -1,7 +1,7 @@
 //! Sums of a drive on a network against values computed by hand. The limit on B0B1 is 13.89 m/s, its length 69.2 m.
 
 use super::*;
-use crate::analysis::network::TripEnd;
+use crate::analysis::data::TripEnd;
 
 const LIMIT_MPS: f64 = 13.89;
 
