@@ -63,6 +63,8 @@ pub const SHOULDER_M: f64 = 0.4;
 /// // A ring of 250 m has a radius of 250 m / 2 pi = 39.8 m around the origin.
 /// let (centre, radius_m) = map.bounds();
 /// assert!(centre.length() < 0.01 && (radius_m - 39.79).abs() < 0.01);
+/// // Positions go round: from 240 m of a lap to 10 m of the next one.
+/// assert!((map.route.ahead(240.0, 10.0) - 20.0).abs() < 1e-6);
 /// // It begins in the east and turns left: a quarter of a lap later it is in the north. And back from the point to the route.
 /// let north = map.route.point_at(62.5);
 /// assert!(north.x.abs() < 0.01 && (north.y - 39.79).abs() < 0.01);

@@ -104,16 +104,6 @@ pub struct RoutePosition {
 }
 
 /// Chain of lanes. On a closed route, the end of the last lane is the start of the first.
-///
-/// # Examples
-///
-/// ```
-/// use codrive::map::RoadMap;
-/// let route = RoadMap::load("ring-250")?.route;
-/// // Positions go round: from 240 m of a lap of 250 m to 10 m of the next one.
-/// assert!((route.ahead(240.0, 10.0) - 20.0).abs() < 1e-6);
-/// # Ok::<(), codrive::map::MapError>(())
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Route {
     lanes: Vec<RouteLane>,
