@@ -357,7 +357,6 @@ impl TableCursor {
         let name = column.name;
         match column.get {
             ColumnValue::Number(get) => self.number(name).map(f64::to_bits) == get(driven).map(f64::to_bits),
-            ColumnValue::Nth(k, get) => self.number(name).map(f64::to_bits) == get(driven, k).map(f64::to_bits),
             ColumnValue::Whole(get) => self.array::<UInt64Array>(name).map(|a| a.value(self.at)) == Some(get(driven)),
             ColumnValue::Id(get) => self.array::<UInt32Array>(name).map(|a| a.value(self.at)) == get(driven),
             ColumnValue::Flag(get) => self.array::<BooleanArray>(name).map(|a| a.value(self.at)) == get(driven),
@@ -369,7 +368,7 @@ impl TableCursor {
     fn cell<R>(&self, column: &TableColumn<R>) -> String {
         let (name, at) = (column.name, self.at);
         let found = match column.get {
-            ColumnValue::Number(_) | ColumnValue::Nth(..) => self.number(name).map(|v| v.to_string()),
+            ColumnValue::Number(_) => self.number(name).map(|v| v.to_string()),
             ColumnValue::Whole(_) => self.array::<UInt64Array>(name).map(|a| a.value(at).to_string()),
             ColumnValue::Id(_) => self.array::<UInt32Array>(name).map(|a| a.value(at).to_string()),
             ColumnValue::Flag(_) => self.array::<BooleanArray>(name).map(|a| a.value(at).to_string()),
@@ -388,7 +387,6 @@ impl TableCursor {
 fn text<R>(column: &TableColumn<R>, row: &R) -> String {
     let found = match column.get {
         ColumnValue::Number(get) => get(row).map(|v| v.to_string()),
-        ColumnValue::Nth(k, get) => get(row, k).map(|v| v.to_string()),
         ColumnValue::Whole(get) => Some(get(row).to_string()),
         ColumnValue::Id(get) => get(row).map(|v| v.to_string()),
         ColumnValue::Flag(get) => get(row).map(|v| v.to_string()),

@@ -84,7 +84,6 @@ fn each_signal_has_a_row_at_the_start_and_one_whenever_it_changes() {
 fn cells<R>(columns: &[TableColumn<R>], row: &R) -> String {
     let text = |column: &TableColumn<R>| match column.get {
         ColumnValue::Number(get) => get(row).map_or("-".into(), |v| format!("{v:.3}")),
-        ColumnValue::Nth(k, get) => get(row, k).map_or("-".into(), |v| format!("{v:.3}")),
         ColumnValue::Whole(get) => get(row).to_string(),
         ColumnValue::Id(get) => get(row).map_or("-".into(), |v| v.to_string()),
         ColumnValue::Flag(get) => get(row).map_or("-".into(), |v| v.to_string()),

@@ -27,8 +27,6 @@ use std::{
 pub enum ColumnValue<R> {
     /// Number; empty if the row has none.
     Number(fn(&R) -> Option<f64>),
-    /// Number among several of a row, by its index; empty if the row has none.
-    Nth(usize, fn(&R, usize) -> Option<f64>),
     /// Count, tick or hash.
     Whole(fn(&R) -> u64),
     /// Small whole number, such as the number of a vehicle; empty if the row has none.
@@ -54,7 +52,7 @@ pub struct TableColumn<R> {
 impl<R> TableColumn<R> {
     fn kind(&self) -> DataType {
         match self.get {
-            ColumnValue::Number(_) | ColumnValue::Nth(..) => DataType::Float64,
+            ColumnValue::Number(_) => DataType::Float64,
             ColumnValue::Whole(_) => DataType::UInt64,
             ColumnValue::Id(_) => DataType::UInt32,
             ColumnValue::Flag(_) => DataType::Boolean,
@@ -65,7 +63,6 @@ impl<R> TableColumn<R> {
     fn array(&self, rows: &[R]) -> ArrayRef {
         match self.get {
             ColumnValue::Number(get) => Arc::new(rows.iter().map(get).collect::<Float64Array>()),
-            ColumnValue::Nth(k, get) => Arc::new(rows.iter().map(|row| get(row, k)).collect::<Float64Array>()),
             ColumnValue::Whole(get) => Arc::new(UInt64Array::from_iter_values(rows.iter().map(get))),
             ColumnValue::Id(get) => Arc::new(rows.iter().map(get).collect::<UInt32Array>()),
             ColumnValue::Flag(get) => Arc::new(rows.iter().map(get).collect::<BooleanArray>()),

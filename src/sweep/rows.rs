@@ -5,7 +5,7 @@ use crate::{
     metrics::{EVALUATED, EvaluationResult, Measure, registry},
     record::{
         TableColumn,
-        table::ColumnValue::{self, Flag, Nth, Number, Whole, Word},
+        table::ColumnValue::{self, Flag, Number, Whole, Word},
     },
     train::LearningCurveRow,
 };
@@ -97,6 +97,14 @@ macro_rules! head {
     };
 }
 
+/// Returns the accessors of the measures of evaluations, in their order; a column's accessor captures nothing, hence the numbers.
+fn evaluated() -> [ColumnValue<DriveRow>; EVALUATED.len()] {
+    macro_rules! at {
+        ($($k:literal)*) => { [$(Number(|row: &DriveRow| EVALUATED[$k].1(&row.result))),*] };
+    }
+    at!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23)
+}
+
 /// Returns the columns of drives and rings.
 pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     let mut columns = head!(DriveRow);
@@ -108,9 +116,9 @@ pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
         column("driver", "", "who followed the advice", Word(|row| row.driver.clone())),
         column("hold_s", "s", "how long one advice stood", Number(|row| Some(row.hold_s))),
     ]);
-    columns.extend(EVALUATED.iter().enumerate().map(|(k, (measure, _))| match measure.name {
-        "crashed" => measured(measure.name, Flag(|row: &DriveRow| Some(row.result.crashed))),
-        name => measured(name, Nth(k, |row, k| EVALUATED[k].1(&row.result))),
+    columns.extend(EVALUATED.iter().zip(evaluated()).map(|((measure, _), get)| match measure.name {
+        "crashed" => measured(measure.name, Flag(|row| Some(row.result.crashed))),
+        name => measured(name, get),
     }));
     columns
 }

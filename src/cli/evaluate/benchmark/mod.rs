@@ -8,7 +8,7 @@ pub(super) mod report;
 use super::CliError;
 use crate::{
     cli::{out, stop_on_ctrl_c},
-    metrics::{Estimate, EvaluationResult, correlation},
+    metrics::{Estimate, EvaluationResult, correlation, evaluated},
     policy::{DriverTraits, PolicySource},
     private,
     train::{IdentifiedDriver, TrainConfig, drawn_ring, evaluate, identified},
