@@ -11,7 +11,7 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 17] = [
+const ROWS: [&[&str]; 19] = [
     &[
         "space",
         "time",
@@ -30,7 +30,9 @@ const ROWS: [&[&str]; 17] = [
     &["data_folders", "settings", "triggers", "signing", "sumo_xml"],
     &["map"],
     &["ego", "policy"],
-    &["input", "traffic", "driver", "metrics"],
+    &["input", "traffic", "metrics"],
+    &["snapshot"],
+    &["driver"],
     &["scenario"],
     &["sim", "train"],
     &["hud"],

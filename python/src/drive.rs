@@ -60,7 +60,7 @@ impl DriveConfiguration {
         let made = || {
             let config = EpisodeConfig::new(map, driver, demand, &changes)
                 .map_err(|why| about_engine(&why.key, asked_engine.as_deref()).unwrap_or(why.message))?;
-            let is_open = config.is_open().map_err(|why| why.to_string())?;
+            let is_open = config.drive(0).map_err(|why| why.to_string())?.is_open();
             Ok::<_, String>(Self { config, is_open })
         };
         threads::interruptible(py, made)?

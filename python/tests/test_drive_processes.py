@@ -170,6 +170,8 @@ ENDLESS = {"warm_up_s": 3600.0, "wave_sd_mps": 10.0, "wave_wait_s": 3600.0, "ste
 def interrupt_reset(env, after_s):
     """Presses Ctrl-C during a warm-up, and returns the time until it ended, in seconds."""
     main = threading.main_thread().ident
+    # A shell starts what runs in its background without it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     interrupt = threading.Timer(after_s, lambda: signal.pthread_kill(main, signal.SIGINT))
     interrupt.start()
     begun = time.monotonic()

@@ -33,7 +33,7 @@ pub(super) fn command() -> Command {
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page \
              (183 mm), PNG files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section \
              to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
-             takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
+             takes them into a rehearsal (codrive study rehearse FILE --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
              speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
              Before anything is analysed, every file is compared with its checksum, and every recording with its place: participant, trial, \

@@ -118,7 +118,7 @@ fn written(folder: &Path) -> Result<(), CliError> {
     let made = map::RoadMap::load(&path)?;
     let is_known = folder.parent().map(Path::to_path_buf) == map::own_folder();
     let drive = if is_known { made.name.clone() } else { path.into_owned() };
-    tell(&made, &drive)
+    print_map(&made, &drive)
 }
 
 fn import(matches: &ArgMatches) -> Result<(), CliError> {
@@ -191,7 +191,7 @@ fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool, f64),
 }
 
 /// Prints length and lanes of a new map; `drive` is its name for `--map`.
-fn tell(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
+fn print_map(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
     out::line(format_args!(
         "{}: {:.3} m in {} lanes",
         made.net_file.display(),
@@ -235,9 +235,9 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
         }
         Err(error) => return Err(error.into()),
     };
-    let on_route = |lane: &str| map.route.lanes().iter().any(|of| of.id == lane);
+    let on_route = |lane: &map::network::LaneId| map.route.lanes().iter().any(|of| of.lane == Some(*lane));
     let streets = network.lane_ids().filter(|lane| network.edge_of(*lane).kind.is_street());
-    let left_out = streets.filter(|lane| !on_route(&network.lane(*lane).id)).count();
+    let left_out = streets.filter(|lane| !on_route(lane)).count();
     let length_m = map.route.length_m();
     let kind = if map.route.is_closed() { "closed route" } else { "open path   " };
     out::line(format_args!("{kind}   {length_m:.0} m; it leaves out {left_out} of {} lanes", census.lanes))

@@ -40,6 +40,7 @@ use crate::{
     drive_loop::RunError,
     map::MapError,
     record::RecordError,
+    scenario::PlanError,
     settings::SettingsError,
     sim::WorldError,
     study::SessionError,
@@ -83,10 +84,11 @@ fn progress(length: u64, message: String) -> ProgressBar {
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (listing, arguments) = listing(arguments.into_iter().collect());
-    let matches = match command(listing).try_get_matches_from(with_default_command(arguments)) {
+    let arguments = with_default_command(arguments);
+    let matches = match command(listing).try_get_matches_from(&arguments) {
         Ok(matches) => matches,
         Err(mut error) => {
-            suggest_command(&mut error);
+            suggest_command(&mut error, &command(listing), &arguments);
             // Help and version go to stdout and are no failure; every other error of clap is bad input.
             let plain = error.render().to_string();
             if error.use_stderr() && out::visible(&plain) != plain {
@@ -98,7 +100,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return match printed {
                 _ if error.use_stderr() => 2,
                 Ok(()) => 0,
-                Err(error) => tell(&out::fault(&error)),
+                Err(error) => print_error(&out::fault(&error)),
             };
         }
     };
@@ -110,7 +112,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
-        return tell(&CliError::Input(why.to_string()));
+        return print_error(&CliError::Input(why.to_string()));
     }
     // `check-network` runs as a child process and prints faults only.
     if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
@@ -135,26 +137,34 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let code = match done {
         Ok(()) => 0,
-        Err(error) => tell(&error),
+        Err(error) => print_error(&error),
     };
     stop::end_if_starting(code);
     code
 }
 
-/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word.
-fn suggest_command(error: &mut clap::Error) {
+/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word. Lists all commands of the
+/// level if none is near.
+fn suggest_command(error: &mut clap::Error, program: &Command, arguments: &[OsString]) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
     if error.get(ContextKind::SuggestedSubcommand).is_some() {
         return;
     }
-    let known: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
-    if let Some(near) = nearest(word, &known) {
-        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()]));
-    }
+    let parents = arguments.iter().take_while(|argument| *argument != word.as_str());
+    let parent = parents.fold(program, |parent, name| parent.find_subcommand(name).unwrap_or(parent));
+    let shown = parent.get_subcommands().filter(|command| !command.is_hide_set());
+    let known: Vec<&str> = shown.map(Command::get_name).collect();
+    match nearest(word, &known) {
+        Some(near) => error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()])),
+        None => error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![format!("the commands are {}", known.join(", ")).into()]),
+        ),
+    };
 }
 
 /// Prints an error. Returns the exit code.
-fn tell(error: &CliError) -> u8 {
+fn print_error(error: &CliError) -> u8 {
     let code = match error {
         CliError::Input(_) => 2,
         CliError::Failed(_) => 1,
@@ -269,14 +279,15 @@ impl From<SettingsError> for CliError {
 
 impl From<WorldError> for CliError {
     fn from(error: WorldError) -> Self {
-        if matches!(&error, WorldError::Traffic(TrafficError::Interrupted)) {
-            return Self::Interrupted(error.to_string());
+        match error {
+            WorldError::Plan(PlanError::Map(error)) => error.into(),
+            WorldError::Traffic(TrafficError::Interrupted) => Self::Interrupted(error.to_string()),
+            WorldError::Traffic(TrafficError::Setup(_) | TrafficError::NotFinite { .. }) => {
+                Self::Input(error.to_string())
+            }
+            WorldError::Traffic(_) => Self::Failed(error.to_string()),
+            _ => Self::Input(error.to_string()),
         }
-        let machine = matches!(
-            &error,
-            WorldError::Traffic(error) if !matches!(error, TrafficError::Setup(_) | TrafficError::NotFinite { .. })
-        );
-        if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
     }
 }
 

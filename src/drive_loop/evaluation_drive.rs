@@ -9,12 +9,12 @@ use crate::{
     metrics::{
         AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkEpisodeMetrics, NetworkFlow,
     },
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
     traffic::VehicleState,
 };
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 /// Drives the scenario to its end; its warm-up does not count. From the first contact of an advised vehicle on, all
 /// vehicles count as standing, as on the fast ring.
@@ -22,14 +22,14 @@ use std::collections::BTreeMap;
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
 pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
-    let map = scenario.load_map().map_err(WorldError::from)?;
-    if scenario.on(&map).is_on_network() {
-        return on_network(scenario);
+    let drive = PlannedDrive::new(scenario).map_err(WorldError::from)?;
+    if drive.is_open() {
+        return on_network(&drive);
     }
     if scenario.advised.is_no_vehicle() {
-        return traffic_alone(scenario);
+        return traffic_alone(&drive);
     }
-    let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY])?;
+    let mut run = OfflineDrive::of(drive, [0.0, f64::INFINITY])?;
     let mut metrics = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
@@ -56,9 +56,10 @@ fn has_crashed(run: &OfflineDrive) -> bool {
 
 /// Evaluates a drive with vehicles that come and go. The mean speed is Flow's: the mean over the present vehicles at
 /// each step, then over the steps.
-fn on_network(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
-    let scenario = Scenario { participant: false, ..scenario.clone() };
-    let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
+fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
+    let scenario = Scenario { participant: false, ..drive.scenario().clone() };
+    let alone = PlannedDrive::on(&scenario, Arc::clone(drive.map())).map_err(WorldError::from)?;
+    let mut run = OfflineDrive::of(alone, [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
     let mut totals = NetworkEpisodeMetrics::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
@@ -121,13 +122,14 @@ fn flow(world: &World, newest: u32) -> NetworkFlow {
 }
 
 /// Evaluates a drive without advised vehicles.
-fn traffic_alone(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
-    let (map, mut engine) = World::traffic_alone(scenario)?;
+fn traffic_alone(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
+    let (scenario, map) = (drive.scenario(), drive.map());
+    let mut engine = World::traffic_alone(drive)?;
     let mut metrics = EpisodeMetrics::new(scenario.step_s, map.route.length_m());
     for _ in 0..(scenario.duration_s / scenario.step_s).round() as u64 {
         engine.step(&[]).map_err(WorldError::from)?;
         let cars = engine.vehicles();
-        let now = EpisodeStep { ahead: ahead(cars, &map), ..EpisodeStep::default() };
+        let now = EpisodeStep { ahead: ahead(cars, map), ..EpisodeStep::default() };
         metrics.add(cars.iter().map(|car| car.speed_mps as f32), now);
     }
     Ok(metrics.result())

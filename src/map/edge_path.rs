@@ -49,7 +49,7 @@ pub(super) fn along_edges(
         let WayOn { exit, next, .. } = ways[&entered];
         lanes.push(change_lanes(&RouteLane::of(net, entered), &RouteLane::of(net, exit)));
         if k + 1 < chosen.len() {
-            lanes.extend(inside(net, exit, next).map(|lane| RouteLane::of(net, lane)));
+            lanes.extend(net.lanes_between(exit, next).map(|lane| RouteLane::of(net, lane)));
         }
         entered = next;
     }
@@ -136,16 +136,6 @@ fn ways_on(file: &Path, net: &Network, chosen: &[EdgeId]) -> Result<Vec<BTreeMap
     Ok(ways)
 }
 
-/// Returns the internal lanes between two connected lanes, in driving order.
-fn inside(net: &Network, from: LaneId, to: LaneId) -> impl Iterator<Item = LaneId> {
-    let next = move |at: LaneId| {
-        let way = net.connections_from(at).iter().find(|connection| connection.to == to);
-        way.map(super::network::Connection::next).filter(|lane| *lane != to)
-    };
-    // netconvert makes two or three of them; internal lanes that form a loop are not followed further.
-    std::iter::successors(next(from), move |at| next(*at)).take(16)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -162,15 +152,15 @@ mod tests {
     fn a_path_starts_on_the_outermost_lane_that_leads_to_its_end() {
         let net = Network::load(GRID).unwrap();
         let route = along(&["A0B0", "B0C0", "C0C1"]).unwrap();
-        let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
+        let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id(&net)).collect();
         let streets: Vec<&str> = ids.iter().copied().filter(|id| !id.starts_with(':')).collect();
         assert_eq!(streets.len(), 3);
         // Both lanes lead all the way. At C1 only the inner lane turns left: it is used from the start, without a lane change.
         assert_eq!(streets, ["A0B0_0", "B0C0_0", "C0C1_0"]);
-        assert_eq!(along(&["A1B1", "B1C1", "C1C2"]).unwrap().lanes()[0].id, "A1B1_1");
+        assert_eq!(along(&["A1B1", "B1C1", "C1C2"]).unwrap().lanes()[0].id(&net), "A1B1_1");
         // Each lane leads to the next by SUMO's own connections.
         for pair in route.lanes().windows(2) {
-            let [from, to] = [&pair[0], &pair[1]].map(|lane| net.lane_named(&lane.id).unwrap());
+            let [from, to] = [&pair[0], &pair[1]].map(|lane| lane.lane.unwrap());
             assert!(net.successors(from).any(|next| next == to), "{ids:?}");
             assert!(pair[0].shape.last().unwrap().distance(pair[1].shape[0]) < 0.05, "{ids:?}");
         }
@@ -186,9 +176,9 @@ mod tests {
         };
         assert!(turns("B0B1_0", "B1C1") && !turns("B1C1_0", "C1C2") && turns("B1C1_1", "C1C2"), "what SUMO says");
         let route = along(&["B0B1", "B1C1", "C1C2"]).unwrap();
-        let change = route.lanes().iter().position(|lane| lane.edge == "B1C1").unwrap();
+        let change = route.lanes().iter().position(|lane| lane.edge_id(&net) == "B1C1").unwrap();
         let lane = &route.lanes()[change];
-        assert_eq!(lane.id, "B1C1_1");
+        assert_eq!(lane.id(&net), "B1C1_1");
         let entered = net.lane(net.lane_named("B1C1_0").unwrap()).line.points()[0].truncate();
         let left = net.lane(net.lane_named("B1C1_1").unwrap()).line.points().last().unwrap().truncate();
         assert!(lane.shape[0].distance(entered) < 1e-9 && lane.shape.last().unwrap().distance(left) < 1e-9);
@@ -217,7 +207,7 @@ mod tests {
             let text = format!("<net>{a}{b}{}{}</net>", way(0), way(1));
             let net = Network::read(Path::new("t.net.xml"), &text).unwrap();
             let route = along_edges(Path::new("t.net.xml"), &net, &["a", "b"], None).unwrap();
-            let ids: Vec<String> = route.lanes().iter().map(|lane| lane.id.clone()).collect();
+            let ids: Vec<String> = route.lanes().iter().map(|lane| lane.id(&net).to_owned()).collect();
             ids
         };
         assert_eq!(first_lane(0.0), ["a_0", "b_0"]);

@@ -1,7 +1,7 @@
-//! Shapes of consecutive lanes in a route. In: lanes as a network draws them. Out: the same lanes without zero-length shapes, without
-//! gaps between lanes, and without a step at a lane change. Metres.
+//! Shapes of consecutive lanes in a route. In: lanes as a network draws them. Out: the same lanes without gaps between them, and without a
+//! step at a lane change. Metres.
 
-use super::{RouteLane, route::BRIDGE_EDGE};
+use super::RouteLane;
 use glam::DVec2;
 
 /// Gap above which lanes are joined by a curve, metres: netconvert rounds to 0.01 m.
@@ -15,9 +15,9 @@ pub(super) fn shape_length_m(shape: &[DVec2]) -> f64 {
 }
 
 /// Returns the lane driven on an edge that is entered on one lane and left on another, with a smooth lane change over the whole length.
-/// The result has the id of the lane that is left.
+/// The result names the lane that is left.
 pub(super) fn change_lanes(entered: &RouteLane, left: &RouteLane) -> RouteLane {
-    if entered.id == left.id {
+    if entered.lane == left.lane {
         return entered.clone();
     }
     let n = (entered.length_m / 2.0).ceil().max(8.0);
@@ -40,18 +40,6 @@ fn along_shape(shape: &[DVec2], fraction: f64) -> DVec2 {
         rest_m -= length_m;
     }
     shape[shape.len() - 1]
-}
-
-/// Extends a lane that is one point to 0.1 mm; its declared length (0.1 m) still counts.
-pub(super) fn extend_points(lanes: &mut [RouteLane]) {
-    const EXTENT_M: f64 = 1e-4;
-    for k in 0..lanes.len() {
-        let point = lanes[k].shape[0];
-        if lanes[k].shape.iter().all(|other| *other == point) {
-            let before = end_direction(&lanes[(k + lanes.len() - 1) % lanes.len()].shape);
-            lanes[k].shape = vec![point - before * EXTENT_M, point];
-        }
-    }
 }
 
 /// Closes the gaps of a closed route. Without internal lanes, lanes may end short of each other; each lane gets half of a connecting
@@ -89,8 +77,6 @@ fn bridge(before: &RouteLane, after: &RouteLane) -> RouteLane {
     let shape: Vec<DVec2> = [start].into_iter().chain(first).chain(second).chain([after.shape[0]]).collect();
     RouteLane {
         lane: None,
-        id: format!("{BRIDGE_EDGE}{}->{}", before.id, after.id),
-        edge: BRIDGE_EDGE.into(),
         start_s_m: 0.0,
         length_m: shape_length_m(&shape),
         speed_limit_mps: before.speed_limit_mps.min(after.speed_limit_mps),

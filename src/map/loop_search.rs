@@ -6,10 +6,10 @@
 use super::{
     MapError, Route, RouteLane,
     edge_path::along_edges,
-    joined_shapes::{bridge_gaps, change_lanes, extend_points, shape_length_m},
+    joined_shapes::{bridge_gaps, change_lanes, shape_length_m},
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     longest_open_path,
-    network::{self, Connection, Edge, JunctionId, Lane, LaneId, Network},
+    network::{Edge, JunctionId, Lane, LaneId, Network},
     tight_turns::{has_kink, is_too_tight},
 };
 use crate::toml_text::did_you_mean;
@@ -42,12 +42,11 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
         }
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => match default_path(file, net) {
-            Ok(path) if path.is_closed() => streets_of(net, &path),
+            Ok(path) if path.is_closed => path.streets,
             // A loop with lane changes takes precedence over an open path, for compatibility with versions without open paths.
             found => match (longest_loop(file, net), found) {
                 (Err(_), Ok(path)) => {
-                    let edges: Vec<&str> =
-                        streets_of(net, &path).into_iter().map(|lane| edge_at(net, lane).id.as_str()).collect();
+                    let edges: Vec<&str> = path.streets.iter().map(|lane| net.edge_of(*lane).id.as_str()).collect();
                     return along_edges(file, net, &edges, None);
                 }
                 (looped, _) => looped?,
@@ -60,16 +59,15 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
         let next = chain[(k + 1) % chain.len()];
         let left = lane_towards(net, entered, next);
         for lane in [entered, left] {
-            check_stretch(file, &route_lane(net, lane))?;
+            check_stretch(file, net, &RouteLane::of(net, lane))?;
         }
         // A lane change has a point every 2 m.
-        declared_m += lane_at(net, entered).length_m.max(lane_at(net, left).length_m);
+        declared_m += net.lane(entered).length_m.max(net.lane(left).length_m);
         check_length(file, declared_m)?;
-        lanes.push(change_lanes(&route_lane(net, entered), &route_lane(net, left)));
-        lanes.extend(inside(net, left, next).into_iter().map(|lane| route_lane(net, lane)));
+        lanes.push(change_lanes(&RouteLane::of(net, entered), &RouteLane::of(net, left)));
+        lanes.extend(net.lanes_between(left, next).map(|lane| RouteLane::of(net, lane)));
     }
-    extend_points(&mut lanes);
-    check_gaps(file, &lanes)?;
+    check_gaps(file, net, &lanes)?;
     bridge_gaps(&mut lanes);
     Ok(Route::new(lanes).with_heights(net))
 }
@@ -87,26 +85,6 @@ pub(super) fn drivable(net: &Network, lane: usize) -> bool {
     lane_at(net, lane).admits_cars() && edge_at(net, lane).kind.is_street()
 }
 
-/// Returns a lane projected onto the ground plane: routes are flat.
-fn route_lane(net: &Network, lane: usize) -> RouteLane {
-    let (id, lane, edge) = (LaneId::from_index(lane), lane_at(net, lane), edge_at(net, lane));
-    RouteLane {
-        lane: Some(id),
-        id: lane.id.clone(),
-        edge: edge.id.clone(),
-        start_s_m: 0.0,
-        length_m: lane.length_m,
-        speed_limit_mps: lane.speed_limit_mps,
-        width_m: lane.width_m,
-        shape: lane.shape().iter().map(|point| point.truncate()).collect(),
-    }
-}
-
-/// Returns the first connection between two lanes.
-fn connection(net: &Network, from: usize, to: usize) -> Option<&Connection> {
-    net.connections_from(LaneId::from_index(from)).iter().find(|connection| connection.to.index() == to)
-}
-
 fn check_length(file: &Path, length_m: f64) -> Result<(), MapError> {
     if length_m <= LONGEST_ROUTE_M {
         return Ok(());
@@ -117,25 +95,25 @@ fn check_length(file: &Path, length_m: f64) -> Result<(), MapError> {
 
 /// Checks the ratio of declared to drawn length, 0.01 to 100: positions count in declared metres, and vehicles drive drawn ones. Lanes of
 /// less than a metre, as inside junctions, are exempt.
-fn check_stretch(file: &Path, lane: &RouteLane) -> Result<(), MapError> {
+fn check_stretch(file: &Path, net: &Network, lane: &RouteLane) -> Result<(), MapError> {
     let drawn_m = shape_length_m(&lane.shape);
     if drawn_m.max(lane.length_m) < 1.0 || (0.01..=100.0).contains(&(lane.length_m / drawn_m)) {
         return Ok(());
     }
-    let what = format!("the declared length of lane \"{}\" on the route", lane.id);
+    let what = format!("the declared length of lane \"{}\" on the route", lane.id(net));
     let (value, allowed) =
         (format!("{} m", lane.length_m), format!("0.01 to 100 times that of its shape, {drawn_m:.3} m"));
     Err(MapError::Limit { file: file.into(), what, value, allowed })
 }
 
 /// Checks that the route as drawn is not too long, and that no gap in it is too wide to be bridged.
-fn check_gaps(file: &Path, lanes: &[RouteLane]) -> Result<(), MapError> {
+fn check_gaps(file: &Path, net: &Network, lanes: &[RouteLane]) -> Result<(), MapError> {
     let mut drawn_m = 0.0;
     for (k, lane) in lanes.iter().enumerate() {
         let next = &lanes[(k + 1) % lanes.len()];
         let gap_m = lane.shape[lane.shape.len() - 1].distance(next.shape[0]);
         if gap_m > WIDEST_GAP_M {
-            let what = format!("the hole in the route between lanes \"{}\" and \"{}\"", lane.id, next.id);
+            let what = format!("the hole in the route between lanes \"{}\" and \"{}\"", lane.id(net), next.id(net));
             let (value, allowed) = (format!("{gap_m:.1} m"), format!("at most {WIDEST_GAP_M} m"));
             return Err(MapError::Limit { file: file.into(), what, value, allowed });
         }
@@ -186,12 +164,13 @@ fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
 }
 
 /// Returns the lane on which an edge is left for `next`: the one entered if it leads there, else the right-most that does.
-fn lane_towards(net: &Network, entered: usize, next: usize) -> usize {
-    let leads = |lane: &usize| connection(net, *lane, next).is_some();
-    std::iter::once(entered).chain(beside(net, entered)).find(leads).unwrap_or(entered)
+fn lane_towards(net: &Network, entered: LaneId, next: LaneId) -> LaneId {
+    let leads = |lane: &LaneId| net.connections_from(*lane).iter().any(|connection| connection.to == next);
+    let beside = beside(net, entered.index()).map(LaneId::from_index);
+    std::iter::once(entered).chain(beside).find(leads).unwrap_or(entered)
 }
 
-fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
+fn longest_loop(file: &Path, net: &Network) -> Result<Vec<LaneId>, MapError> {
     // In order of preference: lanes kept, then lane changes; crossings of itself and U-turns only if unavoidable.
     let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds, tight_turns: true });
     let found = longest_without_crossing(net, &links(false, false))
@@ -203,7 +182,11 @@ fn longest_loop(file: &Path, net: &Network) -> Result<Vec<usize>, MapError> {
         let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
         MapError::NoRoute { file: file.into(), detail }
     })?;
-    Ok(from_first(found))
+    Ok(lane_ids(from_first(found)))
+}
+
+fn lane_ids(lanes: Vec<usize>) -> Vec<LaneId> {
+    lanes.into_iter().map(LaneId::from_index).collect()
 }
 
 /// Rotates a loop to begin with the lane that comes first in the file, so that a map's origin does not depend on the search.
@@ -219,7 +202,7 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
 ///
 /// # Errors
 /// No chain of lanes open to cars is long enough to drive.
-pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, MapError> {
+pub(super) fn default_path(file: &Path, net: &Network) -> Result<DefaultPath, MapError> {
     let search = |tight_turns| {
         let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false, tight_turns });
         let closed =
@@ -234,21 +217,32 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<network::Path, 
             found => found.or_else(open),
         }
     };
-    let (lanes, is_closed) =
-        search(false).or_else(|| search(true)).ok_or_else(|| longest_open_path::none(file, net))?;
-    let lanes: Vec<LaneId> = lanes.into_iter().map(LaneId::from_index).collect();
-    network::Path::through(net, &lanes, is_closed)
-        .map_err(|error| MapError::NoPath { file: file.into(), detail: error.to_string() })
+    let found = search(false).or_else(|| search(true));
+    let (lanes, is_closed) = found.ok_or_else(|| longest_open_path::none(file, net))?;
+    Ok(DefaultPath { streets: lane_ids(lanes), is_closed })
+}
+
+/// Path that is driven unless the user chooses one.
+pub(super) struct DefaultPath {
+    /// Lanes of streets in driving order, each connected to the next; on a closed path the last to the first.
+    pub streets: Vec<LaneId>,
+    pub is_closed: bool,
+}
+
+impl DefaultPath {
+    /// Returns the sum of the declared lengths, metres, lanes inside junctions included.
+    pub fn length_m(&self, net: &Network) -> f64 {
+        let next = |k: usize| self.streets.get(k + 1).or_else(|| self.streets.first().filter(|_| self.is_closed));
+        let inside = |k: usize, lane| next(k).into_iter().flat_map(move |next| net.lanes_between(lane, *next));
+        let streets = self.streets.iter().enumerate();
+        let lanes = streets.flat_map(|(k, lane)| std::iter::once(*lane).chain(inside(k, *lane)));
+        lanes.map(|lane| net.lane(lane).length_m).sum()
+    }
 }
 
 /// Returns the total length of street lanes, metres.
 fn length_m(net: &Network, lanes: &[usize]) -> f64 {
     lanes.iter().map(|&lane| lane_at(net, lane).length_m).sum()
-}
-
-/// Returns the lanes of a path between junctions.
-fn streets_of(net: &Network, path: &network::Path) -> Vec<usize> {
-    path.lanes().iter().map(|lane| lane.index()).filter(|lane| edge_at(net, *lane).kind.is_street()).collect()
 }
 
 /// Searches depth-first from every lane, each with an equal share of the steps, and returns the longest loop that visits no junction
@@ -379,7 +373,7 @@ fn chosen_edges<'a>(file: &Path, net: &'a Network, edges: &[String]) -> Result<V
 }
 
 /// Returns the lanes along the edges that the user named: the right-most ones that lead all the way round.
-fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, MapError> {
+fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<LaneId>, MapError> {
     let chosen = chosen_edges(file, net, edges)?;
     let mut furthest = 0;
     for changes in [false, true] {
@@ -410,7 +404,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<usize>, Map
                     chain.insert(0, reached[k][&chain[0]]);
                 }
                 chain.pop();
-                return Ok(chain);
+                return Ok(lane_ids(chain));
             }
         }
     }
@@ -425,17 +419,4 @@ fn broken(file: &Path, edges: &[String], furthest: usize) -> MapError {
         _ => "the route of map.toml names no edge".to_owned(),
     };
     MapError::NoRoute { file: file.into(), detail }
-}
-
-/// Returns the internal lanes between two linked lanes, in driving order.
-fn inside(net: &Network, from: usize, to: usize) -> Vec<usize> {
-    let mut lanes = Vec::new();
-    let via_of = |lane: usize| connection(net, lane, to).and_then(|link| link.via).map(LaneId::index);
-    let mut via = via_of(from);
-    // netconvert makes two or three of them; internal lanes that form a loop are not followed further.
-    while let Some(lane) = via.filter(|lane| lanes.len() < 16 && !lanes.contains(lane)) {
-        lanes.push(lane);
-        via = via_of(lane);
-    }
-    lanes
 }

@@ -4,8 +4,7 @@
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
 //! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
-//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges, and `stop_lines` finds the
-//! signals along a route. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
@@ -27,7 +26,6 @@ mod net_xml;
 pub mod network;
 pub mod ring;
 mod route;
-mod stop_lines;
 #[cfg(test)]
 mod tests;
 mod tight_turns;
@@ -40,8 +38,10 @@ pub use canonical::SumoText;
 pub use catalog::{MapInfo, SHIPPED, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
-pub use route::{Route, RouteLane, RoutePosition};
-pub use stop_lines::{StopLine, stop_lines};
+pub use route::{
+    LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
+    stop_lines,
+};
 
 use glam::DVec2;
 use network::Network;

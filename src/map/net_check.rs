@@ -58,62 +58,83 @@ struct JunctionWays<'a> {
 
 /// Checks all elements below the root.
 pub(super) fn check(reader: &NetReader, root: Element) -> Result<(), MapError> {
-    let mut names = KnownNames::default();
-    for node in root.children() {
-        match node.name() {
-            "edge" => edge(reader, node, &mut names)?,
-            "junction" => {
-                let id = reader.text(node, "id")?;
-                if !names.junctions.insert(id) {
-                    return Err(reader.value(node, "id", "a name that no other junction has"));
-                }
-                if matches!(node.attribute("type"), Some("rail_signal" | "rail_crossing")) {
-                    names.railways.insert(id);
-                }
-            }
-            "tlLogic" => signal(reader, node, &mut names)?,
-            "location" => {
-                for attribute in ["netOffset", "convBoundary", "origBoundary"] {
-                    let sound = |text: &str| {
-                        let numbers: Vec<&str> = text.split(',').take(5).collect();
-                        [2, 4].contains(&numbers.len()) && numbers.iter().all(|x| number(x).is_some())
-                    };
-                    if node.attribute(attribute).is_some_and(|text| !sound(text)) {
-                        return Err(reader.value(node, attribute, "2 or 4 finite numbers with commas between"));
-                    }
-                }
-            }
-            _ => {}
-        }
-    }
-    for id in &names.railways {
-        names.signals.entry(id).or_insert(MOST_LINKS);
-    }
-    let version = root.attribute("version").and_then(|version| version.split_once('.'));
-    let versioned = version.is_some_and(|(a, b)| a.parse::<u16>().is_ok() && b.parse::<u16>().is_ok());
-    if !versioned && !names.junctions.is_empty() {
-        return Err(reader.value(root, "version", "the version of the format, such as 1.20"));
-    }
+    let names = known_names(reader, root)?;
+    version(reader, root, &names)?;
     let mut ways = JunctionWays::default();
     for node in root.children() {
         match node.name() {
             "edge" => ends(reader, node, &names)?,
             "junction" => junction(reader, node, &names)?,
             "connection" => connection(reader, node, &names, &mut ways)?,
-            "roundabout" => {
-                let edges = node.attribute("edges").unwrap_or_default();
-                if edges.split_whitespace().any(|id| !names.edges.contains_key(id)) {
-                    return Err(reader.value(node, "edges", "ids of edges of this network"));
-                }
-                let nodes = node.attribute("nodes").unwrap_or_default();
-                if nodes.split_whitespace().any(|id| !names.junctions.contains(id)) {
-                    return Err(reader.value(node, "nodes", "ids of junctions of this network"));
-                }
-            }
+            "roundabout" => roundabout(reader, node, &names)?,
             _ => {}
         }
     }
     insides(reader, root, &names, &ways)
+}
+
+/// Returns the names of all elements; checks edges, signals and the location, which refer to no other element.
+fn known_names<'a>(reader: &NetReader, root: Element<'a>) -> Result<KnownNames<'a>, MapError> {
+    let mut names = KnownNames::default();
+    for node in root.children() {
+        match node.name() {
+            "edge" => edge(reader, node, &mut names)?,
+            "junction" => junction_name(reader, node, &mut names)?,
+            "tlLogic" => signal(reader, node, &mut names)?,
+            "location" => location(reader, node)?,
+            _ => {}
+        }
+    }
+    for id in &names.railways {
+        names.signals.entry(id).or_insert(MOST_LINKS);
+    }
+    Ok(names)
+}
+
+fn junction_name<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>) -> Result<(), MapError> {
+    let id = reader.text(node, "id")?;
+    if !names.junctions.insert(id) {
+        return Err(reader.value(node, "id", "a name that no other junction has"));
+    }
+    if matches!(node.attribute("type"), Some("rail_signal" | "rail_crossing")) {
+        names.railways.insert(id);
+    }
+    Ok(())
+}
+
+fn location(reader: &NetReader, node: Element) -> Result<(), MapError> {
+    let sound = |text: &str| {
+        let numbers: Vec<&str> = text.split(',').take(5).collect();
+        [2, 4].contains(&numbers.len()) && numbers.iter().all(|x| number(x).is_some())
+    };
+    for attribute in ["netOffset", "convBoundary", "origBoundary"] {
+        if node.attribute(attribute).is_some_and(|text| !sound(text)) {
+            return Err(reader.value(node, attribute, "2 or 4 finite numbers with commas between"));
+        }
+    }
+    Ok(())
+}
+
+fn version(reader: &NetReader, root: Element, names: &KnownNames) -> Result<(), MapError> {
+    let version = root.attribute("version").and_then(|version| version.split_once('.'));
+    let versioned = version.is_some_and(|(a, b)| a.parse::<u16>().is_ok() && b.parse::<u16>().is_ok());
+    match versioned || names.junctions.is_empty() {
+        true => Ok(()),
+        false => Err(reader.value(root, "version", "the version of the format, such as 1.20")),
+    }
+}
+
+fn roundabout(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(), MapError> {
+    let has_all = |attribute: &str, is_known: &dyn Fn(&str) -> bool| {
+        node.attribute(attribute).unwrap_or_default().split_whitespace().all(is_known)
+    };
+    if !has_all("edges", &|id| names.edges.contains_key(id)) {
+        return Err(reader.value(node, "edges", "ids of edges of this network"));
+    }
+    if !has_all("nodes", &|id| names.junctions.contains(id)) {
+        return Err(reader.value(node, "nodes", "ids of junctions of this network"));
+    }
+    Ok(())
 }
 
 /// Checks that each internal lane has one connection in and one out, both with the same target lane.
@@ -237,6 +258,11 @@ fn junction(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(),
             return Err(reader.value(node, attribute, "ids of lanes of this network"));
         }
     }
+    requests(reader, node)
+}
+
+/// Checks the right of way of a junction's links.
+fn requests(reader: &NetReader, node: Element) -> Result<(), MapError> {
     let inside = node.attribute("intLanes").unwrap_or_default().split_whitespace().count();
     let requests = || node.children_named("request");
     let n = requests().count();
@@ -265,6 +291,18 @@ fn signal<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>)
     if node.attribute("offset").is_some_and(|text| text.trim() != "begin" && number(text).is_none()) {
         return Err(reader.value(node, "offset", "a finite number, seconds"));
     }
+    let length = phases(reader, node)?;
+    if !node.attribute("type").is_some_and(|kind| one_of(SIGNAL_TYPES, kind)) {
+        return Err(reader.value(node, "type", SIGNAL_TYPES));
+    }
+    // A signal may have several programs.
+    let shortest = names.signals.entry(id).or_insert(length);
+    *shortest = length.min(*shortest);
+    Ok(())
+}
+
+/// Checks the phases of a signal's program, and returns the number of letters in each.
+fn phases(reader: &NetReader, node: Element) -> Result<usize, MapError> {
     let mut length = None;
     for phase in node.children_named("phase") {
         for attribute in ["duration", "minDur", "maxDur"] {
@@ -282,14 +320,7 @@ fn signal<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>)
         }
         length = Some(state.len());
     }
-    let Some(length) = length else { return Err(reader.value(node, "phase", "at least one phase in each signal")) };
-    if !node.attribute("type").is_some_and(|kind| one_of(SIGNAL_TYPES, kind)) {
-        return Err(reader.value(node, "type", SIGNAL_TYPES));
-    }
-    // A signal may have several programs.
-    let shortest = names.signals.entry(id).or_insert(length);
-    *shortest = length.min(*shortest);
-    Ok(())
+    length.ok_or_else(|| reader.value(node, "phase", "at least one phase in each signal"))
 }
 
 fn connection<'a>(
@@ -333,17 +364,21 @@ fn connection<'a>(
     if node.attribute("state").is_some_and(|state| state.chars().count() != 1 || !LINK_STATES.contains(state)) {
         return Err(reader.value(node, "state", LINK_STATES));
     }
-    if let Some(signal) = node.attribute("tl") {
-        let Some(length) = names.signals.get(signal) else {
-            return Err(reader.value(node, "tl", "the id of a tlLogic of this network"));
-        };
-        for attribute in ["linkIndex", "linkIndex2"] {
-            let text = node.attribute(attribute);
-            let free = names.railways.contains(signal) && text.is_some_and(|text| text.trim() == "-1");
-            let inside = free || text.is_some_and(|text| text.trim().parse().is_ok_and(|k: usize| k < *length));
-            if !inside && (text.is_some() || attribute == "linkIndex") {
-                return Err(reader.value(node, attribute, "the place of a letter in the states of its signal"));
-            }
+    signal_link(reader, node, names)
+}
+
+/// Checks the signal of a connection, if it has one.
+fn signal_link(reader: &NetReader, node: Element, names: &KnownNames) -> Result<(), MapError> {
+    let Some(signal) = node.attribute("tl") else { return Ok(()) };
+    let Some(length) = names.signals.get(signal) else {
+        return Err(reader.value(node, "tl", "the id of a tlLogic of this network"));
+    };
+    for attribute in ["linkIndex", "linkIndex2"] {
+        let text = node.attribute(attribute);
+        let free = names.railways.contains(signal) && text.is_some_and(|text| text.trim() == "-1");
+        let inside = free || text.is_some_and(|text| text.trim().parse().is_ok_and(|k: usize| k < *length));
+        if !inside && (text.is_some() || attribute == "linkIndex") {
+            return Err(reader.value(node, attribute, "the place of a letter in the states of its signal"));
         }
     }
     Ok(())

@@ -2,20 +2,30 @@
 //! network's *declared* lane lengths (SUMO's lane positions add up to it), 0 at the start of the first lane. On a closed route it wraps
 //! at [`Route::length_m`]. An open route continues straight beyond its ends, and positions before its start are negative. The lateral
 //! offset is positive to the left.
+//!
+//! `path_lanes` has the network's lanes along a route, on which `stop_lines`, `yield_lines`, `lane_changes` and `turns` lie.
 
-use super::network::{LaneId, Network};
+mod lane_changes;
+mod path_lanes;
+mod stop_lines;
+mod turns;
+mod yield_lines;
+
+pub use lane_changes::LaneChange;
+pub use path_lanes::{PathLanes, is_against};
+pub use stop_lines::{StopLine, stop_lines};
+pub use turns::Turns;
+pub use yield_lines::{StopRule, YieldLine};
+
+use super::network::{Edge, LaneId, Network};
 use crate::space::{Pose, wrap_angle};
 use glam::DVec2;
 
 /// One lane of the route.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RouteLane {
-    /// Lane of the network; `None` over a gap between two of its lanes.
+    /// Lane of the network; `None` for a bridge over the gap between two of its lanes, as where internal lanes are missing.
     pub lane: Option<LaneId>,
-    /// SUMO's lane id, for example `e0_0`.
-    pub id: String,
-    /// SUMO's edge id; begins with a colon inside a junction.
-    pub edge: String,
     /// Position of the lane's start on the route, metres.
     pub start_s_m: f64,
     /// Declared length, metres. May differ slightly from the length of the shape.
@@ -28,13 +38,29 @@ pub struct RouteLane {
     pub shape: Vec<DVec2>,
 }
 
-/// Edge id of lanes that bridge a gap between two others: no network has an edge of this name.
-pub(super) const BRIDGE_EDGE: &str = ":";
-
 impl RouteLane {
-    /// Returns true for a lane that bridges the gap between two lanes of the network, as where internal lanes are missing.
+    /// Returns true for a lane that bridges the gap between two lanes of the network.
     pub fn is_bridge(&self) -> bool {
-        self.edge == BRIDGE_EDGE
+        self.lane.is_none()
+    }
+
+    /// Returns SUMO's id of the lane, for example `e0_0`; empty for a bridge.
+    pub fn id<'n>(&self, net: &'n Network) -> &'n str {
+        self.lane.map_or("", |lane| &net.lane(lane).id)
+    }
+
+    /// Returns SUMO's id of the lane's edge; empty for a bridge.
+    pub fn edge_id<'n>(&self, net: &'n Network) -> &'n str {
+        self.edge(net).map_or("", |edge| &edge.id)
+    }
+
+    /// Returns true for a lane of a street: neither inside a junction nor a bridge.
+    pub fn is_street(&self, net: &Network) -> bool {
+        self.edge(net).is_some_and(|edge| edge.kind.is_street())
+    }
+
+    fn edge<'n>(&self, net: &'n Network) -> Option<&'n Edge> {
+        self.lane.map(|lane| net.edge_of(lane))
     }
 
     /// Returns a lane of a network, projected onto the ground plane.
@@ -42,8 +68,6 @@ impl RouteLane {
         let lane = net.lane(id);
         Self {
             lane: Some(id),
-            id: lane.id.clone(),
-            edge: net.edge(lane.edge).id.clone(),
             start_s_m: 0.0,
             length_m: lane.length_m,
             speed_limit_mps: lane.speed_limit_mps,
@@ -160,9 +184,9 @@ impl Route {
         let mut segments = Vec::new();
         let mut length_m = 0.0;
         let (mut drawn_starts_m, mut is_to_scale) = (vec![0.0], true);
-        for lane in &mut lanes {
+        for (k, lane) in lanes.iter_mut().enumerate() {
             let shape_length_m: f64 = lane.shape.windows(2).map(|p| p[0].distance(p[1])).sum();
-            assert!(shape_length_m > 0.0 && lane.length_m > 0.0, "lane {} has no length", lane.id);
+            assert!(shape_length_m > 0.0 && lane.length_m > 0.0, "lane {k} has no length");
             let scale = lane.length_m / shape_length_m;
             let drawn_scale = drawn_scale(lane.length_m, shape_length_m);
             is_to_scale &= drawn_scale == 1.0;

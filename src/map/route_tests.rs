@@ -8,9 +8,7 @@ use std::f64::consts::TAU;
 fn circle() -> Route {
     let r = 100.0 / TAU;
     let lane = |k: usize| RouteLane {
-        lane: None,
-        id: format!("e{k}_0"),
-        edge: format!("e{k}"),
+        lane: Some(LaneId::from_index(k)),
         start_s_m: 0.0,
         length_m: 50.0,
         speed_limit_mps: 30.0,
@@ -71,10 +69,8 @@ fn heading_and_curvature_of_a_circle_are_exact() {
 
 /// Returns an open route from the origin 60 m east and 40 m north, declared as 120 m and 40 m.
 fn corner() -> Route {
-    let lane = |id: &str, length_m: f64, shape: [DVec2; 2]| RouteLane {
+    let lane = |length_m: f64, shape: [DVec2; 2]| RouteLane {
         lane: None,
-        id: format!("{id}_0"),
-        edge: id.into(),
         start_s_m: 0.0,
         length_m,
         speed_limit_mps: 10.0,
@@ -82,7 +78,7 @@ fn corner() -> Route {
         shape: shape.into(),
     };
     let [origin, turn, end] = [DVec2::ZERO, DVec2::new(60.0, 0.0), DVec2::new(60.0, 40.0)];
-    Route::open(vec![lane("a", 120.0, [origin, turn]), lane("b", 40.0, [turn, end])])
+    Route::open(vec![lane(120.0, [origin, turn]), lane(40.0, [turn, end])])
 }
 
 #[test]

@@ -145,7 +145,13 @@ fn every_shipped_map_loads_closes_and_round_trips() {
         for (k, lane) in lanes.iter().enumerate().take(joints) {
             let next = &lanes[(k + 1) % lanes.len()];
             let gap_m = lane.shape[lane.shape.len() - 1].distance(next.shape[0]);
-            assert!(gap_m < 1e-3, "{}: {} ends {gap_m} m from {}", map.name, lane.id, next.id);
+            assert!(
+                gap_m < 1e-3,
+                "{}: {} ends {gap_m} m from {}",
+                map.name,
+                lane.id(&map.network),
+                next.id(&map.network)
+            );
             assert_eq!(route.s_on(lane.lane.unwrap(), 1.0), Some(lane.start_s_m + 1.0));
         }
         for i in 0..2000 {
@@ -173,7 +179,7 @@ fn the_merge_has_the_dimensions_of_flow_and_its_main_road_yields() {
         assert!(network.lane_named(&format!("{edge}_1")).is_none(), "{edge} has one lane");
     }
     let streets: Vec<&str> =
-        map.route.lanes().iter().map(|lane| lane.edge.as_str()).filter(|edge| !edge.starts_with(':')).collect();
+        map.route.lanes().iter().map(|lane| lane.edge_id(&map.network)).filter(|edge| !edge.starts_with(':')).collect();
     assert_eq!(streets, ["inflow_highway", "left", "center"]);
     let demand = fs::read_to_string(map.demand_file().unwrap()).unwrap();
     assert!(demand.contains("vehsPerHour=\"2000\" from=\"inflow_highway\" to=\"center\""), "{demand}");
@@ -200,7 +206,7 @@ fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
     }
     for net in nets {
         let map = RoadMap::load(net.to_str().unwrap()).unwrap();
-        let edges: Vec<&str> = map.route.lanes().iter().map(|lane| lane.edge.as_str()).collect();
+        let edges: Vec<&str> = map.route.lanes().iter().map(|lane| lane.edge_id(&map.network)).collect();
         let (routes, trips) = (folder.path().join("lap.rou.xml"), folder.path().join("trips.xml"));
         let lap = format!(
             "<routes><vehicle id=\"v\" depart=\"0\" departPos=\"0\" arrivalPos=\"max\"><route edges=\"{}\"/></vehicle></routes>",

@@ -1,7 +1,7 @@
 //! Turns that a car cannot drive within its lane. In: a connection of a network, or a lane. Out: whether it turns too tightly, has a
 //! corner in its line, steps aside or leads backwards. Metres, radians.
 
-use super::network::{Connection, Lane, LaneId, Network};
+use super::network::{Connection, Lane, Network};
 use crate::space::wrap_angle;
 use glam::DVec2;
 
@@ -29,7 +29,7 @@ pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
     let (out, into) = (direction(from, true), direction(to, false));
     let turn_rad = wrap_angle(into - out).abs();
     let leeway_m = from.half_width_m().min(to.half_width_m()) - MARGIN_M;
-    let inside = insides(net, connection);
+    let inside: Vec<&Lane> = net.lanes_between(connection.from, connection.to).map(|lane| net.lane(lane)).collect();
     if !inside.is_empty() && has_corner(&joined_pieces(from, &inside, to), leeway_m) {
         return true;
     }
@@ -177,20 +177,6 @@ fn start(lane: &Lane) -> DVec2 {
 
 fn end(lane: &Lane) -> DVec2 {
     lane.shape()[lane.shape().len() - 1].truncate()
-}
-
-/// Returns the internal lanes of a connection, in driving order.
-fn insides<'a>(net: &'a Network, connection: &Connection) -> Vec<&'a Lane> {
-    let mut at = connection.via;
-    let mut inside = Vec::new();
-    // The largest number of lanes that is followed inside a junction.
-    for _ in 0..16 {
-        let Some(lane) = at else { break };
-        inside.push(net.lane(lane));
-        let onwards = net.connections_from(lane).iter().find(|way| way.to == connection.to);
-        at = onwards.and_then(|way| way.via).filter(|next: &LaneId| *next != lane);
-    }
-    inside
 }
 
 /// Returns the length of the way through the junction, metres: along the internal lanes, or straight across if there are none.

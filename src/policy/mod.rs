@@ -295,6 +295,13 @@ pub struct ResolvedPolicy {
     pub why: Option<String>,
 }
 
+impl ResolvedPolicy {
+    /// Returns false for `none`.
+    pub fn gives_advice(&self) -> bool {
+        self.name != NAMES[0]
+    }
+}
+
 impl std::fmt::Display for ResolvedPolicy {
     /// Writes the name for display, with the reason in brackets if there is one.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     map::{
-        RouteLane,
+        RoadMap,
         network::{LanePosition, Network, SignalId, SignalStates},
     },
     sim::{Snapshot, World},
@@ -124,9 +124,15 @@ pub struct PathRow {
 }
 
 impl PathRow {
-    fn of(order: usize, lane: &RouteLane) -> Self {
-        let (edge, id) = (lane.edge.clone(), lane.id.clone());
-        Self { order: order as u64, edge, lane: id, start_s_m: lane.start_s_m, length_m: lane.length_m }
+    /// Returns the row of a lane of a map's route. A bridge is named after the lanes before and after it.
+    fn of(map: &RoadMap, order: usize) -> Self {
+        let (net, lanes) = (&map.network, map.route.lanes());
+        let here = &lanes[order];
+        let (edge, lane) = match here.is_bridge() {
+            true => (":".into(), format!(":{}->{}", lanes[order - 1].id(net), lanes[order + 1].id(net))),
+            false => (here.edge_id(net).to_owned(), here.id(net).to_owned()),
+        };
+        Self { order: order as u64, edge, lane, start_s_m: here.start_s_m, length_m: here.length_m }
     }
 }
 
@@ -165,24 +171,24 @@ pub(super) struct NetworkRows {
 pub(super) struct NetworkObserver {
     /// Vehicles at the end of the last step, by ascending id, without the ego.
     vehicles: Vec<(VehicleId, Option<LanePosition>)>,
-    /// Signal states at the end of the last step; `None` before the start.
+    /// Signal states at the end of the last step; `None` before the start and on closed routes.
     signals: Option<SignalStates>,
 }
 
 impl NetworkObserver {
     /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of vehicles.
     pub fn start(&mut self, world: &World, rows: &mut NetworkRows) {
-        if world.scenario().is_on_network() {
-            let lanes = world.map().route.lanes().iter().enumerate();
-            rows.path.extend(lanes.map(|(order, lane)| PathRow::of(order, lane)));
+        if world.drive().is_open() {
+            let map = world.map();
+            rows.path.extend((0..map.route.lanes().len()).map(|order| PathRow::of(map, order)));
             self.observe(world.snapshot(), &world.map().network, rows);
         }
     }
 
     /// Adds the rows of a world after a tick. Vehicles enter and leave, and signals change, at the end of a step.
     pub fn tick(&mut self, world: &World, rows: &mut NetworkRows) {
-        let (snapshot, scenario) = (world.snapshot(), world.scenario());
-        if scenario.is_on_network() && snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
+        let snapshot = world.snapshot();
+        if self.signals.is_some() && snapshot.tick.0.is_multiple_of(world.scenario().step_ticks()) {
             self.observe(snapshot, &world.map().network, rows);
         }
     }

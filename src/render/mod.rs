@@ -2,7 +2,7 @@
 //! texture, by the same code.
 //!
 //! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]),
-//! the [`dial`], and the experimenter's panel. [`Renderer::draw`] runs them. Nothing is created while driving: buffers
+//! the [`dial`], and the experimenter's panel. `frame_plan` plans them, [`Renderer::draw`] runs them. Nothing is created while driving: buffers
 //! grow only when a picture holds more cars than any before it, targets change with the window's size, pipelines with
 //! the shaders.
 
@@ -10,6 +10,7 @@ mod auto_quality;
 pub mod device;
 pub mod dial;
 mod drive_pictures;
+mod frame_plan;
 pub mod instances;
 pub mod level_of_detail;
 pub mod materials;
@@ -33,21 +34,21 @@ pub use drive_pictures::{DrivePictures, MAX_SIDE};
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 
-use crate::scene::{Camera, MirrorPane, StaticScene, View, ViewKind};
+use crate::scene::{StaticScene, View, ViewKind};
 use device::pipeline::PipelineBuilder;
 use device::shader::ShaderSources;
-use device::timing::{self, PassTimings, TimedPass};
+use device::timing::{PassTimings, TimedPass};
 use dial::DialPass;
+use frame_plan::{FramePlan, ViewPass};
 use materials::MaterialPipelines;
 use post::bloom::{BloomPass, BloomPipelines};
-use post::tonemap::{self, FramedMirror, MirrorGlass, MirrorPlace, ToneMapPass, ToneMapPipeline, mirror_rect};
+use post::tonemap::{ToneMapPass, ToneMapPipelines, ToneMappedFrame};
 use post::ui_pass::{OverlayTarget, UiPass};
-use scene_pass::{EgoVisibility, SceneBindings, SceneInputs, ScenePass};
+use scene_pass::{SceneBindings, SceneInputs, ScenePass};
 use shadow::{ShadowPass, ShadowPipeline};
 use sky::sky_pass::SkyPass;
 use static_meshes::StaticMeshes;
 use std::path::Path;
-use view_projection::ViewFrustum;
 
 /// Directory of the shaders, relative to the working directory, for [`Renderer::reload_shaders`].
 const SHADERS: &str = "shaders";
@@ -61,10 +62,8 @@ pub struct Renderer {
     pipelines: RenderPipelines,
     air: SkyPass,
     shadow: ShadowPass,
-    main: ScenePass,
-    /// Rear-view mirror; the left and right mirrors are created when a picture first has them.
-    mirror: ScenePass,
-    sides: Option<[ScenePass; 2]>,
+    /// Pictures of the main camera and the rear-view mirror; the left and right mirror are added when a frame first has them.
+    pictures: Vec<ScenePass>,
     bloom: BloomPass,
     tonemap: ToneMapPass,
     dial: DialPass,
@@ -87,7 +86,7 @@ struct RenderPipelines {
     shadow: ShadowPipeline,
     materials: MaterialPipelines,
     bloom: BloomPipelines,
-    tonemap: ToneMapPipeline,
+    tonemap: ToneMapPipelines,
 }
 
 impl Renderer {
@@ -102,12 +101,13 @@ impl Renderer {
         let shadow = ShadowPass::new(device, &meshes, &quality);
         // A quarter of the shadows' resolution: 256 to 768 texels, painted in a fraction of a second.
         let air = SkyPass::new(device, quality.shadow_size / 4);
-        let main = ScenePass::new("main", &meshes, &bindings, shadow.maps(), &air, &quality);
-        let mirror = ScenePass::new("mirror", &meshes, &bindings, shadow.maps(), &air, &quality);
+        let picture = |label| ScenePass::new(label, &meshes, &bindings, shadow.maps(), &air, &quality);
+        let pictures = vec![picture("main"), picture("mirror")];
         let mut tonemap = ToneMapPass::new(device, format);
         let mut bloom = BloomPass::new(device);
-        bloom.fit(device, main.light(), [1, 1]);
-        tonemap.fit(device, main.light(), [mirror.light(); 3], bloom.halo(), [1, 1], quality.msaa == 1);
+        let [main, mirror] = [0, 1].map(|k: usize| pictures[k].light());
+        bloom.fit(device, main, [1, 1]);
+        tonemap.fit(device, main, [mirror; 3], bloom.halo(), [1, 1], quality.msaa == 1);
         let builder = PipelineBuilder { device, sources: &ShaderSources::built_in() };
         let pipelines = RenderPipelines::new(&builder, &bindings, &shadow, &bloom, &tonemap, &quality)
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
@@ -115,119 +115,42 @@ impl Renderer {
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
         let cost = FrameCost::default();
-        Self {
-            meshes,
-            quality,
-            bindings,
-            pipelines,
-            air,
-            shadow,
-            main,
-            mirror,
-            sides: None,
-            bloom,
-            tonemap,
-            dial,
-            panel,
-            timing,
-            cost,
-        }
+        Self { meshes, quality, bindings, pipelines, air, shadow, pictures, bloom, tonemap, dial, panel, timing, cost }
     }
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<PanelOutput>, target: &wgpu::TextureView, size: [u32; 2]) {
-        let Self { meshes, air, shadow, main, mirror, sides, bloom, tonemap, dial, pipelines, timing, .. } = self;
+        let plan = FramePlan::new(view, size, &self.quality);
+        self.fit(&plan, size);
+        let Self { meshes, air, shadow, pictures, bloom, tonemap, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&meshes.device, &meshes.queue);
-        let mirror_size = mirror_rect(size);
-        let scale = |side: u32| ((side as f32 * self.quality.mirror_scale).round() as u32).max(1);
-        let mut inset = [scale(mirror_size[2]), scale(mirror_size[3])];
-        // In the mirror view the mirror is the whole picture.
-        let alone = view.kind == ViewKind::Mirror;
-        let drawn = self.quality.drawn_size(size, alone);
-        let smooth = self.quality.msaa == 1;
-        let panes = view.seat.and_then(|seat| seat.mirrors).filter(|_| !alone);
-        let glass_px = |pane: &MirrorPane| [1.0, pane.aspect].map(|over| pane.width_share * size[0] as f32 / over);
-        let pane_px = |pane: &MirrorPane| glass_px(pane).map(|side| scale(side.round() as u32));
-        if let Some([rear, ..]) = &panes {
-            inset = pane_px(rear);
-            sides.get_or_insert_with(|| {
-                ["left mirror", "right mirror"]
-                    .map(|label| ScenePass::new(label, meshes, &self.bindings, shadow.maps(), air, &self.quality))
-            });
-        }
-        let mut stale = main.fit(device, drawn) | mirror.fit(device, inset);
-        for (side, pane) in sides.iter_mut().flatten().zip(panes.iter().flat_map(|panes| &panes[1..])) {
-            stale |= side.fit(device, pane_px(pane));
-        }
-        if stale {
-            bloom.fit(device, main.light(), drawn);
-            let [left, right] =
-                sides.as_ref().map_or([mirror.light(); 2], |sides| sides.each_ref().map(ScenePass::light));
-            let mirrors = [mirror.light(), left, right];
-            tonemap.fit(device, main.light(), mirrors, bloom.halo(), drawn, smooth && drawn == size);
-        }
-
-        let camera = if alone { view.mirror.as_ref().unwrap_or(&view.camera) } else { &view.camera };
-        let aspect = |[width, height]: [u32; 2]| width as f32 / height.max(1) as f32;
-        let glass = |camera: &Camera, size| MirrorGlass::new(camera, view.mirror_bend, aspect(size));
-        let whole = alone.then(|| glass(camera, size));
-        let frustum = ViewFrustum::new(&whole.map_or(*camera, |whole| whole.behind(camera)), size);
-        let back = view.mirror.as_ref().filter(|_| !alone);
-        let framed = back.map(|camera| glass(camera, inset));
-        let from_outside = matches!(view.kind, ViewKind::Birdseye | ViewKind::Chase);
-        let ego = if from_outside { EgoVisibility::Outside } else { EgoVisibility::Inside };
-
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
         let timed = timing.as_ref();
-        let stamps = |pass| timed.map(|timing| timing.stamps(pass));
-        let mut cost = FrameCost::default();
-        let lights;
-        (lights, cost.shadow) = shadow.draw(e, stamps(TimedPass::Shadow), &pipelines.shadow, meshes, view, &frustum);
-        let hidden = back.filter(|_| panes.is_none()).and_then(|_| tonemap::hidden_by_mirror(size, drawn));
-        let scene = SceneInputs { materials: &pipelines.materials, meshes, view, frustum: &frustum, lights: &lights };
-        cost.main = main.draw(e, stamps(TimedPass::Main), &scene, ego, hidden);
-        if let (Some(camera), Some(glass)) = (back, framed) {
-            let frustum = ViewFrustum::new(&glass.behind(camera), inset);
-            let whole = stamps(TimedPass::Mirror);
-            let stamps = if panes.is_some() { whole.as_ref().map(timing::begin_only) } else { whole };
-            let scene = SceneInputs { frustum: &frustum, ..scene };
-            cost.mirror = mirror.draw(e, stamps, &scene, EgoVisibility::Nowhere, None);
+        let stamps = |pass, bounds| timed.and_then(|timing| timing.stamps(pass, bounds));
+
+        let frustum = &plan.main().frustum;
+        let (lights, drawn) = shadow.draw(e, timed, &pipelines.shadow, meshes, view, frustum);
+        let mut cost = FrameCost { shadow: drawn, ..FrameCost::default() };
+        for (k, picture) in pictures.iter_mut().enumerate() {
+            let Some(ViewPass { frustum, ego, hidden, timed, .. }) = &plan.passes[k] else { continue };
+            let scene = SceneInputs { materials: &pipelines.materials, meshes, view, frustum, lights: &lights };
+            let drawn = picture.draw(e, stamps(*timed, plan.bounds_time(k)), &scene, *ego, *hidden);
+            *if *timed == TimedPass::Main { &mut cost.main } else { &mut cost.mirror } += drawn;
         }
-        let mut framed = [framed.map(|glass| FramedMirror { glass, lies: MirrorPlace::Inset }), None, None];
-        if let Some(panes) = &panes {
-            let clip = camera.view_proj(aspect(size));
-            framed = panes.each_ref().map(|pane| {
-                let lies = MirrorPlace::InWorld(pane.corners.map(|corner| clip * corner.extend(1.0)), glass_px(pane));
-                Some(FramedMirror { glass: MirrorGlass::new(&pane.camera, pane.bend, pane.aspect), lies })
-            });
-            for ((side, pane), framed) in sides.iter_mut().flatten().zip(&panes[1..]).zip(framed[1..].iter().flatten())
-            {
-                let frustum = ViewFrustum::new(&framed.glass.behind(&pane.camera), pane_px(pane));
-                // The right mirror is the last pass of the mirrors. Both door mirrors show the ego's flank at the edge.
-                let last = std::ptr::eq(pane, &panes[2]).then(|| stamps(TimedPass::Mirror)).flatten();
-                let stamps = last.as_ref().map(timing::end_only);
-                let scene = SceneInputs { frustum: &frustum, ..scene };
-                cost.mirror += side.draw(e, stamps, &scene, EgoVisibility::Outside, None);
-            }
-        }
-        let stamp = stamps(TimedPass::ToneMap);
+
         let sky = air.fit(queue, view.to_sun, view.visibility_m);
-        let exposure = if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure };
-        cost.tonemap = bloom.draw(e, stamp.as_ref(), &pipelines.bloom);
-        cost.tonemap += tonemap.draw(
-            e,
-            stamp.as_ref().map(timing::end_only),
-            &pipelines.tonemap,
-            queue,
+        cost.tonemap = bloom.draw(e, stamps(TimedPass::ToneMap, [true, false]), &pipelines.bloom);
+        let frame = ToneMappedFrame {
             target,
             size,
-            exposure,
-            whole,
-            framed,
-            smooth,
-        );
+            exposure: if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure },
+            alone: plan.alone,
+            mirrors: plan.mirrors,
+            smooth: self.quality.msaa == 1,
+        };
+        cost.tonemap += tonemap.draw(e, stamps(TimedPass::ToneMap, [false, true]), &pipelines.tonemap, queue, &frame);
         if view.dial.is_some() || view.patch.is_some() {
             dial.place = dial::DialPlace::of(view, size);
             dial.palette = view.palette;
@@ -247,6 +170,28 @@ impl Renderer {
             cost.uploaded_bytes += bytes;
         }
         self.cost = cost;
+    }
+
+    /// Fits the targets to a frame; creates the left and right mirror when a picture first has them.
+    fn fit(&mut self, plan: &FramePlan, size: [u32; 2]) {
+        let Self { meshes, quality, bindings, air, shadow, pictures, bloom, tonemap, .. } = self;
+        let labels = ["left mirror", "right mirror"].into_iter().skip(pictures.len() - 2);
+        pictures.extend(
+            labels
+                .filter(|_| plan.passes[3].is_some())
+                .map(|label| ScenePass::new(label, meshes, bindings, shadow.maps(), air, quality)),
+        );
+        let mut stale = false;
+        for (picture, pass) in pictures.iter_mut().zip(&plan.passes) {
+            stale |= pass.as_ref().is_some_and(|pass| picture.fit(&meshes.device, pass.size));
+        }
+        if stale {
+            let light = |k: usize| pictures.get(k).unwrap_or(&pictures[1]).light();
+            let drawn = plan.main().size;
+            bloom.fit(&meshes.device, light(0), drawn);
+            let soften = quality.msaa == 1 && drawn == size;
+            tonemap.fit(&meshes.device, light(0), [1, 2, 3].map(light), bloom.halo(), drawn, soften);
+        }
     }
 
     /// Returns the cost of the last picture.
@@ -304,7 +249,7 @@ impl RenderPipelines {
             shadow: shadow.pipeline(builder)?,
             materials: bindings.materials(builder, quality)?,
             bloom: bloom.pipelines(builder)?,
-            tonemap: tonemap.pipeline(builder)?,
+            tonemap: tonemap.pipelines(builder)?,
         })
     }
 }

@@ -67,7 +67,7 @@ pub fn render_to_light(
     size: [u32; 2],
 ) -> Result<Vec<[f32; 4]>, GpuError> {
     renderer.draw(view, None, &canvas(gpu, OFFSCREEN, size), size);
-    let bytes = read_back(gpu, renderer.main.light().texture(), 8)?;
+    let bytes = read_back(gpu, renderer.pictures[0].light().texture(), 8)?;
     let half = |b: &[u8]| half::f16::from_le_bytes([b[0], b[1]]).to_f32();
     Ok(bytes.chunks(8).map(|p| [half(p), half(&p[2..]), half(&p[4..]), half(&p[6..])]).collect())
 }

@@ -97,17 +97,7 @@ mod tests {
     /// Returns an open route along these points.
     fn way_along(shape: Vec<DVec2>) -> Route {
         let length_m = shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-        let (id, edge) = ("a_0".to_owned(), "a".to_owned());
-        Route::open(vec![RouteLane {
-            lane: None,
-            id,
-            edge,
-            start_s_m: 0.0,
-            length_m,
-            speed_limit_mps: 9.0,
-            width_m: 3.2,
-            shape,
-        }])
+        Route::open(vec![RouteLane { lane: None, start_s_m: 0.0, length_m, speed_limit_mps: 9.0, width_m: 3.2, shape }])
     }
 
     fn far_away() -> Route {

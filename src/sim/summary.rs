@@ -124,7 +124,7 @@ impl SummaryAccumulator {
             duration_s: 0.0,
             ended: None,
             failure: None,
-            hash: super::snapshot::HASH_START,
+            hash: super::HASH_START,
         }
     }
 

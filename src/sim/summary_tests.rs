@@ -5,8 +5,8 @@ use crate::{
     ego::EgoState,
     policy::{Action, Advice},
     sim::{
+        Leader, VehicleSnapshot,
         event::{Event, EventKind},
-        snapshot::{Leader, VehicleSnapshot},
     },
     time::Tick,
     traffic::VehicleId,

@@ -3,7 +3,8 @@
 
 use super::{
     Study, StudyError, dial,
-    file::{ConditionLevel, SegmentKind, SettingChanges, StudyFile},
+    file::{ConditionLevel, StudyFile},
+    segment::{SegmentKind, SettingChanges},
 };
 use crate::{
     analysis::models::plan::ConditionKind,

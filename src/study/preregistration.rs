@@ -41,7 +41,7 @@ pub enum PreregistrationError {
     Analysis(#[from] AnalysisError),
     /// The rehearsal gives no estimate of the spread.
     #[error(
-        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study FILE --rehearse)"
+        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study rehearse FILE --out DIR)"
     )]
     NoSpread {
         /// Name of the primary outcome.

@@ -48,6 +48,14 @@ pub struct SweepRun {
     pub task: SweepTask,
 }
 
+impl std::fmt::Display for SweepRun {
+    /// Writes the table and the varied settings.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let varied: Vec<String> = self.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        write!(f, "{}: {}", self.table, varied.join(", "))
+    }
+}
+
 /// Task of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SweepTask {

@@ -67,17 +67,7 @@ mod tests {
 
     fn route(shape: Vec<DVec2>) -> Route {
         let length_m = shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-        let (id, edge) = ("e_0".to_owned(), "e".to_owned());
-        Route::new(vec![RouteLane {
-            lane: None,
-            id,
-            edge,
-            start_s_m: 0.0,
-            length_m,
-            speed_limit_mps: 30.0,
-            width_m: 3.2,
-            shape,
-        }])
+        Route::new(vec![RouteLane { lane: None, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
     }
 
     #[test]

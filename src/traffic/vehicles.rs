@@ -3,7 +3,7 @@
 
 use super::VehicleId;
 use crate::{
-    map::network::LaneId,
+    map::network::{LaneId, LanePosition},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,13 @@ pub struct VehicleState {
     /// Acceleration over the step, m/s2; 0 in the step of its departure.
     pub accel_mps2: f64,
     pub lamps: VehicleLamps,
+}
+
+impl VehicleState {
+    /// Returns the position of the front bumper in its lane; `None` off all lanes.
+    pub fn lane_position(&self) -> Option<LanePosition> {
+        Some(LanePosition { lane: self.lane?, s_m: self.s_m, offset_m: self.offset_m })
+    }
 }
 
 /// Vehicle that departed in a step.

@@ -39,6 +39,87 @@ enum StandingAdvice {
     Speed,
 }
 
+macro_rules! by_lane {
+    ($(#[$of_one:meta])* $one:ident, $(#[$of_all:meta])* $all:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
+        $(#[$of_one])*
+        #[derive(Clone, Copy, Debug)]
+        struct $one { $($(#[$doc])* $field: $kind,)* }
+
+        $(#[$of_all])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        struct $all { $($field: [$kind; LANES],)* }
+
+        impl $all {
+            fn all(one: $one) -> Self {
+                Self { $($field: [one.$field; LANES],)* }
+            }
+
+            fn get(&self, l: usize) -> $one {
+                $one { $($field: self.$field[l],)* }
+            }
+
+            fn set(&mut self, l: usize, one: $one) {
+                $(self.$field[l] = one.$field;)*
+            }
+        }
+    };
+}
+
+by_lane! {
+    /// Driver of one lane.
+    DriverLane,
+    /// Drivers of all lanes, each quantity in an array over the lanes.
+    DriverLanes {
+        mode: StandingAdvice,
+        /// Advised acceleration, m/s², or speed, m/s.
+        advised: f32,
+        /// Reaction time, steps.
+        delay: u32,
+        habit_mps: f32,
+        error_mps: f32,
+        /// Standard deviation of the random change of the error per step.
+        error_step_mps: f32,
+        deadband_mps: f32,
+        /// Time gap to the leader as a multiple of the ring's time gap.
+        gap_factor: f32,
+        compliance: Compliance,
+        /// Traits, with the willingness at the start; the current one comes from `compliance`.
+        traits: DriverTraits,
+        /// Steps under advice so far.
+        advised_steps: u32,
+        held_back_mps: f32,
+        follows: bool,
+        looks: bool,
+        /// Advice in the driver's memory, m/s: the speed shown at the last glance at the speedometer; -1 before.
+        followed_advice_mps: f32,
+        driven_by: DrivenBy,
+    }
+}
+
+impl DriverLane {
+    /// Returns a driver without traits, before any advice.
+    fn without_traits() -> Self {
+        Self {
+            mode: StandingAdvice::Model,
+            advised: 0.0,
+            delay: 0,
+            habit_mps: 0.0,
+            error_mps: 0.0,
+            error_step_mps: 0.0,
+            deadband_mps: 0.0,
+            gap_factor: 1.0,
+            compliance: Compliance::full(),
+            traits: DriverTraits::default(),
+            advised_steps: 0,
+            held_back_mps: 0.0,
+            follows: true,
+            looks: true,
+            followed_advice_mps: -1.0,
+            driven_by: DrivenBy::Model,
+        }
+    }
+}
+
 /// Drivers of the egos, one per lane.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdviceFollower {
@@ -50,38 +131,35 @@ pub struct AdviceFollower {
     decel_mps2: f32,
     guard_mps2: f32,
     response_s: f32,
-    mode: [StandingAdvice; LANES],
-    /// Advised acceleration, m/s², or speed, m/s.
-    advised: SimdLanes,
+    /// Share of the error kept per step.
+    error_decay: f32,
+    lanes: DriverLanes,
+    all_comply: bool,
     /// Advised speeds of the last steps, a ring buffer with the latest at `newest`; -1 for a step without advice.
     shown_mps: Vec<SimdLanes>,
     newest: usize,
-    delay: [u32; LANES],
-    habit_mps: SimdLanes,
-    error_mps: SimdLanes,
-    deadband_mps: SimdLanes,
-    /// Share of the error kept per step, and standard deviation of the random change per step.
-    #[serde(rename = "keep")]
-    error_decay: f32,
-    #[serde(rename = "fresh_mps")]
-    error_step_mps: SimdLanes,
     rng: LaneRng,
     view: LateView,
-    /// Time gap to the leader as a multiple of the ring's time gap.
-    gap_factor: SimdLanes,
-    compliance: [Compliance; LANES],
-    all_comply: bool,
-    /// Steps under advice so far.
-    advised_steps: [u32; LANES],
-    held_back_mps: SimdLanes,
-    follows: [bool; LANES],
-    looks: [bool; LANES],
-    /// Advice in the driver's memory, m/s: the speed shown at the last glance at the speedometer.
-    #[serde(rename = "in_mind_mps")]
-    followed_advice_mps: SimdLanes,
-    driven_by: [DrivenBy; LANES],
-    /// Traits of each driver; the current willingness comes from `compliance`.
-    traits: [DriverTraits; LANES],
+}
+
+/// Copies the quantities that a training's driver shares with the driver of whole drives.
+macro_rules! copied {
+    ($from:expr => $to:ident { $($more:tt)* }) => {
+        $to {
+            reaction_s: $from.reaction_s,
+            leader_reaction_s: $from.leader_reaction_s,
+            error_mps: $from.error_mps,
+            error_time_s: $from.error_time_s,
+            speed_bias_mps: $from.speed_bias_mps,
+            deadband_mps: $from.deadband_mps,
+            compliance: $from.compliance,
+            compliance_fade_s: $from.compliance_fade_s,
+            patience_mps: $from.patience_mps,
+            inattention_per_min: $from.inattention_per_min,
+            inattention_s: $from.inattention_s,
+            $($more)*
+        }
+    };
 }
 
 impl TrainConfig {
@@ -93,24 +171,13 @@ impl TrainConfig {
             LeaderRule::Model => FollowKind::Driver,
             LeaderRule::Guard | LeaderRule::Ignore => FollowKind::Exact,
         };
-        let driver = DriverConfig {
+        let driver = copied!(driver => DriverConfig {
             follow,
             brakes_for_leader,
             random_driver: false,
             population: Population::None,
-            reaction_s: driver.reaction_s,
-            leader_reaction_s: driver.leader_reaction_s,
-            error_mps: driver.error_mps,
-            error_time_s: driver.error_time_s,
-            speed_bias_mps: driver.speed_bias_mps,
-            deadband_mps: driver.deadband_mps,
-            compliance: driver.compliance,
-            compliance_fade_s: driver.compliance_fade_s,
-            patience_mps: driver.patience_mps,
-            inattention_per_min: driver.inattention_per_min,
-            inattention_s: driver.inattention_s,
             ..self.driver.clone()
-        };
+        });
         Self { driver, ..self.clone() }
     }
 
@@ -141,21 +208,7 @@ impl TrainConfig {
     /// Draws the driver of one episode.
     pub fn draw_driver(&self, stream: &mut Stream) -> DriverParams {
         let driver = &self.driver;
-        let set = DriverParams {
-            reaction_s: driver.reaction_s,
-            leader_reaction_s: driver.leader_reaction_s,
-            error_mps: driver.error_mps,
-            error_time_s: driver.error_time_s,
-            speed_bias_mps: driver.speed_bias_mps,
-            deadband_mps: driver.deadband_mps,
-            compliance: driver.compliance,
-            compliance_fade_s: driver.compliance_fade_s,
-            patience_mps: driver.patience_mps,
-            inattention_per_min: driver.inattention_per_min,
-            inattention_s: driver.inattention_s,
-            idm: self.ring.idm,
-            ..DriverParams::default()
-        };
+        let set = copied!(driver => DriverParams { idm: self.ring.idm, ..DriverParams::default() });
         if driver.population != Population::None {
             return driver.population.draw(&set, stream);
         }
@@ -189,86 +242,65 @@ impl AdviceFollower {
             decel_mps2: driver.ego_decel_mps2 as f32,
             guard_mps2: driver.guard_decel_mps2 as f32,
             response_s: driver.ego_response_s.max(config.ring.step_s) as f32,
-            mode: [StandingAdvice::Model; LANES],
-            advised: splat(0.0),
+            error_decay: (-config.ring.step_s / driver.error_time_s).exp() as f32,
+            lanes: DriverLanes::all(DriverLane::without_traits()),
+            all_comply: true,
             shown_mps: vec![splat(-1.0); longest + 1],
             newest: 0,
-            delay: [0; LANES],
-            habit_mps: splat(0.0),
-            error_mps: splat(0.0),
-            deadband_mps: splat(driver.deadband_mps as f32),
-            error_decay: (-config.ring.step_s / driver.error_time_s).exp() as f32,
-            error_step_mps: splat(0.0),
             rng: LaneRng::new(),
             view: LateView::new(longest_s, config.ring.step_s),
-            gap_factor: splat(1.0),
-            compliance: [Compliance::full(); LANES],
-            all_comply: true,
-            advised_steps: [0; LANES],
-            held_back_mps: splat(0.0),
-            follows: [true; LANES],
-            looks: [true; LANES],
-            followed_advice_mps: splat(-1.0),
-            driven_by: [DrivenBy::Model; LANES],
-            traits: [DriverTraits::default(); LANES],
         }
     }
 
     /// Draws a new driver for lane `l`.
     pub fn draw(&mut self, l: usize, config: &TrainConfig, stream: &mut Stream) {
         let driver = config.draw_driver(stream);
-        self.mode[l] = StandingAdvice::Model;
-        self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
-        self.delay[l] = (driver.reaction_s / config.ring.step_s).round() as u32;
-        self.habit_mps[l] = driver.speed_bias_mps as f32;
-        self.error_mps[l] = (driver.error_mps * stream.normal()) as f32;
-        self.deadband_mps[l] = driver.deadband_mps as f32;
         let error_decay = f64::from(self.error_decay);
-        self.error_step_mps[l] = (driver.error_mps * (1.0 - error_decay * error_decay).sqrt()) as f32;
+        let error_mps = (driver.error_mps * stream.normal()) as f32;
         let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
+        let drawn = DriverLane {
+            delay: (driver.reaction_s / config.ring.step_s).round() as u32,
+            habit_mps: driver.speed_bias_mps as f32,
+            error_mps,
+            error_step_mps: (driver.error_mps * (1.0 - error_decay * error_decay).sqrt()) as f32,
+            deadband_mps: driver.deadband_mps as f32,
+            gap_factor: (driver.idm.t / config.ring.idm.t) as f32,
+            compliance: if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() },
+            traits: if self.is_driver { driver.traits(config.ring.idm.t) } else { DriverTraits::default() },
+            ..DriverLane::without_traits()
+        };
         self.rng.seed(l, seed);
         // Only a simulated driver perceives with a delay; an exactly following ego does not.
         self.view.set(l, if self.is_driver { driver.leader_reaction_s } else { 0.0 });
-        self.gap_factor[l] = (driver.idm.t / config.ring.idm.t) as f32;
-        self.compliance[l] = if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() };
-        self.traits[l] = if self.is_driver { driver.traits(config.ring.idm.t) } else { DriverTraits::default() };
-        self.reset_driver(l);
+        self.set_lane(l, drawn);
     }
 
     /// Returns the traits of the driver on ring `l` with the current willingness, as a teacher sees them.
     pub fn traits(&self, l: usize) -> DriverTraits {
-        let time_s = f64::from(self.advised_steps[l]) * f64::from(self.step_s);
-        let willingness = self.compliance[l].willingness(time_s, f64::from(self.held_back_mps[l]));
-        DriverTraits { willingness, ..self.traits[l] }
+        let driver = self.lanes.get(l);
+        let time_s = f64::from(driver.advised_steps) * f64::from(self.step_s);
+        let willingness = driver.compliance.willingness(time_s, f64::from(driver.held_back_mps));
+        DriverTraits { willingness, ..driver.traits }
     }
 
-    /// Resets the driver of lane `l` to the state before any advice.
-    fn reset_driver(&mut self, l: usize) {
-        self.advised_steps[l] = 0;
-        self.held_back_mps[l] = 0.0;
-        (self.follows[l], self.looks[l]) = (true, true);
-        self.followed_advice_mps[l] = -1.0;
-        self.driven_by[l] = DrivenBy::Model;
-        self.all_comply = self.compliance.iter().all(Compliance::is_full);
-    }
-
-    /// Copies a driver from another block's lane.
+    /// Copies a driver, as they are before any advice, from another block's lane.
     pub fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
-        self.mode[l] = from.mode[from_lane];
-        self.advised[l] = from.advised[from_lane];
-        // A new driver has seen nothing yet, so the position in the ring buffer does not matter.
-        self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
-        self.delay[l] = from.delay[from_lane];
-        self.habit_mps[l] = from.habit_mps[from_lane];
-        self.error_mps[l] = from.error_mps[from_lane];
-        self.deadband_mps[l] = from.deadband_mps[from_lane];
-        self.error_step_mps[l] = from.error_step_mps[from_lane];
         self.rng.copy_lane(l, &from.rng, from_lane);
         self.view.copy_lane(l, &from.view, from_lane);
-        self.gap_factor[l] = from.gap_factor[from_lane];
-        self.compliance[l] = from.compliance[from_lane];
-        self.traits[l] = from.traits[from_lane];
-        self.reset_driver(l);
+        let DriverLane { advised_steps, held_back_mps, follows, looks, followed_advice_mps, driven_by, .. } =
+            DriverLane::without_traits();
+        let drawn = from.lanes.get(from_lane);
+        self.set_lane(
+            l,
+            DriverLane { advised_steps, held_back_mps, follows, looks, followed_advice_mps, driven_by, ..drawn },
+        );
+    }
+
+    fn set_lane(&mut self, l: usize, driver: DriverLane) {
+        self.lanes.set(l, driver);
+        // A new driver has seen nothing yet, so the position in the ring buffer does not matter.
+        self.shown_mps.iter_mut().for_each(|shown| shown[l] = -1.0);
+        self.all_comply = self.lanes.compliance.iter().all(Compliance::is_full);
     }
 
     /// Issues advice for ring `l`, whose ego drives at `ego_mps`, in force for `hold`; `None` withdraws the advice.
@@ -277,12 +309,12 @@ impl AdviceFollower {
             return;
         }
         let Some(action) = action else {
-            let has_been_advised = self.is_driver && self.mode[l] != StandingAdvice::Model;
-            self.mode[l] = if has_been_advised { StandingAdvice::Silence } else { StandingAdvice::Model };
+            let has_been_advised = self.is_driver && self.lanes.mode[l] != StandingAdvice::Model;
+            self.lanes.mode[l] = if has_been_advised { StandingAdvice::Silence } else { StandingAdvice::Model };
             return;
         };
-        let before = (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]));
-        (self.mode[l], self.advised[l]) = match action {
+        let before = (self.lanes.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.lanes.advised[l]));
+        (self.lanes.mode[l], self.lanes.advised[l]) = match action {
             Action::Speed(speed) => (StandingAdvice::Speed, speed.max(0.0) as f32),
             // A driver sees the speed to which the acceleration leads.
             Action::Acceleration(a) if self.is_driver => {
@@ -294,21 +326,21 @@ impl AdviceFollower {
 
     /// Returns the speed advised to the driver of lane `l`, m/s.
     pub fn advised_mps(&self, l: usize) -> Option<f64> {
-        (self.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.advised[l]))
+        (self.lanes.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.lanes.advised[l]))
     }
 
     /// Returns the distance of speeds from the range around the advised ones, m/s; 0 if no speed is advised.
     #[inline(always)]
     pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
         lane(|l| {
-            let missed = ((ego_mps[l] - self.advised[l]).abs() - range_mps).max(0.0);
-            if self.mode[l] == StandingAdvice::Speed { missed } else { 0.0 }
+            let missed = ((ego_mps[l] - self.lanes.advised[l]).abs() - range_mps).max(0.0);
+            if self.lanes.mode[l] == StandingAdvice::Speed { missed } else { 0.0 }
         })
     }
 
     /// Returns the source of each ego's speed in the last step.
     pub fn driven_by(&self) -> &[DrivenBy; LANES] {
-        &self.driven_by
+        &self.lanes.driven_by
     }
 
     /// Returns the egos' speeds at the end of this step, m/s.
@@ -325,7 +357,7 @@ impl AdviceFollower {
         let mut driven_by = [DrivenBy::Advice; LANES];
         for l in 0..LANES {
             let has_nothing_in_mind = self.is_driver && wanted[l] == f32::INFINITY;
-            let is_free = self.mode[l] == StandingAdvice::Model || has_nothing_in_mind || !self.follows[l];
+            let is_free = self.lanes.mode[l] == StandingAdvice::Model || has_nothing_in_mind || !self.lanes.follows[l];
             let keeps_distance = self.is_driver && model[l] < wanted[l];
             let by_model = is_free || keeps_distance;
             driven[l] = (speed[l] + if by_model { model[l] } else { wanted[l] } * dt).max(0.0);
@@ -341,7 +373,7 @@ impl AdviceFollower {
                 }
             }
         }
-        self.driven_by = driven_by;
+        self.lanes.driven_by = driven_by;
         self.view.drive(&driven);
         driven
     }
@@ -349,11 +381,11 @@ impl AdviceFollower {
     /// Returns the acceleration of each driver's own model from what they perceive, m/s².
     #[inline(always)]
     fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
-        if self.view.is_prompt() && self.gap_factor == splat(1.0) {
+        if self.view.is_prompt() && self.lanes.gap_factor == splat(1.0) {
             return ring.ego_idm();
         }
         let [gap_m, leader_mps] = self.view.see(ring.gap_m(), ring.leader_mps());
-        let time_gap_s = lane(|l| ring.time_gap_s()[l] * self.gap_factor[l]);
+        let time_gap_s = lane(|l| ring.time_gap_s()[l] * self.lanes.gap_factor[l]);
         ring.ego_idm_seen(&gap_m, &leader_mps, &time_gap_s)
     }
 
@@ -362,17 +394,18 @@ impl AdviceFollower {
         let steps_per_s = (1.0 / self.step_s).round().max(1.0) as u32;
         let fresh = self.step_s / HELD_BACK_S as f32;
         for (l, leader_mps) in leader_mps.iter().enumerate() {
-            if self.mode[l] != StandingAdvice::Speed {
+            if self.lanes.mode[l] != StandingAdvice::Speed {
                 continue;
             }
-            if self.advised_steps[l].is_multiple_of(steps_per_s) {
-                let time_s = f64::from(self.advised_steps[l]) * f64::from(self.step_s);
-                self.follows[l] = self.compliance[l].follows(time_s, f64::from(self.held_back_mps[l]));
-                self.looks[l] = self.compliance[l].looks(time_s);
+            if self.lanes.advised_steps[l].is_multiple_of(steps_per_s) {
+                let time_s = f64::from(self.lanes.advised_steps[l]) * f64::from(self.step_s);
+                self.lanes.follows[l] =
+                    self.lanes.compliance[l].follows(time_s, f64::from(self.lanes.held_back_mps[l]));
+                self.lanes.looks[l] = self.lanes.compliance[l].looks(time_s);
             }
-            let behind_mps = leader_mps - self.advised[l];
-            self.held_back_mps[l] += (behind_mps - self.held_back_mps[l]) * fresh;
-            self.advised_steps[l] += 1;
+            let behind_mps = leader_mps - self.lanes.advised[l];
+            self.lanes.held_back_mps[l] += (behind_mps - self.lanes.held_back_mps[l]) * fresh;
+            self.lanes.advised_steps[l] += 1;
         }
     }
 
@@ -389,8 +422,9 @@ impl AdviceFollower {
     #[inline(always)]
     fn exact(&self, speed: &SimdLanes) -> SimdLanes {
         lane(|l| {
-            let reach = ((self.advised[l] - speed[l]) / self.response_s).max(-self.decel_mps2).min(self.accel_mps2);
-            if self.mode[l] == StandingAdvice::Speed { reach } else { self.advised[l] }
+            let reach =
+                ((self.lanes.advised[l] - speed[l]) / self.response_s).max(-self.decel_mps2).min(self.accel_mps2);
+            if self.lanes.mode[l] == StandingAdvice::Speed { reach } else { self.lanes.advised[l] }
         })
     }
 
@@ -399,16 +433,17 @@ impl AdviceFollower {
         let size = self.shown_mps.len();
         self.newest = if self.newest + 1 == size { 0 } else { self.newest + 1 };
         for l in 0..LANES {
-            let is_advised = self.mode[l] == StandingAdvice::Speed;
-            if is_advised && (self.looks[l] || self.followed_advice_mps[l] < 0.0) {
-                self.followed_advice_mps[l] = self.advised[l];
+            let is_advised = self.lanes.mode[l] == StandingAdvice::Speed;
+            if is_advised && (self.lanes.looks[l] || self.lanes.followed_advice_mps[l] < 0.0) {
+                self.lanes.followed_advice_mps[l] = self.lanes.advised[l];
             }
-            self.shown_mps[self.newest][l] = if is_advised { self.followed_advice_mps[l] } else { -1.0 };
+            self.shown_mps[self.newest][l] = if is_advised { self.lanes.followed_advice_mps[l] } else { -1.0 };
         }
         let (fresh, _) = self.rng.normal_pair();
-        self.error_mps = lane(|l| self.error_mps[l] * self.error_decay + self.error_step_mps[l] * fresh[l]);
+        self.lanes.error_mps =
+            lane(|l| self.lanes.error_mps[l] * self.error_decay + self.lanes.error_step_mps[l] * fresh[l]);
         let seen_mps = lane(|l| {
-            let at = self.newest + size - self.delay[l] as usize;
+            let at = self.newest + size - self.lanes.delay[l] as usize;
             self.shown_mps[if at >= size { at - size } else { at }][l]
         });
         lane(|l| {
@@ -418,9 +453,9 @@ impl AdviceFollower {
                 return f32::INFINITY;
             }
             // Bias and error fade below 1 m/s: a driver makes no error about standing still.
-            let target = seen + (self.habit_mps[l] + self.error_mps[l]) * seen.min(1.0);
+            let target = seen + (self.lanes.habit_mps[l] + self.lanes.error_mps[l]) * seen.min(1.0);
             let off = target.max(0.0) - speed[l];
-            let felt = off - off.max(-self.deadband_mps[l]).min(self.deadband_mps[l]);
+            let felt = off - off.max(-self.lanes.deadband_mps[l]).min(self.lanes.deadband_mps[l]);
             (felt / SPEED_RELAXATION_S).max(-self.decel_mps2).min(self.accel_mps2)
         })
     }

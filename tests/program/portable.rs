@@ -90,7 +90,7 @@ fn no_written_file_contains_a_path_of_its_author() {
     fs::write(&file, study).unwrap();
     // The second run recognizes the data set as that of the same study.
     for _ in 0..2 {
-        author.run(&["study", text(&file), "--rehearse", "--out", text(&data)]);
+        author.run(&["study", "rehearse", text(&file), "--out", text(&data)]);
     }
     author.run(&["analyse", text(&data)]);
 
@@ -227,7 +227,7 @@ fn a_participants_folder_that_is_a_link_is_refused() {
     fs::write(&study, drive).unwrap();
     fs::create_dir(&elsewhere).unwrap();
     let rehearse = |participants: &str| {
-        codrive(&["study", text(&study), "--rehearse", "--participants", participants, "--out", text(&data)])
+        codrive(&["study", "rehearse", text(&study), "--participants", participants, "--out", text(&data)])
     };
     rehearse("1").assert().success();
     for name in ["sourcedata/sub-R02", "sub-R02"] {

@@ -17,16 +17,7 @@ use std::f64::consts::{PI, TAU};
 /// Returns a closed route of one lane, as long as its shape.
 fn closed(shape: Vec<DVec2>) -> Route {
     let length_m = shape.windows(2).map(|p| p[0].distance(p[1])).sum();
-    Route::new(vec![RouteLane {
-        lane: None,
-        id: "e0_0".into(),
-        edge: "e0".into(),
-        start_s_m: 0.0,
-        length_m,
-        speed_limit_mps: 30.0,
-        width_m: 3.2,
-        shape,
-    }])
+    Route::new(vec![RouteLane { lane: None, start_s_m: 0.0, length_m, speed_limit_mps: 30.0, width_m: 3.2, shape }])
 }
 
 /// Returns a ring of radius `r` with a point every 2.5 m, as in SUMO's networks.
@@ -60,17 +51,15 @@ fn block(to_right: bool) -> Route {
 
 /// Returns a straight road of two consecutive lanes with these limits, m/s.
 fn limits_change(first_mps: f64, then_mps: f64) -> Route {
-    let lane = |edge: &str, speed_limit_mps: f64, from: f64, to: f64| RouteLane {
+    let lane = |speed_limit_mps: f64, from: f64, to: f64| RouteLane {
         lane: None,
-        id: format!("{edge}_0"),
-        edge: edge.into(),
         start_s_m: 0.0,
         length_m: to - from,
         speed_limit_mps,
         width_m: 3.2,
         shape: vec![dvec2(from, 0.0), dvec2(to, 0.0)],
     };
-    Route::open(vec![lane("a", first_mps, 0.0, 600.0), lane("b", then_mps, 600.0, 1500.0)])
+    Route::open(vec![lane(first_mps, 0.0, 600.0), lane(then_mps, 600.0, 1500.0)])
 }
 
 /// Vehicle ahead: front bumper along the route and speed at a time in seconds.

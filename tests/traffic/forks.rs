@@ -44,7 +44,7 @@ fn cars_take_the_lane_of_the_route_where_one_leads_to_two() {
     let net = forked(folder.path());
     let setup = even(net.to_str().unwrap(), 6, model(0.0), 0.0);
     let route = setup.map.route.clone();
-    let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id.as_str()).collect();
+    let ids: Vec<&str> = route.lanes().iter().map(|lane| lane.id(&setup.map.network)).collect();
     assert!(ids.contains(&"bc_0") && !ids.contains(&"bc_1"), "{ids:?}");
     let drive = |traffic: &mut SumoTraffic| super::run(&setup.map, traffic, 900, |_, _| None);
     let here = drive(&mut SumoTraffic::start(setup.clone()).unwrap());

@@ -117,7 +117,7 @@ fn cars_are_put_on_a_lane_for_cars_where_the_outermost_is_a_pavement() {
     netconvert.arg("-o").arg(place("net.xml")).args(["--no-turnarounds", "true"]).env("SUMO_HOME", &sumo);
     assert!(netconvert.output().unwrap().status.success());
     let setup = even(place("net.xml").to_str().unwrap(), 6, model(0.0), 0.0);
-    assert!(setup.map.route.lanes().iter().any(|lane| lane.id == "ab_1"), "ab_0 is the pavement");
+    assert!(setup.map.route.lanes().iter().any(|lane| lane.id(&setup.map.network) == "ab_1"), "ab_0 is the pavement");
     let map = setup.map.clone();
     let mut traffic = SumoTraffic::start(setup).unwrap();
     let history = super::run(&map, &mut traffic, 300, |_, _| None);

@@ -63,22 +63,21 @@ struct StretchCutter {
 pub struct StretchCollector<'a> {
     trial: &'a RecordedTrial,
     usual: DriverParams,
-    cutter: StretchCutter,
+    /// `None` on a network: the simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
+    cutter: Option<StretchCutter>,
 }
 
 impl<'a> StretchCollector<'a> {
     /// Starts for a drive.
     pub fn new(trial: &'a RecordedTrial) -> Self {
-        Self { trial, usual: DriverParams::default(), cutter: StretchCutter::new() }
+        let cutter = (!trial.setup.is_open()).then(StretchCutter::new);
+        Self { trial, usual: DriverParams::default(), cutter }
     }
 
     /// Adds the ego's row of the next tick.
     pub fn add(&mut self, ego: &EgoSample) {
+        let Some(cutter) = &mut self.cutter else { return };
         let Some(s_m) = ego.s_m.filter(|_| ego.tick.is_multiple_of(MOMENT_TICKS)) else { return };
-        // The simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
-        if self.trial.is_on_network() {
-            return;
-        }
         // Without its map, a drive is treated as if on a straight road.
         let route = self.trial.map.as_ref().map(|map| &map.route);
         // The driver looks from the middle of the car, not from its front bumper.
@@ -94,15 +93,13 @@ impl<'a> StretchCollector<'a> {
             bend_mps: route
                 .map_or(f32::INFINITY, |route| bend_speed_mps(&self.usual, route, middle_m, ego.speed_mps) as f32),
         };
-        self.cutter.add(ego.tick, moment);
+        cutter.add(ego.tick, moment);
     }
 
     /// Returns the stretches after all rows were added.
     pub fn finish(self) -> DriverStretches {
-        if self.trial.is_on_network() {
-            return DriverStretches::default();
-        }
-        DriverStretches { usual_time_gap_s: self.trial.setup.scenario.idm.t, stretches: self.cutter.finish() }
+        let Some(cutter) = self.cutter else { return DriverStretches::default() };
+        DriverStretches { usual_time_gap_s: self.trial.setup.scenario.idm.t, stretches: cutter.finish() }
     }
 }
 

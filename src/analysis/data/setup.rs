@@ -40,6 +40,11 @@ impl DriveSetup {
         }
     }
 
+    /// Checks whether vehicles entered and left; their number was fixed otherwise.
+    pub fn is_open(&self) -> bool {
+        self.scenario.has_path_or_demand()
+    }
+
     /// Checks whether a simulated driver drove.
     pub fn is_simulated(&self) -> bool {
         self.manifest.driver.starts_with("simulated")

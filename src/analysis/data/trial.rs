@@ -125,11 +125,6 @@ impl RecordedTrial {
         Ok(trial)
     }
 
-    /// Checks for a drive on a network, where vehicles enter and leave.
-    pub fn is_on_network(&self) -> bool {
-        self.setup.scenario.is_on_network()
-    }
-
     /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].
     pub(crate) fn collided(&mut self, tick: u64) {
         let until = tick + (AFTER_CONTACT_S * f64::from(TICKS_PER_S)) as u64;
@@ -162,8 +157,8 @@ impl RecordedTrial {
     /// The table cannot be read, or does not have this program's format; each row can fail in the same way.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
-        let columns = if self.is_on_network() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
-        let headways = if !self.is_on_network() {
+        let columns = if self.setup.is_open() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
+        let headways = if !self.setup.is_open() {
             Headways::Recorded
         } else {
             let vehicles = TripTable::read(&self.recording)?.trips;
@@ -178,7 +173,7 @@ impl RecordedTrial {
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
-        let map = self.map.as_ref().filter(|_| self.is_on_network());
+        let map = self.map.as_ref().filter(|_| self.setup.is_open());
         TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
     }
 }

@@ -39,7 +39,7 @@ pub fn drivers(drives: &[AnalysedRecording]) -> Vec<ParticipantDriver> {
     each.into_par_iter().map(one).collect()
 }
 
-/// Returns the file of the participants with at least one number, as `codrive study --rehearse --drivers` reads it.
+/// Returns the file of the participants with at least one number, as `codrive study rehearse --drivers` reads it.
 pub fn drivers_toml(study: &str, drivers: &[ParticipantDriver]) -> String {
     let one = |driver: &ParticipantDriver| {
         let value = |number: Option<FoundNumber>| number.map(|number| number.value);

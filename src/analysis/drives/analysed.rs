@@ -103,7 +103,7 @@ impl RoadKinds {
     /// Returns the kinds of roads of these drives.
     pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
         drives.into_iter().fold(Self::default(), |kinds, drive| {
-            let is_network = drive.setup.scenario.is_on_network();
+            let is_network = drive.setup.is_open();
             Self { closed: kinds.closed || !is_network, networks: kinds.networks || is_network }
         })
     }

@@ -42,7 +42,7 @@ impl DriveMeasures {
         baseline: Option<&DriveTotals>,
     ) -> Self {
         let sight = MeasureInputs { trial, totals, baseline, responses: &responses };
-        let is_network = trial.is_on_network();
+        let is_network = trial.setup.is_open();
         let roads = RoadKinds { closed: !is_network, networks: is_network };
         let value = |measure: &MeasureDefinition| (measure.of)(&sight).filter(|_| measure.is_on(roads));
         Self { values: MEASURES.iter().map(value).collect(), responses }

@@ -45,7 +45,7 @@ impl Drive {
         self.ego.iter().for_each(|row| onsets.add(row));
         let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
         let mut totals = DriveTotals::new(0.1).on(&self.trial);
-        totals.network = self.trial.is_on_network().then(NetworkDriveTotals::default);
+        totals.network = self.trial.setup.is_open().then(NetworkDriveTotals::default);
         for row in &self.ego {
             totals.add(row);
             responses.add(row);

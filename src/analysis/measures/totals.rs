@@ -199,7 +199,7 @@ impl DriveTotals {
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        totals.network = trial.is_on_network().then(|| NetworkDriveTotals::open(trial, lines)).transpose()?;
+        totals.network = trial.setup.is_open().then(|| NetworkDriveTotals::open(trial, lines)).transpose()?;
         let mut onsets = OnsetFinder::new(trial.changes.clone());
         for ego in trial.ego()? {
             let ego = ego?;

@@ -149,9 +149,9 @@ pub struct ConditionKind {
 }
 
 impl ConditionKind {
-    /// Returns the kind of a trial with this policy on this scenario, which knows its road ([`Scenario::on`]).
+    /// Returns the kind of a trial with this policy on this scenario, that of a planned drive.
     pub fn of(policy: &str, scenario: &Scenario) -> Self {
-        let networks = scenario.is_on_network();
+        let networks = scenario.has_path_or_demand();
         let has_advice = policy != "none" && !scenario.advises_no_vehicle();
         Self { has_advice, roads: RoadKinds { closed: !networks, networks } }
     }

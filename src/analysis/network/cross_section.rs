@@ -106,16 +106,16 @@ impl CrossSection {
     pub fn middle_of_path(map: &RoadMap) -> Option<Self> {
         let (net, middle_m) = (&map.network, map.route.length_m() / 2.0);
         let is_street = |lane: &&RouteLane| {
-            net.edge_named(&lane.edge)
-                .is_some_and(|edge| net.edge(edge).kind == EdgeKind::Normal && passage_s(net, edge) >= LEAST_PASSAGE_S)
+            let edge = lane.lane.map(|lane| net.lane(lane).edge);
+            edge.is_some_and(|edge| net.edge(edge).kind == EdgeKind::Normal && passage_s(net, edge) >= LEAST_PASSAGE_S)
         };
         let nearest_m = |lane: &RouteLane| middle_m.clamp(lane.start_s_m, lane.start_s_m + lane.length_m);
         let away_m = |lane: &RouteLane| (nearest_m(lane) - middle_m).abs();
         let streets = map.route.lanes().iter().filter(is_street);
         let street = streets.min_by(|a, b| away_m(a).total_cmp(&away_m(b)))?;
         let at_m = (nearest_m(street) - street.start_s_m).round().min(street.length_m);
-        let name = format!("{}:{at_m}", street.edge);
-        Some(Self { name, is_default: true, edge: net.edge_named(&street.edge)?, lane: None, at_m })
+        let name = format!("{}:{at_m}", street.edge_id(net));
+        Some(Self { name, is_default: true, edge: net.lane(street.lane?).edge, lane: None, at_m })
     }
 
     /// Iterates over the lanes that the line crosses.

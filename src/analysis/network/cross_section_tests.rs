@@ -98,7 +98,7 @@ fn the_line_of_a_path_is_at_its_middle_on_the_nearest_street() {
     assert!(line.is_default && (line.name == "B0B1:69" || line.name == "B1B2:0"), "{line:?}");
     let map = RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1B2"]).expect("a path");
     let line = CrossSection::middle_of_path(&map).expect("a line");
-    let street = map.route.lanes().iter().find(|lane| lane.edge == "B0B1").expect("the middle one");
+    let street = map.route.lanes().iter().find(|lane| lane.edge_id(&map.network) == "B0B1").expect("the middle one");
     let at_m = map.route.length_m() / 2.0 - street.start_s_m;
     assert_eq!(line.name, format!("B0B1:{}", at_m.round()));
 }

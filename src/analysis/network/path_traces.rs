@@ -135,7 +135,8 @@ struct PathTraceCollector<'a> {
 
 impl<'a> PathTraceCollector<'a> {
     fn new(map: &'a RoadMap) -> Self {
-        let edges = map.route.lanes().iter().filter_map(|lane| map.network.edge_named(&lane.edge)).collect();
+        let lanes = map.route.lanes().iter().filter_map(|lane| lane.lane);
+        let edges = lanes.map(|lane| map.network.lane(lane).edge).collect();
         Self { map, edges, before: BTreeMap::new(), ego_last: None, traces: PathTraces::default() }
     }
 

@@ -85,7 +85,7 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
 /// The folder holds no recording, or one that cannot be read.
 pub fn space_time(recording: &Path) -> Result<Option<String>, AnalysisError> {
     let trial = RecordedTrial::open(recording)?;
-    Ok(match trial.is_on_network() {
+    Ok(match trial.setup.is_open() {
         true => PathTraces::of(&trial)?.map(|traces| network_figures::space_time("", &traces, None)),
         false => DriveTrajectories::of(&trial)?.map(|traces| figures::space_time("", &traces, None)),
     })

@@ -6,16 +6,17 @@ mod netconvert;
 mod netconvert_attempts;
 mod repair;
 mod report;
+mod source_format;
 #[cfg(test)]
 mod tests;
 mod warnings;
 
 pub use netconvert::ImportBounds;
-pub use netconvert_attempts::SourceFormat;
 pub use report::ImportReport;
+pub use source_format::SourceFormat;
 pub use warnings::WarningKind;
 
-use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES, network};
+use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES};
 use crate::{
     file::{open_regular, size_text},
     private,
@@ -134,24 +135,24 @@ fn fill(
     let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), bounds)?;
     let report = ImportReport::of(file, format, &made)?;
     let failed = |source| MapError::Io { file: file.into(), source };
-    private::replace(&folder.join("map.toml"), map_file(name, &report, &made.network, &made.path).as_bytes())
-        .map_err(failed)?;
+    private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;
     private::replace(&folder.join(REPORT_FILE), report.text().as_bytes()).map_err(failed)?;
     Ok(report)
 }
 
 /// Returns the text of `map.toml`.
-fn map_file(name: &str, report: &ImportReport, net: &network::Network, path: &network::Path) -> String {
+fn map_file(name: &str, report: &ImportReport, made: &netconvert_attempts::MadeNetwork) -> String {
     let text = |text: String| toml::Value::String(text).to_string();
-    let kind = if path.is_closed() { "A closed route" } else { "An open path" };
-    let description = format!("{kind} of {:.0} m, imported from {}.", path.length_m(), report.file_name);
+    let (length_m, _, is_closed) = report.path;
+    let kind = if is_closed { "A closed route" } else { "An open path" };
+    let description = format!("{kind} of {length_m:.0} m, imported from {}.", report.file_name);
     let head = format!("title = {}\ndescription = {}\n", text(name.to_owned()), text(description));
-    if path.is_closed() {
+    if is_closed {
         return head
             + "# The closed route is the longest loop found; to drive another, name its edges:\n\
                # route = [\"edge\", \"edge\"]\n";
     }
-    let streets = path.lanes().iter().map(|lane| net.edge_of(*lane)).filter(|edge| edge.kind.is_street());
+    let streets = made.path.streets.iter().map(|lane| made.network.edge_of(*lane));
     let edges: Vec<String> = streets.map(|edge| text(edge.id.clone())).collect();
     format!(
         "{head}# No loop was found: this is the longest open path. To drive another, name its edges in order.\n\

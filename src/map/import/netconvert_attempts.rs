@@ -2,9 +2,9 @@
 //! known format. Out: the network's bytes on the disk, the network, its default path, and how it was made.
 
 use super::{
-    ImportBounds,
-    netconvert::Conversion,
+    netconvert::{Conversion, ImportBounds},
     repair::{repair, with_default_limits},
+    source_format::SourceFormat,
     warnings::{self, ERROR, WARNING, WarningKind},
 };
 use crate::{
@@ -12,26 +12,15 @@ use crate::{
     map::{
         MapError, SumoText, catalog,
         limits::{MOST_BYTES, MOST_IMPORT_BYTES},
-        loop_search::default_path,
-        network::{self, EdgeKind, Network},
+        loop_search::{DefaultPath, default_path},
+        network::{EdgeKind, Network},
     },
     private,
 };
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Largest gap between a line through a junction and the lanes that it joins, metres: a car cannot follow a step of half its width.
 const FITS_M: f64 = 0.5;
-
-/// Format of a file to import.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SourceFormat {
-    /// OpenDRIVE, files `.xodr`.
-    OpenDrive,
-    /// OpenStreetMap, files `.osm` and `.osm.xml`.
-    OpenStreetMap,
-    /// SUMO's own network format, files `net.xml`.
-    Sumo,
-}
 
 /// Input of netconvert in an attempt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,108 +33,76 @@ enum AttemptInput {
     Repaired,
 }
 
-/// Attempt to make a network of a file.
-struct ConversionAttempt {
+/// Options of netconvert in an attempt.
+struct AttemptOptions {
     input: AttemptInput,
-    /// Command-line options for netconvert.
-    options: &'static [&'static str],
+    options: &'static [&'static [&'static str]],
     /// Description for the report, after "taken ".
     words: &'static str,
 }
 
-/// Options for OpenStreetMap. Heights come from the file; a file without heights stays flat.
-const OSM: [&str; 6] =
-    ["--keep-edges.by-vclass", "passenger", "--remove-edges.isolated", "--osm.elevation", "true", "--junctions.join"];
+const EACH_METRE: &[&str] = &["--opendrive.curve-resolution", "1"];
+const OWN_LINES: &[&str] = &["--opendrive.internal-shapes", "true"];
+const LENIENT: &[&str] = &["--ignore-errors", "true"];
+const FOR_CARS: &[&str] = &["--keep-edges.by-vclass", "passenger"];
+/// netconvert treats a road as isolated if it leads out of the file at both ends.
+const WITHOUT_ISOLATED: &[&str] = &["--remove-edges.isolated"];
+/// Heights come from the file; a file without heights stays flat.
+const HEIGHTS: &[&str] = &["--osm.elevation", "true"];
+const JOINED: &[&str] = &["--junctions.join"];
 
-impl SourceFormat {
-    /// Returns the format by the file's name; `None` if it is unknown.
-    pub(super) fn of(file: &Path) -> Option<Self> {
-        let name = file.file_name()?.to_string_lossy().to_lowercase();
-        let ends = |ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
-        match () {
-            () if ends(&[".xodr"]) => Some(Self::OpenDrive),
-            () if ends(&[".osm", ".osm.xml"]) => Some(Self::OpenStreetMap),
-            () if ends(&["net.xml"]) => Some(Self::Sumo),
-            () => None,
-        }
-    }
+/// Attempts for OpenDRIVE. Curves sampled every metre take much memory on some files, and lines through junctions do not always meet the
+/// lanes.
+const OPEN_DRIVE: &[AttemptOptions] = &[
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[EACH_METRE, OWN_LINES],
+        words: "with its own lines through junctions and curves sampled each metre",
+    },
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[EACH_METRE, LENIENT],
+        words: "with netconvert's lines through junctions and curves sampled each metre",
+    },
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[LENIENT],
+        words: "with netconvert's lines through junctions and curves sampled each 2 m",
+    },
+    AttemptOptions {
+        input: AttemptInput::Repaired,
+        options: &[LENIENT],
+        words: "with netconvert's lines through junctions and curves sampled each 2 m, after repair",
+    },
+];
 
-    /// Returns the format's name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::OpenDrive => "OpenDRIVE",
-            Self::OpenStreetMap => "OpenStreetMap",
-            Self::Sumo => "a SUMO network",
-        }
-    }
+const OPEN_STREET_MAP: &[AttemptOptions] = &[
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[FOR_CARS, WITHOUT_ISOLATED, HEIGHTS, JOINED],
+        words: "with junctions that lie close together joined",
+    },
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[FOR_CARS, WITHOUT_ISOLATED, HEIGHTS, LENIENT],
+        words: "with junctions as they are",
+    },
+    AttemptOptions {
+        input: AttemptInput::File,
+        options: &[FOR_CARS, HEIGHTS, JOINED, LENIENT],
+        words: "with roads that join no other",
+    },
+];
 
-    fn flag(self) -> &'static str {
-        match self {
-            Self::OpenDrive => "--opendrive-files",
-            Self::OpenStreetMap => "--osm-files",
-            Self::Sumo => "--sumo-net-file",
-        }
-    }
-
-    fn attempts(self) -> &'static [ConversionAttempt] {
-        match self {
-            // Curves sampled every metre take much memory on some files, and lines through junctions do not always meet the lanes.
-            Self::OpenDrive => &[
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &["--opendrive.curve-resolution", "1", "--opendrive.internal-shapes", "true"],
-                    words: "with its own lines through junctions and curves sampled each metre",
-                },
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &["--opendrive.curve-resolution", "1", "--ignore-errors", "true"],
-                    words: "with netconvert's lines through junctions and curves sampled each metre",
-                },
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &["--ignore-errors", "true"],
-                    words: "with netconvert's lines through junctions and curves sampled each 2 m",
-                },
-                ConversionAttempt {
-                    input: AttemptInput::Repaired,
-                    options: &["--ignore-errors", "true"],
-                    words: "with netconvert's lines through junctions and curves sampled each 2 m, after repair",
-                },
-            ],
-            Self::OpenStreetMap => &[
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &OSM,
-                    words: "with junctions that lie close together joined",
-                },
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &[OSM[0], OSM[1], OSM[2], OSM[3], OSM[4], "--ignore-errors", "true"],
-                    words: "with junctions as they are",
-                },
-                // netconvert treats a road as isolated if it leads out of the file at both ends.
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &[OSM[0], OSM[1], OSM[3], OSM[4], OSM[5], "--ignore-errors", "true"],
-                    words: "with roads that join no other",
-                },
-            ],
-            Self::Sumo => &[
-                ConversionAttempt { input: AttemptInput::Nothing, options: &[], words: "as it is" },
-                ConversionAttempt {
-                    input: AttemptInput::File,
-                    options: &["--ignore-errors", "true"],
-                    words: "rebuilt by netconvert",
-                },
-            ],
-        }
-    }
-}
+const SUMO: &[AttemptOptions] = &[
+    AttemptOptions { input: AttemptInput::Nothing, options: &[], words: "as it is" },
+    AttemptOptions { input: AttemptInput::File, options: &[LENIENT], words: "rebuilt by netconvert" },
+];
 
 /// Network made by an attempt.
 pub(super) struct MadeNetwork {
     pub network: Network,
-    pub path: network::Path,
+    pub path: DefaultPath,
     /// Description of the attempt, for the report.
     pub words: String,
     /// Reasons why finer attempts were rejected.
@@ -153,6 +110,8 @@ pub(super) struct MadeNetwork {
     pub warnings: Vec<WarningKind>,
     /// Errors in the file that netconvert ignored.
     pub errors: Vec<WarningKind>,
+    /// Largest gap between lines through junctions and the lanes that they join, metres.
+    gap_m: f64,
 }
 
 /// Converts a file into `net`: by the first attempt whose network can be driven and whose lines through junctions meet the lanes, else by
@@ -165,39 +124,43 @@ pub(super) fn make(
     bounds: &ImportBounds,
 ) -> Result<MadeNetwork, MapError> {
     let failed = |source| MapError::Io { file: net.into(), source };
-    let attempts = format.attempts();
+    let attempts = match format {
+        SourceFormat::OpenDrive => OPEN_DRIVE,
+        SourceFormat::OpenStreetMap => OPEN_STREET_MAP,
+        SourceFormat::Sumo => SUMO,
+    };
     let runs = attempts.iter().filter(|one| one.input != AttemptInput::Nothing).count() as u64;
     let mut errors = Vec::new();
     let mut before = Vec::new();
-    let mut best: Option<(f64, Vec<u8>, MadeNetwork)> = None;
-    for one in attempts {
-        match run_attempt(program, file, format, (net, one), (bounds, runs)) {
+    let mut best: Option<(Vec<u8>, MadeNetwork)> = None;
+    for AttemptOptions { input, options, words } in attempts {
+        let attempt = Attempt { program, file, format, net, bounds, runs, input: *input, options };
+        match attempt.run(words) {
             Err(error @ MapError::Interrupted { .. }) => return Err(error),
             Err(error) => {
                 let is_final = !is_worth_another_try(&error, format);
-                before.push(format!("not {}: {}", one.words, in_one_line(&error, file)));
+                before.push(format!("not {words}: {}", in_one_line(&error, file)));
                 errors.push(error);
                 if is_final {
                     break;
                 }
             }
             Ok(made) => {
-                let gap_m = widest_joint_m(&made.network);
-                let fits = gap_m <= FITS_M;
-                if best.as_ref().is_none_or(|(least_m, ..)| gap_m < *least_m) {
+                let gap_m = made.gap_m;
+                if best.as_ref().is_none_or(|(_, best)| gap_m < best.gap_m) {
                     let bytes = read_bounded(net, MOST_BYTES).map_err(failed)?;
-                    best = Some((gap_m, bytes, MadeNetwork { before: before.clone(), ..made }));
+                    best = Some((bytes, MadeNetwork { before: before.clone(), ..made }));
                 }
                 // A SUMO network is accepted as its author drew it.
-                if fits || format == SourceFormat::Sumo {
+                if gap_m <= FITS_M || format == SourceFormat::Sumo {
                     break;
                 }
-                before.push(format!("not {}: they miss the lanes that they join by up to {gap_m:.1} m", one.words));
+                before.push(format!("not {words}: they miss the lanes that they join by up to {gap_m:.1} m"));
             }
         }
     }
     match best {
-        Some((_, bytes, made)) => private::replace(net, &bytes).map_err(failed).map(|()| made),
+        Some((bytes, made)) => private::replace(net, &bytes).map_err(failed).map(|()| made),
         // An error of a finished conversion explains more than a failure of netconvert in another attempt.
         None => {
             let converted = |error: &MapError| {
@@ -209,89 +172,116 @@ pub(super) fn make(
     }
 }
 
-fn run_attempt(
-    program: &Path,
-    file: &Path,
+/// Attempt to make a network of a file.
+struct Attempt<'a> {
+    program: &'a Path,
+    file: &'a Path,
     format: SourceFormat,
-    (net, one): (&Path, &ConversionAttempt),
-    (bounds, shares): (&ImportBounds, u64),
-) -> Result<MadeNetwork, MapError> {
-    let mut how = one.words.to_owned();
-    let repaired = net.with_file_name("repaired.xodr");
-    let copy = net.with_file_name("copy.net.xml");
-    let input = match one.input {
-        AttemptInput::Nothing => None,
-        AttemptInput::File if format == SourceFormat::Sumo => {
-            let text = catalog::read(file, MOST_BYTES)?;
-            let text = SumoText::read(file, &text)?;
-            private::replace(&copy, text.as_str().as_bytes())
-                .map_err(|source| MapError::Io { file: file.into(), source })?;
-            Some(copy.as_path())
+    /// Place of the network.
+    net: &'a Path,
+    bounds: &'a ImportBounds<'a>,
+    /// Number of runs of netconvert that share the time limit.
+    runs: u64,
+    input: AttemptInput,
+    options: &'a [&'a [&'a str]],
+}
+
+impl Attempt<'_> {
+    fn run(&self, words: &str) -> Result<MadeNetwork, MapError> {
+        let mut words = words.to_owned();
+        let messages = self.convert(&mut words)?;
+        let network = self.read(&mut words)?;
+        self.judge(network, words, &messages)
+    }
+
+    /// Runs netconvert, unless the file is a network already, and returns its messages. Adds a repair to `words`.
+    fn convert(&self, words: &mut String) -> Result<String, MapError> {
+        if self.input == AttemptInput::Nothing {
+            return Ok(String::new());
         }
-        AttemptInput::File => Some(file),
-        AttemptInput::Repaired => {
-            let text =
-                read_text(file, MOST_IMPORT_BYTES).map_err(|source| MapError::Io { file: file.into(), source })?;
-            let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
-                file: file.into(),
-                message: "it needs a repair that codrive does not know".into(),
-            })?;
-            private::replace(&repaired, text.as_bytes())
-                .map_err(|source| MapError::Io { file: file.into(), source })?;
-            how = format!("{how} ({})", done.join("; "));
-            Some(repaired.as_path())
+        let input = self.prepared(words)?;
+        let _ = std::fs::remove_file(self.net);
+        let conversion = Conversion {
+            program: self.program,
+            format: self.format.option(),
+            file: &input,
+            known: self.file,
+            net: self.net,
+            options: &self.options.concat(),
+            shares: self.runs,
+        };
+        let messages = conversion.run(self.bounds);
+        if input != self.file {
+            let _ = std::fs::remove_file(&input);
         }
-    };
-    let words = match input {
-        Some(input) => {
-            let _ = std::fs::remove_file(net);
-            let conversion = Conversion {
-                program,
-                format: format.flag(),
-                file: input,
-                known: file,
-                net,
-                options: one.options,
-                shares,
-            };
-            let words = conversion.run(bounds);
-            let _ = std::fs::remove_file(&repaired);
-            let _ = std::fs::remove_file(&copy);
-            words?
+        messages
+    }
+
+    /// Returns the file that netconvert reads: the user's, or a repaired or canonical copy of it.
+    fn prepared(&self, words: &mut String) -> Result<PathBuf, MapError> {
+        let failed = |source| MapError::Io { file: self.file.into(), source };
+        let copy = |name: &str, text: &str| {
+            let copy = self.net.with_file_name(name);
+            private::replace(&copy, text.as_bytes()).map_err(failed).map(|()| copy)
+        };
+        match self.input {
+            AttemptInput::Repaired => {
+                let text = read_text(self.file, MOST_IMPORT_BYTES).map_err(failed)?;
+                let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
+                    file: self.file.into(),
+                    message: "it needs a repair that codrive does not know".into(),
+                })?;
+                *words = format!("{words} ({})", done.join("; "));
+                copy("repaired.xodr", &text)
+            }
+            _ if self.format == SourceFormat::Sumo => {
+                let text = catalog::read(self.file, MOST_BYTES)?;
+                copy("copy.net.xml", SumoText::read(self.file, &text)?.as_str())
+            }
+            _ => Ok(self.file.into()),
         }
-        None => String::new(),
-    };
-    // Errors name the user's file; line numbers of netconvert's result do not refer to it.
-    let of = |problem: MapError| match one.input {
-        AttemptInput::Nothing => problem,
-        _ => MapError::Converted { file: file.into(), problem: Box::new(problem) },
-    };
-    let known = if one.input == AttemptInput::Nothing { file } else { Path::new("net.xml") };
-    let (made, whose) = match one.input {
-        AttemptInput::Nothing => (file, "the network has"),
-        _ => (net, "netconvert makes a network of it that has"),
-    };
-    let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {
-        MapError::NotXml { line, column, message, .. } => {
-            of(MapError::NotXml { file: known.into(), line, column, message })
-        }
-        MapError::Io { source, .. } => unreadable(file, made, whose, source),
-        other => other,
-    })?;
-    let text = match with_default_limits(&text).filter(|_| one.input != AttemptInput::Nothing) {
-        Some((text, done)) => {
-            how = format!("{how}; {done}");
-            text
-        }
-        None => text,
-    };
-    let network = Network::read(known, &text).map_err(of)?;
-    private::replace(net, network.sumo_text().as_str().as_bytes())
-        .map_err(|source| MapError::Io { file: file.into(), source })?;
-    // This error is about the roads, so it names the user's file.
-    let path = default_path(file, &network)?;
-    let count = |begin| warnings::count(&words, begin);
-    Ok(MadeNetwork { network, path, words: how, before: Vec::new(), warnings: count(WARNING), errors: count(ERROR) })
+    }
+
+    /// Reads the network, and writes it as SUMO reads it. Adds speed limits that were missing to `words`.
+    fn read(&self, words: &mut String) -> Result<Network, MapError> {
+        let is_converted = self.input != AttemptInput::Nothing;
+        // Errors name the user's file; line numbers of netconvert's result do not refer to it.
+        let of = |problem: MapError| match is_converted {
+            true => MapError::Converted { file: self.file.into(), problem: Box::new(problem) },
+            false => problem,
+        };
+        let (known, made, whose) = match is_converted {
+            true => (Path::new("net.xml"), self.net, "netconvert makes a network of it that has"),
+            false => (self.file, self.file, "the network has"),
+        };
+        let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {
+            MapError::NotXml { line, column, message, .. } => {
+                of(MapError::NotXml { file: known.into(), line, column, message })
+            }
+            MapError::Io { source, .. } => unreadable(self.file, made, whose, source),
+            other => other,
+        })?;
+        let text = match with_default_limits(&text).filter(|_| is_converted) {
+            Some((text, done)) => {
+                *words = format!("{words}; {done}");
+                text
+            }
+            None => text,
+        };
+        let network = Network::read(known, &text).map_err(of)?;
+        private::replace(self.net, network.sumo_text().as_str().as_bytes())
+            .map_err(|source| MapError::Io { file: self.file.into(), source })?;
+        Ok(network)
+    }
+
+    /// Finds the network's default path, and the largest gap in its lines through junctions.
+    fn judge(&self, network: Network, words: String, messages: &str) -> Result<MadeNetwork, MapError> {
+        // This error is about the roads, so it names the user's file.
+        let path = default_path(self.file, &network)?;
+        let gap_m = widest_joint_m(&network);
+        let [warnings, errors] = [WARNING, ERROR].map(|begin| warnings::count(messages, begin));
+        Ok(MadeNetwork { network, path, words, before: Vec::new(), warnings, errors, gap_m })
+    }
 }
 
 /// Builds the error for a network that could not be read; it names the user's `file`.

@@ -1,12 +1,12 @@
 //! Report on an imported file: the parts imported and dropped, netconvert's warnings, and the path to drive. In: the file and the network
 //! made from it. Out: an [`ImportReport`], and its lines for people. Metres.
 
-use super::{SourceFormat, WarningKind, netconvert_attempts::MadeNetwork};
+use super::{netconvert_attempts::MadeNetwork, source_format::SourceFormat, warnings::WarningKind};
 use crate::{
     file::{open_regular, size_text},
     map::{
         MapError,
-        network::{EdgeKind, Network, NetworkCensus, Path},
+        network::{EdgeKind, Network, NetworkCensus},
     },
     sumo_xml::Dropped,
 };
@@ -54,7 +54,6 @@ impl ImportReport {
     pub(super) fn of(file: &std::path::Path, format: SourceFormat, made: &MadeNetwork) -> Result<Self, MapError> {
         let failed = |source| MapError::Io { file: file.into(), source };
         let net = &made.network;
-        let streets = |path: &Path| path.lanes().iter().filter(|lane| net.edge_of(**lane).kind.is_street()).count();
         Ok(Self {
             file_name: file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             bytes: open_regular(file).and_then(|open| open.metadata()).map_err(failed)?.len(),
@@ -66,7 +65,7 @@ impl ImportReport {
             car_lanes: street_lanes(net).filter(|lane| lane.admits_cars()).count(),
             u_turns: net.connections().iter().filter(|way| way.is_turnaround()).count(),
             alone: alone(net),
-            path: (made.path.length_m(), streets(&made.path), made.path.is_closed()),
+            path: (made.path.length_m(net), made.path.streets.len(), made.path.is_closed),
             warnings: made.warnings.clone(),
             errors: made.errors.clone(),
             dropped: net.sumo_text().dropped().clone(),

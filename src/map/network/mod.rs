@@ -3,8 +3,8 @@
 //! Metres, m/s, seconds; world axes as in [`crate::space`], heights included.
 //!
 //! `read` reads a network and `write` writes it. `edge`, `junction`, `connection` and `signal` are its data; `signal_states` holds what
-//! its signals show. `centre_line` is the geometry of a lane; `grid` and `locate` find the lane at a point. `path` chains lanes,
-//! `marking` derives the markings between them, and `census` counts the parts of a network.
+//! its signals show. `centre_line` is the geometry of a lane; `grid` and `locate` find the lane at a point. `marking`
+//! derives the markings between them, and `census` counts the parts of a network.
 
 mod census;
 mod centre_line;
@@ -17,7 +17,6 @@ mod junction;
 mod locate;
 mod marking;
 mod named_enum;
-mod path;
 mod read;
 mod signal;
 mod signal_states;
@@ -33,7 +32,6 @@ pub use ids::{ConnectionId, EdgeId, JunctionId, LaneId, SignalId};
 pub use junction::{Junction, JunctionKind, LinkRule, LinkSet, Roundabout};
 pub use locate::REACH_M;
 pub use marking::Marking;
-pub use path::{Path, PathError};
 pub use signal::{ProgramKind, Signal, SignalLight, SignalPhase, SignalProgram};
 pub use signal_states::SignalStates;
 pub use vehicle_classes::VehicleClasses;
@@ -202,6 +200,16 @@ impl Network {
     /// Returns the lanes that directly follow a lane: internal lanes, or the lanes beyond the junction if it has none.
     pub fn successors(&self, lane: LaneId) -> impl ExactSizeIterator<Item = LaneId> {
         self.connections_from(lane).iter().map(Connection::next)
+    }
+
+    /// Returns the internal lanes between two connected lanes, in driving order. netconvert makes two or three of them; internal lanes
+    /// that form a loop are not followed further.
+    pub fn lanes_between(&self, from: LaneId, to: LaneId) -> impl Iterator<Item = LaneId> {
+        let next = move |at: LaneId| {
+            let connection = self.connections_from(at).iter().find(|connection| connection.to == to);
+            connection.map(Connection::next).filter(|lane| *lane != to)
+        };
+        std::iter::successors(next(from), move |at| next(*at)).take(16)
     }
 
     /// Returns the lanes that lead directly into a lane.

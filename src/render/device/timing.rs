@@ -33,16 +33,6 @@ pub struct PassTimes {
     pub tonemap_ms: f32,
 }
 
-/// Keeps only the stamp at a pass's begin, for the first of several passes that are timed as one.
-pub fn begin_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
-    wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..stamps.clone() }
-}
-
-/// Keeps only the stamp at a pass's end, for the last of several passes that are timed as one.
-pub fn end_only<'a>(stamps: &wgpu::RenderPassTimestampWrites<'a>) -> wgpu::RenderPassTimestampWrites<'a> {
-    wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..stamps.clone() }
-}
-
 const PASSES: usize = 4;
 const STAMPS: u32 = 2 * PASSES as u32;
 const BYTES: u64 = PASSES as u64 * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
@@ -92,14 +82,15 @@ impl PassTimings {
         })
     }
 
-    /// Returns the places of a pass's two stamps.
-    pub fn stamps(&self, pass: TimedPass) -> wgpu::RenderPassTimestampWrites<'_> {
+    /// Returns the places of the stamps of a pass. Several passes may be timed as one: `begins` is true for the first, `ends` for the
+    /// last of them; `None` for the passes between.
+    pub fn stamps(&self, pass: TimedPass, [begins, ends]: [bool; 2]) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.written[pass as usize].set(true);
-        wgpu::RenderPassTimestampWrites {
+        (begins || ends).then_some(wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
-            beginning_of_pass_write_index: Some(2 * pass as u32),
-            end_of_pass_write_index: Some(2 * pass as u32 + 1),
-        }
+            beginning_of_pass_write_index: begins.then_some(2 * pass as u32),
+            end_of_pass_write_index: ends.then_some(2 * pass as u32 + 1),
+        })
     }
 
     /// Takes the stamps of an earlier frame if they have arrived, and starts the copy of this frame's if the buffer is

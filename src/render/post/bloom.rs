@@ -6,7 +6,6 @@ use crate::render::device::{
     cost::{CountedPass, PassCost},
     pipeline::{HDR, PipelineBuilder, PipelineDesc},
     shader::ShaderFault,
-    timing,
 };
 
 /// Reduction of the halo's texture against the picture.
@@ -121,7 +120,7 @@ impl BloomPass {
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        stamps: Option<&wgpu::RenderPassTimestampWrites>,
+        mut stamps: Option<wgpu::RenderPassTimestampWrites>,
         pipelines: &BloomPipelines,
     ) -> PassCost {
         let mut cost = PassCost::default();
@@ -137,7 +136,7 @@ impl BloomPass {
                         store: wgpu::StoreOp::Store,
                     },
                 })],
-                timestamp_writes: stamps.filter(|_| step == 0).map(timing::begin_only),
+                timestamp_writes: stamps.take(),
                 ..Default::default()
             }));
             pass.set_pipeline(&pipelines.0[step]);

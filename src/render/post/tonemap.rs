@@ -22,18 +22,33 @@ const BLOOM: f32 = 0.30;
 /// Gap above the mirror as a share of the picture's height.
 const MIRROR_TOP: f32 = 0.02;
 
-/// The pipelines, by number: 0 pictures, 1 mirrors, 2 and 3 the same with smoothed edges, 4 the edges of a tone-mapped
-/// picture, 5 and 6 a picture and a flat mirror before that step. Created anew when shaders are reloaded.
+/// All pipelines; created anew when shaders are reloaded.
 #[derive(Debug)]
-pub struct ToneMapPipeline([wgpu::RenderPipeline; 7]);
+pub struct ToneMapPipelines {
+    picture: ToneMapVariants,
+    mirror: ToneMapVariants,
+    /// Smooths the edges of a tone-mapped picture.
+    soften: wgpu::RenderPipeline,
+}
+
+/// Pipelines of a picture or a mirror, by the way they read its light.
+#[derive(Debug)]
+struct ToneMapVariants {
+    plain: wgpu::RenderPipeline,
+    /// With smoothed edges.
+    smooth: wgpu::RenderPipeline,
+    /// Before the edges are smoothed: the picture, or the flat mirror alone, is as large as its light.
+    exact: wgpu::RenderPipeline,
+}
+
+impl ToneMapVariants {
+    fn variant(&self, smooth: bool) -> &wgpu::RenderPipeline {
+        if smooth { &self.smooth } else { &self.plain }
+    }
+}
 
 /// Reach of edge smoothing (`edges.wgsl`) plus one pixel.
 const SMOOTHED_PX: f32 = 4.0;
-/// Number of the pipeline that smooths the edges of a tone-mapped picture.
-const SOFTEN: usize = 4;
-/// Numbers of the pipelines for a picture, and for a flat mirror alone, that is as large as its light.
-const EXACT: usize = 5;
-const EXACT_MIRROR: usize = 6;
 
 /// Glass of a mirror: the camera behind it, and the mapping of that camera's picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -94,11 +109,27 @@ pub struct ToneMapPass {
     /// Rear-view mirror, and the mirrors on the doors.
     mirrors: [TargetPicture; 3],
     /// Tone-mapped picture before edge smoothing, as large as its light; `None` without that step.
-    flat: Option<SmoothedPicture>,
+    tone_mapped: Option<ToneMappedPicture>,
+}
+
+/// Frame to tone-map: the target, and what is placed on it.
+pub struct ToneMappedFrame<'a> {
+    /// Target of the whole picture.
+    pub target: &'a wgpu::TextureView,
+    /// Size of the target, pixels.
+    pub size: [u32; 2],
+    /// Factor on the light.
+    pub exposure: f32,
+    /// Glass of the mirror that is the whole picture, if one is.
+    pub alone: Option<MirrorGlass>,
+    /// Rear-view, left and right mirror.
+    pub mirrors: [Option<FramedMirror>; 3],
+    /// True to filter steps along edges.
+    pub smooth: bool,
 }
 
 #[derive(Debug)]
-struct SmoothedPicture {
+struct ToneMappedPicture {
     view: wgpu::TextureView,
     size: [u32; 2],
     quad: TargetPicture,
@@ -117,7 +148,7 @@ pub struct FramedMirror {
     /// Glass of the mirror.
     pub glass: MirrorGlass,
     /// Place of the picture.
-    pub lies: MirrorPlace,
+    pub place: MirrorPlace,
 }
 
 /// Place of a mirror's picture.
@@ -239,7 +270,7 @@ impl ToneMapPass {
             group_layout,
             main: quad(device),
             mirrors: [(); 3].map(|()| quad(device)),
-            flat: None,
+            tone_mapped: None,
         }
     }
 
@@ -247,7 +278,7 @@ impl ToneMapPass {
     ///
     /// # Errors
     /// A mistake in the shader.
-    pub fn pipeline(&self, builder: &PipelineBuilder) -> Result<ToneMapPipeline, ShaderFault> {
+    pub fn pipelines(&self, builder: &PipelineBuilder) -> Result<ToneMapPipelines, ShaderFault> {
         let picture = PipelineDesc {
             program: "tonemap",
             layout: &self.layout,
@@ -271,8 +302,13 @@ impl ToneMapPass {
         let smooth_mirror = PipelineDesc { constants: &[("MIRROR", 1.0), ("SMOOTH", 1.0)], ..mirror.clone() };
         let exact = PipelineDesc { constants: &[("EXACT", 1.0)], ..picture.clone() };
         let exact_mirror = PipelineDesc { constants: &[("MIRROR", 1.0), ("EXACT", 1.0)], ..picture.clone() };
-        let made = builder.pipelines([picture, mirror, smooth, smooth_mirror, soften, exact, exact_mirror]);
-        made.map(ToneMapPipeline)
+        let pictures = [picture, smooth, exact, mirror, smooth_mirror, exact_mirror, soften];
+        let [plain, smooth, exact, plain_mirror, smooth_mirror, exact_mirror, soften] = builder.pipelines(pictures)?;
+        Ok(ToneMapPipelines {
+            picture: ToneMapVariants { plain, smooth, exact },
+            mirror: ToneMapVariants { plain: plain_mirror, smooth: smooth_mirror, exact: exact_mirror },
+            soften,
+        })
     }
 
     /// Sets new textures of the pictures; the main one has `size` pixels. With `soften`, edges of the main picture are
@@ -303,7 +339,7 @@ impl ToneMapPass {
         for (quad, light) in self.mirrors.iter_mut().zip(mirrors) {
             quad.group = Some(group(&quad.uniform, light));
         }
-        self.flat = soften.then(|| {
+        self.tone_mapped = soften.then(|| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("tone mapped"),
                 size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -317,78 +353,78 @@ impl ToneMapPass {
             let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
             let quad = quad(device);
             let group = Some(group(&quad.uniform, &view));
-            SmoothedPicture { view, size, quad: TargetPicture { group, ..quad } }
+            ToneMappedPicture { view, size, quad: TargetPicture { group, ..quad } }
         });
     }
 
-    /// Tone-maps the main picture (as the mirror `alone`, if it is one) onto the whole target, and the mirrors'
-    /// pictures into their frames. With `smooth`, steps along edges are filtered.
-    #[expect(clippy::too_many_arguments, reason = "one frame's facts, named once in Renderer::draw")]
+    /// Tone-maps the main picture onto the whole target, and the mirrors' pictures into their places.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         stamps: Option<wgpu::RenderPassTimestampWrites>,
-        pipeline: &ToneMapPipeline,
+        pipelines: &ToneMapPipelines,
         queue: &CountedQueue,
-        target: &wgpu::TextureView,
-        size: [u32; 2],
-        exposure: f32,
-        alone: Option<MirrorGlass>,
-        mirrors: [Option<FramedMirror>; 3],
-        smooth: bool,
+        frame: &ToneMappedFrame,
     ) -> PassCost {
-        let quad_of = |size: [u32; 2]| placed([0, 0, size[0], size[1]], size);
-        let first = self.flat.as_ref().map_or(size, |flat| flat.size);
-        let whole = QuadUniform {
+        self.write_uniforms(queue, frame);
+        let ToneMappedFrame { target, alone, mirrors, smooth, .. } = *frame;
+        let kind = if alone.is_some() { &pipelines.mirror } else { &pipelines.picture };
+        let is_exact = self.tone_mapped.is_some() && alone.is_none_or(|glass| glass.bend <= 0.0);
+        let main = match is_exact {
+            true => &kind.exact,
+            false => kind.variant(smooth && self.tone_mapped.is_none()),
+        };
+        let main = (&self.main, main);
+        let mut cost = PassCost::default();
+        let onto_target = match &self.tone_mapped {
+            None => main,
+            Some(tone_mapped) => {
+                cost += composite(encoder, None, &tone_mapped.view, &[Some(main)]);
+                (&tone_mapped.quad, &pipelines.soften)
+            }
+        };
+        let mirror = |k: usize| mirrors[k].map(|_| (&self.mirrors[k], pipelines.mirror.variant(smooth)));
+        cost + composite(encoder, stamps, target, &[Some(onto_target), mirror(0), mirror(1), mirror(2)])
+    }
+
+    fn write_uniforms(&self, queue: &CountedQueue, frame: &ToneMappedFrame) {
+        let ToneMappedFrame { size, exposure, alone, .. } = *frame;
+        let write = |quad: &TargetPicture, uniform: QuadUniform| {
+            queue.write_buffer(&quad.uniform, 0, bytemuck::bytes_of(&uniform));
+        };
+        let whole = |size: [u32; 2]| placed([0, 0, size[0], size[1]], size);
+        let main = QuadUniform {
             lens: alone.map_or([0.0; 4], |glass| glass.uniform()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
             bloom: BLOOM * bloom::MOST * exposure,
-            soften: f32::from(u8::from(self.flat.is_some())),
-            ..quad_of(first)
+            soften: f32::from(u8::from(self.tone_mapped.is_some())),
+            ..whole(self.tone_mapped.as_ref().map_or(size, |tone_mapped| tone_mapped.size))
         };
+        write(&self.main, main);
         let border = (size[1] as f32 / 200.0).max(1.0);
-        queue.write_buffer(&self.main.uniform, 0, bytemuck::bytes_of(&whole));
-        for (quad, framed) in self.mirrors.iter().zip(mirrors) {
-            let Some(FramedMirror { glass, lies }) = framed else { continue };
-            let lies = match lies {
+        for (quad, framed) in self.mirrors.iter().zip(frame.mirrors) {
+            let Some(FramedMirror { glass, place }) = framed else { continue };
+            let placed = match place {
                 MirrorPlace::Inset => {
                     QuadUniform { border, corner: corner_px(size), ..placed(mirror_rect(size), size) }
                 }
                 MirrorPlace::InWorld(corners, glass_px) => in_world(corners, glass_px, border),
             };
-            let uniform = QuadUniform { flip: 1.0, exposure, lens: glass.uniform(), ..lies };
-            queue.write_buffer(&quad.uniform, 0, bytemuck::bytes_of(&uniform));
+            write(quad, QuadUniform { flip: 1.0, exposure, lens: glass.uniform(), ..placed });
         }
-        let here = if smooth { 2 } else { 0 };
-        let main = match (alone, &self.flat) {
-            (None, Some(_)) => EXACT,
-            (Some(glass), Some(_)) if glass.bend <= 0.0 => EXACT_MIRROR,
-            (Some(_), Some(_)) => 1,
-            (alone, None) => usize::from(alone.is_some()) + here,
-        };
-        let main = (&self.main, main);
-        let mut cost = PassCost::default();
-        let onto_target = match &self.flat {
-            None => main,
-            Some(flat) => {
-                queue.write_buffer(&flat.quad.uniform, 0, bytemuck::bytes_of(&quad_of(size)));
-                cost += composite(encoder, None, pipeline, &flat.view, &[Some(main)]);
-                (&flat.quad, SOFTEN)
-            }
-        };
-        let [rear, left, right] = std::array::from_fn(|k| mirrors[k].map(|_| (&self.mirrors[k], 1 + here)));
-        cost + composite(encoder, stamps, pipeline, target, &[Some(onto_target), rear, left, right])
+        if let Some(tone_mapped) = &self.tone_mapped {
+            write(&tone_mapped.quad, whole(size));
+        }
     }
 }
 
-/// Draws pictures onto a target in one pass, each with the pipeline of its number.
+/// Draws pictures onto a target in one pass, each with its pipeline.
 fn composite(
     encoder: &mut wgpu::CommandEncoder,
     stamps: Option<wgpu::RenderPassTimestampWrites>,
-    pipeline: &ToneMapPipeline,
     target: &wgpu::TextureView,
-    quads: &[Option<(&TargetPicture, usize)>],
+    quads: &[Option<(&TargetPicture, &wgpu::RenderPipeline)>],
 ) -> PassCost {
     let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("tonemap"),
@@ -401,8 +437,8 @@ fn composite(
         timestamp_writes: stamps,
         ..Default::default()
     }));
-    for (quad, number) in quads.iter().flatten() {
-        pass.set_pipeline(&pipeline.0[*number]);
+    for (quad, pipeline) in quads.iter().flatten() {
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, quad.group.as_ref(), &[]);
         pass.draw(0..6, 0..1);
     }

@@ -15,7 +15,7 @@ use super::{
         layout::{Light, mesh_buffers},
         pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
-        timing,
+        timing::{PassTimings, TimedPass},
     },
     instances::{InstanceCollector, SceneContents},
     level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
@@ -252,7 +252,7 @@ impl ShadowPass {
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        stamps: Option<wgpu::RenderPassTimestampWrites>,
+        timing: Option<&PassTimings>,
         pipeline: &ShadowPipeline,
         meshes: &StaticMeshes,
         view: &View,
@@ -267,12 +267,7 @@ impl ShadowPass {
         let last = works.len() - 1;
         let mut cost = PassCost::default();
         for (number, work) in works.iter().enumerate() {
-            let stamps = stamps.as_ref().and_then(|stamps| match (number == 0, number == last) {
-                (true, true) => Some(stamps.clone()),
-                (true, false) => Some(timing::begin_only(stamps)),
-                (false, true) => Some(timing::end_only(stamps)),
-                (false, false) => None,
-            });
+            let stamps = timing.and_then(|timing| timing.stamps(TimedPass::Shadow, [number == 0, number == last]));
             cost += self.layers[work.layer].draw(encoder, stamps, pipeline, meshes, &work.batches, work.clear);
         }
         let [near, far] = self.standing;

@@ -1,12 +1,14 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::{lane_change::LaneChanging, path_lanes::PathLanes, right_of_way::RightOfWay, turns::Turns};
 use crate::{
     controls::Indicator,
-    driver::DriverParams,
+    driver::{
+        DriverParams,
+        manoeuvres::{LaneChanging, RightOfWay},
+    },
     map::{
-        RoadMap, StopLine,
+        PathLanes, RoadMap, StopLine, Turns,
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,
@@ -57,7 +59,7 @@ impl NetworkView {
         let height_m = snapshot.ego.position.z;
         snapshot.ego_lane = self.lanes.ego_lane(map, ego, height_m, snapshot.ego_s_m, last);
         let edge = |at: LanePosition| map.network.edge_of(at.lane).id.as_str();
-        let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge.as_str());
+        let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge_id(&map.network));
         let has_left = snapshot.ego_lane.is_none() || snapshot.ego_s_m < map.route.length_m();
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
     }

@@ -5,7 +5,7 @@ use super::*;
 use crate::{
     ego::EgoState,
     map::network::SignalStates,
-    sim::snapshot::VehicleSnapshot,
+    sim::VehicleSnapshot,
     time::Tick,
     traffic::{VehicleBody, VehicleId},
 };
@@ -43,7 +43,7 @@ impl Drive {
     fn at(&mut self, s_m: f64, speed_mps: f64) -> Vec<EventKind> {
         let route = &self.map.route;
         let (index, on_lane_m) = route.lane_at(s_m);
-        let lane = self.map.network.lane_named(&route.lanes()[index].id).expect("a lane");
+        let lane = route.lanes()[index].lane.expect("a lane");
         let middle = route.pose_of_front(s_m, CAR_LENGTH_M);
         let position = middle.position + middle.left() * self.offset_m;
         let pose = Pose { position, yaw_rad: middle.yaw_rad + self.turned_rad };
@@ -237,7 +237,7 @@ fn a_vehicle_stopped_higher_up_a_slope_is_in_the_way() {
     let mut drive = Drive { map: RoadMap::load_along(HILL, &["up"]).expect("a path"), ..Drive::straight_on(b'G') };
     let (route, gap_m) = (&drive.map.route, 18.3);
     let pose = route.pose_of_front(70.0 + gap_m + 5.0, 5.0);
-    let name = route.lanes()[0].id.clone();
+    let name = route.lanes()[0].id(&drive.map.network).to_owned();
     let mut other = car(&drive.map, &name, 70.0 + gap_m + 5.0, pose.front(5.0), pose.yaw_rad, 0.0);
     other.height_m = route.height_m(70.0 + gap_m + 5.0);
     assert!(other.height_m - route.height_m(70.0) > 3.0);

@@ -68,7 +68,7 @@ impl FixedCars {
         }
         let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
         shim.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
-        shim.add_route(NAME, &options::endless_edges(route))?;
+        shim.add_route(NAME, &options::endless_edges(&setup.map))?;
         let n = setup.cars.len();
         let has_other_model = setup.mixture.members(n, setup.seed);
         let others = has_other_model.iter().filter(|has| **has).count();
@@ -221,7 +221,8 @@ fn check_lanes(shim: &Shim, map: &RoadMap) -> Result<(), TrafficError> {
         let Some(id) = lane.lane else { continue };
         let (length_m, limit_mps) = shim.lane(id)?;
         let differs = |what: String| {
-            TrafficError::Setup(format!("SUMO's network is not that of map {}: lane {} {what}", map.name, lane.id))
+            let name = lane.id(&map.network);
+            TrafficError::Setup(format!("SUMO's network is not that of map {}: lane {name} {what}", map.name))
         };
         if (length_m - lane.length_m).abs() > LENGTH_TOLERANCE_M {
             return Err(differs(format!("is {length_m} m long instead of {} m", lane.length_m)));

@@ -4,7 +4,7 @@
 use super::shim_data::VehicleType;
 use crate::{
     idm::IdmParams,
-    map::Route,
+    map::RoadMap,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
     temporary::TemporaryFolder,
     traffic::{Demand, EMERGENCY_BRAKING_MPS2, FixedSetup, FollowingModel, TrafficError},
@@ -94,11 +94,11 @@ pub(super) fn other_vehicle_type(idm: &IdmParams) -> VehicleType {
 
 /// Returns the edges of laps without end: the normal edges of the route (SUMO adds those inside junctions), repeated so often that no drive
 /// reaches the end.
-pub(super) fn endless_edges(route: &Route) -> Vec<String> {
-    let lap: Vec<String> =
-        route.lanes().iter().filter(|lane| !lane.edge.starts_with(':')).map(|lane| lane.edge.clone()).collect();
-    let laps = (ENDLESS_M / route.length_m()).ceil() as usize;
-    lap.iter().cycle().take(lap.len() * laps).cloned().collect()
+pub(super) fn endless_edges(map: &RoadMap) -> Vec<String> {
+    let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
+    let lap: Vec<&str> = streets.map(|lane| lane.edge_id(&map.network)).collect();
+    let laps = (ENDLESS_M / map.route.length_m()).ceil() as usize;
+    lap.iter().cycle().take(lap.len() * laps).map(|edge| (*edge).to_owned()).collect()
 }
 
 /// File with declarations that SUMO's API cannot make: an IDM type with its own exponent, a type with another model, or flows; removed on

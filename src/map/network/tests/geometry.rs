@@ -212,47 +212,34 @@ fn the_neighbour_on_the_left_lies_on_the_left() {
 }
 
 #[test]
-fn the_ring_is_one_closed_path_as_long_as_its_route() {
+fn the_route_of_a_ring_has_the_positions_and_the_line_of_its_lanes() {
     for name in ["ring-250", "ring-641", "practice"] {
         let map = RoadMap::load(name).unwrap();
-        let net = &map.network;
-        let lanes: Vec<LaneId> = map.route.lanes().iter().map(|of| lane(net, &of.id)).collect();
-        let path = Path::new(net, lanes.clone(), true).unwrap();
-        assert!((path.length_m() - map.route.length_m()).abs() < 1e-9 && path.is_closed());
-        for k in 0..500 {
-            let s_m = path.length_m() * f64::from(k) / 499.0 * 1.5 - 40.0;
-            let at = path.lane_position(s_m, 0.7).unwrap();
-            assert!((path.position_of(at, s_m).unwrap() - map.route.wrap(s_m)).abs() < 1e-9);
-            // The route is flat and has the same line.
-            let point = net.pose(LanePosition { offset_m: 0.0, ..at }).position.truncate();
-            assert!(point.distance(map.route.point_at(s_m)) < 1e-9, "{name} {s_m}");
+        let (net, route) = (&map.network, &map.route);
+        let lanes: Vec<LaneId> = route.lanes().iter().map(|of| of.lane.unwrap()).collect();
+        let declared_m: f64 = lanes.iter().map(|lane| net.lane(*lane).length_m).sum();
+        assert!((declared_m - route.length_m()).abs() < 1e-9 && route.is_closed());
+        for (before, after) in lanes.iter().zip(lanes.iter().cycle().skip(1)) {
+            assert!(net.successors(*before).any(|next| next == *after), "{name}");
         }
-        let open = Path::new(net, lanes, false).unwrap();
-        assert_eq!(open.lane_position(-0.1, 0.0), None);
-        assert_eq!(open.lane_position(open.length_m() + 0.1, 0.0), None);
-        assert_eq!(open.lane_position(open.length_m(), 0.0).unwrap().lane, *open.lanes().last().unwrap());
+        for k in 0..500 {
+            let s_m = route.length_m() * f64::from(k) / 499.0 * 1.5 - 40.0;
+            let (index, along_m) = route.lane_at(s_m);
+            assert!((route.s_on(lanes[index], along_m).unwrap() - route.wrap(s_m)).abs() < 1e-9);
+            let at = LanePosition { lane: lanes[index], s_m: along_m, offset_m: 0.0 };
+            let point = net.pose(at).position.truncate();
+            assert!(point.distance(route.point_at(s_m)) < 1e-9, "{name} {s_m}");
+        }
     }
 }
 
 #[test]
-fn a_path_that_uses_a_lane_twice_keeps_to_the_nearest_position() {
+fn lanes_inside_a_junction_are_found_between_connected_lanes_only() {
     let net = named("figure-eight");
     let streets = ["xr_0", "rx_0", "xl_0", "lx_0"].map(|id| lane(&net, id));
-    let once = Path::through(&net, &streets, true).unwrap();
+    let after = streets.iter().cycle().skip(1);
     // Two lanes inside junction x and one in each of the others.
-    assert_eq!(once.lanes().len(), 8);
-    let twice: Vec<LaneId> = once.lanes().iter().chain(once.lanes()).copied().collect();
-    let twice = Path::new(&net, twice, false).unwrap();
-    let at = twice.lane_position(once.length_m() + 5.0, 0.0).unwrap();
-    assert!((twice.position_of(at, 20.0).unwrap() - 5.0).abs() < 1e-9);
-    assert!((twice.position_of(at, once.length_m()).unwrap() - once.length_m() - 5.0).abs() < 1e-9);
-    assert_eq!(Path::new(&net, Vec::new(), true), Err(PathError::Empty));
-    let broken = Path::through(&net, &[streets[0], streets[2]], false).unwrap_err().to_string();
-    assert_eq!(broken, "lane \"xr_0\" does not lead to lane \"xl_0\"; it leads to: :r_0_0");
-    // Valid as an open path, but its end does not lead to its start.
-    let part = once.lanes()[..5].to_vec();
-    assert!(Path::new(&net, part.clone(), false).is_ok());
-    assert!(matches!(Path::new(&net, part, true), Err(PathError::Gap { .. })));
-    let open = Path::through(&net, &streets[..2], true).unwrap_err();
-    assert!(matches!(open, PathError::Gap { .. }), "{open}");
+    let inside: usize = streets.iter().zip(after).map(|(from, to)| net.lanes_between(*from, *to).count()).sum();
+    assert_eq!(streets.len() + inside, 8);
+    assert_eq!(net.lanes_between(streets[0], streets[2]).count(), 0);
 }

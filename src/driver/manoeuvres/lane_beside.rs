@@ -10,10 +10,7 @@ use crate::{
         network::{Connection, LaneId, LanePosition, Network, Side},
     },
     policy::{LaneBeside, LanesBeside, NearVehicle},
-    sim::{
-        Snapshot,
-        snapshot::{Leader, VehicleSnapshot},
-    },
+    snapshot::{Leader, Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     traffic::VehicleBody,
 };
@@ -28,7 +25,7 @@ const TAIL_OUT_M: f64 = 0.4;
 
 /// A lane with the lanes that lead into it and its continuation along a path.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Corridor {
+pub struct Corridor {
     lane: LaneId,
     /// Lanes, sorted, each with its start in metres from the start of `lane`.
     starts: Vec<(LaneId, f64)>,
@@ -103,7 +100,7 @@ fn reaches_into(net: &Network, car: &VehicleSnapshot, at: LanePosition, lane: La
 }
 
 /// Returns the nearest vehicles in the lane beside the one of the ego's front; `None` without a lane for cars there.
-pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
+pub fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Option<LaneBeside> {
     let (net, own) = (&map.network, snapshot.ego_lane?);
     let lane = car_lane_beside(net, own.lane, side)?;
     let corridor = Corridor::new(map, lane, map.route.lane_at(snapshot.ego_s_m).0);
@@ -113,7 +110,7 @@ pub(super) fn lane_beside(snapshot: &Snapshot, map: &RoadMap, side: Side) -> Opt
 /// Returns the sides on which the route's lanes have other lanes for cars.
 pub fn lanes_beside(map: &RoadMap) -> LanesBeside {
     let net = &map.network;
-    let lanes = || map.route.lanes().iter().filter_map(|lane| net.lane_named(&lane.id));
+    let lanes = || map.route.lanes().iter().filter_map(|lane| lane.lane);
     let has = |side: Side| lanes().any(|lane| car_lane_beside(net, lane, side).is_some());
     LanesBeside { left: has(Side::Left), right: has(Side::Right) }
 }
@@ -123,7 +120,7 @@ fn car_lane_beside(net: &Network, lane: LaneId, side: Side) -> Option<LaneId> {
 }
 
 /// Returns the position in another lane of the same edge that is level with `at`, metres from that lane's start.
-pub(super) fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
+pub fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
     at.s_m * (net.lane(other).length_m / net.lane(at.lane).length_m)
 }
 
@@ -131,13 +128,13 @@ pub(super) fn level_m(net: &Network, at: LanePosition, other: LaneId) -> f64 {
 fn add_ahead(map: &RoadMap, lane: LaneId, index: usize, starts: &mut Vec<(LaneId, f64)>) {
     let (net, route) = (&map.network, map.route.lanes());
     let after = (1..route.len()).map(|k| index + k).take_while(|k| map.route.is_closed() || *k < route.len());
-    let streets = after.map(|k| route[k % route.len()].edge.as_str()).filter(|edge| !edge.starts_with(':'));
+    let streets = after.map(|k| &route[k % route.len()]).filter(|lane| lane.is_street(net));
     let (mut here, mut start_m) = (lane, 0.0);
     for street in streets {
         // Through the junction, on at most two or three internal lanes in netconvert's networks, to the lane beyond.
         for _ in 0..16 {
             start_m += net.lane(here).length_m;
-            let way = net.connections_from(here).iter().find(|way| net.edge_of(way.to).id == street);
+            let way = net.connections_from(here).iter().find(|way| net.edge_of(way.to).id == street.edge_id(net));
             let Some(way) = way.filter(|_| start_m < SEEN_M + net.lane(lane).length_m) else { return };
             here = way.next();
             if starts.iter().any(|(known, _)| *known == here) {

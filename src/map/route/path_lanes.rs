@@ -5,18 +5,17 @@
 //! front is less than half a lane from the route's line.
 
 use super::{
-    path_lane_changes::{LaneChange, lane_changes},
+    lane_changes::{LaneChange, lane_changes},
+    stop_lines::{StopLine, stop_lines},
     turns::Turns,
     yield_lines::{YieldLine, yield_lines},
 };
 use crate::{
     map::{
-        RoadMap, StopLine,
+        RoadMap,
         network::{LaneId, LanePosition, Network},
-        stop_lines,
     },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
-    traffic::VehicleState,
 };
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -31,7 +30,7 @@ struct RouteStretch {
 }
 
 /// Lanes of the network along a route.
-pub(super) struct PathLanes {
+pub struct PathLanes {
     /// The network's lane of each of the route's lanes; `None` if it has none of that id.
     lanes: Vec<Option<LaneId>>,
     by_lane: BTreeMap<LaneId, Vec<RouteStretch>>,
@@ -57,13 +56,8 @@ impl PathLanes {
         Self { lanes, by_lane, stop_lines: stop_lines(map) }
     }
 
-    /// Returns a vehicle's front bumper along the route, metres; of several positions, the one nearest to `near_s_m`. `None` off the route.
-    pub fn s_of(&self, map: &RoadMap, vehicle: &VehicleState, near_s_m: f64) -> Option<f64> {
-        let at = LanePosition { lane: vehicle.lane?, s_m: vehicle.s_m, offset_m: vehicle.offset_m };
-        self.s_at(map, at, vehicle.pose.front(vehicle.body.length_m), near_s_m)
-    }
-
-    /// Does the same as `s_of` for a front bumper with its lane position and its point on the ground plane.
+    /// Returns where a front bumper is along the route, metres, by its lane position and its point on the ground plane. Of several places it
+    /// is the one nearest to `near_s_m`; `None` off the route.
     pub fn s_at(&self, map: &RoadMap, at: LanePosition, front: DVec2, near_s_m: f64) -> Option<f64> {
         let route = &map.route;
         let places = self.by_lane.get(&at.lane)?.iter().filter_map(|stretch| {
@@ -155,34 +149,19 @@ fn is_in(net: &Network, found: LanePosition, at: &Pose3) -> bool {
 }
 
 /// Returns true if a car heads against the direction of its lane.
-pub(super) fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
+pub fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
     (pose.yaw_rad - net.pose(at).yaw_rad).cos() < 0.0
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::traffic::{VehicleBody, VehicleId, VehicleLamps};
-
     const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 
-    /// Returns a car with its front at this position of a lane.
-    fn car(map: &RoadMap, lane: &str, s_m: f64) -> VehicleState {
-        let lane = map.network.lane_named(lane).expect("a lane");
-        let front = map.network.pose(LanePosition { lane, s_m, offset_m: 0.0 });
-        let pose = Pose::new(front.position.truncate() - front.flat().forward() * 2.5, front.yaw_rad);
-        VehicleState {
-            id: VehicleId(1),
-            body: VehicleBody::CAR,
-            lane: Some(lane),
-            s_m,
-            offset_m: 0.0,
-            pose,
-            height_m: 0.0,
-            speed_mps: 0.0,
-            accel_mps2: 0.0,
-            lamps: VehicleLamps::default(),
-        }
+    /// Returns the position of a front bumper in the middle of a lane, and its point on the ground plane.
+    fn front(map: &RoadMap, lane: &str, s_m: f64) -> (LanePosition, DVec2) {
+        let at = LanePosition { lane: map.network.lane_named(lane).expect("a lane"), s_m, offset_m: 0.0 };
+        (at, map.network.pose(at).position.truncate())
     }
 
     #[test]
@@ -191,10 +170,13 @@ mod tests {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1", "C1C2"]).expect("a path");
         let lanes = PathLanes::new(&map);
         let starts = |edge: &str| {
-            let lane = map.route.lanes().iter().find(|lane| lane.edge == edge).expect("on the path");
+            let lane = map.route.lanes().iter().find(|lane| lane.edge_id(&map.network) == edge).expect("on the path");
             (lane.start_s_m, lane.length_m)
         };
-        let s_of = |lane: &str, s_m: f64| lanes.s_of(&map, &car(&map, lane, s_m), 0.0);
+        let s_of = |lane: &str, s_m: f64| {
+            let (at, point) = front(&map, lane, s_m);
+            lanes.s_at(&map, at, point, 0.0)
+        };
         assert_eq!(s_of("B0B1_0", 30.0), Some(30.0));
         assert_eq!((s_of("B0B1_1", 30.0), s_of("B1B2_0", 30.0)), (None, None));
         let (start_m, length_m) = starts("B1C1");
@@ -221,10 +203,10 @@ mod tests {
         let lanes = PathLanes::new(&map);
         // -54_0 has 126.07 m, and from its end to the start of -3_0 there are 32.8 m in a straight line.
         for (lane, s_m, least_m) in [("-54_0", 120.0, 120.0), ("-3_0", 10.0, 126.07 + 32.8 + 10.0)] {
-            let car = car(&map, lane, s_m);
-            let found_m = lanes.s_of(&map, &car, 120.0).expect("on the path");
+            let (at, point) = front(&map, lane, s_m);
+            let found_m = lanes.s_at(&map, at, point, 120.0).expect("on the path");
             assert!((least_m - 1e-6..least_m + 0.7).contains(&found_m), "{lane}: {found_m}");
-            assert!(map.route.point_at(found_m).distance(car.pose.front(5.0)) < 0.01, "{lane}");
+            assert!(map.route.point_at(found_m).distance(point) < 0.01, "{lane}");
         }
     }
 
@@ -232,11 +214,12 @@ mod tests {
     fn an_ego_in_a_junction_is_in_its_paths_lane_and_off_all_lanes_in_none() {
         let map = RoadMap::load_along(GRID, &["B0B1", "B1C1"]).expect("a path");
         let lanes = PathLanes::new(&map);
-        let inside = map.route.lanes().iter().find(|lane| lane.edge.starts_with(':')).expect("a junction");
+        let inside =
+            map.route.lanes().iter().find(|lane| lane.edge_id(&map.network).starts_with(':')).expect("a junction");
         let s_m = inside.start_s_m + inside.length_m / 2.0;
         let pose = map.route.pose_of_front(s_m, CAR_LENGTH_M);
         let found = lanes.ego_lane(&map, &pose, 0.0, s_m, None).expect("in a lane");
-        assert_eq!(map.network.lane(found.lane).id, inside.id);
+        assert_eq!(Some(found.lane), inside.lane);
         let away = Pose { position: pose.position + glam::DVec2::new(30.0, -30.0), ..pose };
         assert_eq!(lanes.ego_lane(&map, &away, 0.0, s_m, None), None);
         let back = Pose::new(pose.position, pose.yaw_rad + std::f64::consts::PI);

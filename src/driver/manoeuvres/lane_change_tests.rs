@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    map::RoadMap,
-    sim::{snapshot::VehicleSnapshot, world::path_lanes::PathLanes},
+    map::{PathLanes, RoadMap},
+    snapshot::VehicleSnapshot,
     traffic::{VehicleBody, VehicleId},
 };
 

@@ -1,9 +1,6 @@
 //! Stop lines at signals along a route. In: a [`RoadMap`]. Out: their positions, and the signal and letter that control each. Metres.
 
-use super::{
-    RoadMap,
-    network::{LaneId, SignalId},
-};
+use crate::map::{RoadMap, network::SignalId};
 
 /// Stop line at the end of a lane of the route, controlled by a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,15 +16,14 @@ pub struct StopLine {
 /// Returns the stop lines of the route's lanes whose connection to the next lane is controlled by a signal, in driving order.
 pub fn stop_lines(map: &RoadMap) -> Vec<StopLine> {
     let (net, route) = (&map.network, &map.route);
-    let lanes: Vec<Option<LaneId>> = route.lanes().iter().map(|lane| net.lane_named(&lane.id)).collect();
+    let lanes = route.lanes();
     let pairs = (0..lanes.len()).filter_map(|k| Some((k, route.next_lane(k)?)));
     let line = |(k, next): (usize, usize)| {
-        let (from, to) = (lanes[k]?, lanes[next]?);
+        let (from, to) = (lanes[k].lane?, lanes[next].lane?);
         let ways = net.connections_from(from);
         let way = ways.iter().find(|connection| connection.next() == to)?;
         let ruled = way.signal?;
-        let lane = &route.lanes()[k];
-        let s_m = lane.start_s_m + lane.length_m - net.lane(from).end_offset_m;
+        let s_m = lanes[k].start_s_m + lanes[k].length_m - net.lane(from).end_offset_m;
         Some(StopLine { s_m, signal: ruled.signal, link: ruled.index? })
     };
     let mut lines: Vec<StopLine> = pairs.filter_map(line).collect();

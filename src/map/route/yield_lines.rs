@@ -14,7 +14,7 @@ const FOE_AHEAD_M: f64 = 100.0;
 
 /// Stop rule of a line, independent of other vehicles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum StopRule {
+pub enum StopRule {
     /// Stop for vehicles with right of way only.
     None,
     /// Mandatory stop, for this link only.
@@ -25,7 +25,7 @@ pub(super) enum StopRule {
 
 /// A link that a line yields to.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct FoeLink {
+pub struct FoeLink {
     /// Index of the link in the junction's rules.
     #[cfg(test)]
     pub link: usize,
@@ -39,7 +39,7 @@ pub(super) struct FoeLink {
 
 /// A lane of vehicles on a link that a line yields to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FoeLane {
+pub struct FoeLane {
     pub lane: LaneId,
     /// Index in `YieldLine::foes` of the link.
     pub foe: usize,
@@ -51,7 +51,7 @@ pub(super) struct FoeLane {
 
 /// A line where the path yields or stops.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct YieldLine {
+pub struct YieldLine {
     /// Position on the route, metres.
     pub s_m: f64,
     /// Length from the line to the end of the junction, metres.
@@ -69,7 +69,7 @@ pub(super) struct YieldLine {
 }
 
 /// Returns the lines of a map's route in driving order; `lanes` are the network's lanes of the route's.
-pub(super) fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldLine> {
+pub fn yield_lines(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<YieldLine> {
     let mut lines: Vec<YieldLine> = (0..lanes.len()).filter_map(|k| yield_line(map, lanes, k)).collect();
     lines.sort_by(|a, b| a.s_m.total_cmp(&b.s_m));
     lines
@@ -205,7 +205,7 @@ mod tests {
 
     fn lines(file: &str, edges: &[&str]) -> (RoadMap, Vec<YieldLine>) {
         let map = RoadMap::load_along(file, edges).expect("a path");
-        let lanes: Vec<_> = map.route.lanes().iter().map(|lane| map.network.lane_named(&lane.id)).collect();
+        let lanes: Vec<_> = map.route.lanes().iter().map(|lane| lane.lane).collect();
         let lines = yield_lines(&map, &lanes);
         (map, lines)
     }

@@ -8,7 +8,7 @@ use crate::map::{
 
 /// A stretch of the path, along one edge, that begins in one lane and ends in another.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct LaneChange {
+pub struct LaneChange {
     /// Index among the route's lanes.
     pub index: usize,
     /// Start on the route, metres.
@@ -32,7 +32,7 @@ impl LaneChange {
 const SAME_PLACE_M: f64 = 0.02;
 
 /// Returns the lane changes of a map's route in driving order; `lanes` are the network's lanes of the route's.
-pub(super) fn lane_changes(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<LaneChange> {
+pub fn lane_changes(map: &RoadMap, lanes: &[Option<LaneId>]) -> Vec<LaneChange> {
     lanes.iter().enumerate().filter_map(|(k, exit)| lane_change(map, k, (*exit)?)).collect()
 }
 
@@ -57,8 +57,8 @@ fn lane_change(map: &RoadMap, index: usize, exit: LaneId) -> Option<LaneChange> 
 
 #[cfg(test)]
 mod tests {
-    use super::super::path_lanes::PathLanes;
     use super::*;
+    use crate::map::PathLanes;
 
     /// Returns the lane changes of a path: lanes, side, start and end in centimetres.
     fn changes(file: &str, edges: &[&str]) -> Vec<(Vec<String>, Side, i64, i64)> {

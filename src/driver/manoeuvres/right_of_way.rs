@@ -5,11 +5,10 @@
 //! arrives, or arrives [`GAP_S`] after that vehicle has left. Where both paths merge, the other vehicle must also not need more than
 //! comfortable braking. At a red signal no vehicle has right of way.
 
-use super::yield_lines::{StopRule, YieldLine};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
-    map::{RoadMap, network::SignalLight},
-    sim::{Snapshot, snapshot::VehicleSnapshot},
+    map::{RoadMap, StopRule, YieldLine, network::SignalLight},
+    snapshot::{Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     traffic::VehicleId,
 };
@@ -32,7 +31,7 @@ const SEEN_EARLIER_M: f64 = 20.0;
 
 /// Motion of the ego from a line on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OwnPace {
+pub struct OwnPace {
     /// Time from the decision to go until the vehicle moves, s.
     pub delay_s: f64,
     /// Acceleration up to `through_mps`, m/s².
@@ -98,7 +97,7 @@ fn reach_s(way_m: f64, speed_mps: f64, accel_mps2: f64, top_mps: f64) -> f64 {
 
 /// The lines of the path, and the ego's state at the next one.
 #[derive(Debug)]
-pub(super) struct RightOfWay {
+pub struct RightOfWay {
     lines: Vec<YieldLine>,
     /// Index of the next line, and the distance to it.
     next: Option<(usize, f64)>,

@@ -2,8 +2,10 @@
 
 use super::*;
 use crate::{
-    map::network::{LanePosition, SignalStates},
-    sim::world::path_lanes::PathLanes,
+    map::{
+        PathLanes,
+        network::{LanePosition, SignalStates},
+    },
     space::Pose,
     traffic::VehicleBody,
 };

@@ -1,7 +1,7 @@
 //! Turns and lane changes of the ego's path, for the indicators of a simulated driver. In: a [`RoadMap`]. Out: the side to indicate at a
 //! position of the path. Metres.
 
-use super::path_lane_changes::LaneChange;
+use super::lane_changes::LaneChange;
 use crate::{
     controls::Indicator,
     map::{
@@ -25,7 +25,7 @@ struct Turn {
 
 /// The turns and lane changes of a route.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Turns(Vec<Turn>);
+pub struct Turns(Vec<Turn>);
 
 impl Turns {
     /// Returns the turns and lane changes of a map's route; `lanes` are the network's lanes of the route's.
@@ -67,7 +67,7 @@ fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
     };
     let inside = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
-        .take_while(|k| route.lanes()[*k].edge.starts_with(':'));
+        .take_while(|k| !route.lanes()[*k].is_street(net));
     let length_m = inside.map(|k| route.lanes()[k].length_m).sum();
     let here = &route.lanes()[k];
     Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
@@ -81,8 +81,8 @@ fn change(change: &LaneChange) -> Turn {
 
 #[cfg(test)]
 mod tests {
-    use super::super::path_lanes::PathLanes;
     use super::*;
+    use crate::map::PathLanes;
 
     fn turns_of(map: &RoadMap) -> Turns {
         let lanes = PathLanes::new(map);
@@ -97,7 +97,9 @@ mod tests {
         let lanes = map.route.lanes();
         // B0B1_0 has 69.20 m and turns right into B1C1_0; C1C2 turns left from B1C1_1.
         let (right_m, change, left) = (69.2, &lanes[2], lanes.last().expect("C1C2").start_s_m);
-        assert!(change.edge == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9);
+        assert!(
+            change.edge_id(&map.network) == "B1C1" && (lanes[0].start_s_m + lanes[0].length_m - right_m).abs() < 1e-9
+        );
         let turns = turns_of(&map);
         let at = |s_m: f64| turns.indicator_at(&map, s_m, None);
         assert_eq!([at(0.0), at(right_m - 31.0), at(right_m - 29.0)], [Off, Off, Right]);

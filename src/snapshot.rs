@@ -204,7 +204,7 @@ impl Snapshot {
 
 impl VehicleSnapshot {
     /// Returns this vehicle as an obstacle for the physics of another.
-    pub(super) fn obstacle(&self) -> crate::ego::Obstacle {
+    pub fn obstacle(&self) -> crate::ego::Obstacle {
         let VehicleBody { length_m, width_m, .. } = self.body;
         let Self { pose, speed_mps, height_m, .. } = *self;
         crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }

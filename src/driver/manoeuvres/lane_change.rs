@@ -6,13 +6,13 @@
 //! to brake harder than a bound. The bound is the comfortable deceleration, and [`SAFE_MPS2`] for a vehicle that waits at the last place
 //! for the change.
 
-use super::{lane_beside::Corridor, path_lane_changes::LaneChange};
+use super::lane_beside::Corridor;
 use crate::{
     driver::DriverParams,
     idm::IdmParams,
-    map::{RoadMap, network::LanePosition},
+    map::{LaneChange, RoadMap, network::LanePosition},
     policy::NearVehicle,
-    sim::{Snapshot, snapshot::Leader},
+    snapshot::{Leader, Snapshot},
     space::CAR_LENGTH_M,
 };
 use glam::DVec2;
@@ -33,7 +33,7 @@ const SEEN_EARLIER_M: f64 = 20.0;
 
 /// The lane changes of a path, and the progress of the one at the ego.
 #[derive(Debug)]
-pub(super) struct LaneChanging {
+pub struct LaneChanging {
     changes: Vec<LaneChange>,
     now: Option<Progress>,
 }
