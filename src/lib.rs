@@ -43,8 +43,9 @@
 //!                              (these two lines are one row)
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
-//! input  traffic  driver       devices -> Controls / trait Traffic: SUMO, native IDM / simulated drivers
-//! metrics                      results of a drive, means with intervals, figures (in one row with the line above)
+//! input  traffic  metrics      devices -> Controls / trait Traffic: SUMO, native IDM / results of a drive, means with intervals, figures
+//! snapshot                     the world at one tick, seen from one vehicle
+//! driver                       simulated drivers: perception, pedals, steering, decisions on networks
 //! scenario                     everything that defines a drive, as a file, flags and widgets
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot / TRPO on the fast ring
 //! hud                          the dial as data
@@ -122,6 +123,7 @@ pub mod settings;
 #[cfg(feature = "command")]
 pub mod signing;
 pub mod sim;
+pub mod snapshot;
 pub mod space;
 pub mod study;
 pub mod sumo_xml;

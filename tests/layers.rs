@@ -11,7 +11,7 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 17] = [
+const ROWS: [&[&str]; 19] = [
     &[
         "space",
         "time",
@@ -30,7 +30,9 @@ const ROWS: [&[&str]; 17] = [
     &["data_folders", "settings", "triggers", "signing", "sumo_xml"],
     &["map"],
     &["ego", "policy"],
-    &["input", "traffic", "driver", "metrics"],
+    &["input", "traffic", "metrics"],
+    &["snapshot"],
+    &["driver"],
     &["scenario"],
     &["sim", "train"],
     &["hud"],
@@ -43,6 +45,21 @@ const ROWS: [&[&str]; 17] = [
     &["replay", "drive_window", "session"],
     &["bench"],
 ];
+
+/// Rows within modules that are divided into rooms, bottom first, as in the `mod.rs` of each. A room names only rooms of lower rows.
+const ROWS_WITHIN: [(&str, &[&[&str]]); 1] = [(
+    "analysis",
+    &[
+        &["error", "text", "statistics", "columns"],
+        &["data"],
+        &["responses", "network"],
+        &["measures"],
+        &["drives"],
+        &["drivers", "models"],
+        &["tables"],
+        &["report"],
+    ],
+)];
 
 /// Libraries that only some modules may name.
 const ROOMS: [(&str, &[&str]); 17] = [
@@ -100,39 +117,45 @@ fn code(text: &str) -> String {
     text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// Returns the modules named after `crate::`, also inside the braces of one `use`.
-fn named_modules(code: &str) -> Vec<String> {
-    let word = |text: &str| text.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
+/// Adds the paths of a tree of imports to `found`, each after `before`; returns the text behind the tree.
+fn add_paths<'a>(tree: &'a str, before: &str, found: &mut Vec<String>) -> &'a str {
+    let end = tree.find(|c: char| !(c.is_alphanumeric() || "_:*".contains(c))).unwrap_or(tree.len());
+    let path = format!("{before}{}", &tree[..end]);
+    let Some(mut rest) = tree[end..].strip_prefix('{') else {
+        found.push(path);
+        return &tree[end..];
+    };
+    while !rest.is_empty() {
+        rest = rest.trim_start();
+        if let Some(behind) = rest.strip_prefix('}') {
+            return behind;
+        }
+        rest = add_paths(rest, &path, found);
+        // A name may be followed by `as` and another name.
+        rest = &rest[rest.find([',', '}']).unwrap_or(rest.len())..];
+        rest = rest.strip_prefix(',').unwrap_or(rest);
+    }
+    rest
+}
+
+/// Returns the paths named after `crate::`, also inside the braces of one `use`.
+fn named_paths(code: &str) -> Vec<String> {
     let mut found = Vec::new();
-    for (at, _) in code.match_indices("crate::") {
-        let rest = &code[at + "crate::".len()..];
-        if !rest.starts_with('{') {
-            found.push(word(rest));
-            continue;
-        }
-        let mut depth = 0;
-        let mut fresh = false;
-        for (i, c) in rest.char_indices() {
-            match c {
-                '{' => {
-                    depth += 1;
-                    fresh = depth == 1;
-                }
-                '}' => depth -= 1,
-                ',' => fresh = depth == 1,
-                c if c.is_whitespace() => {}
-                _ if fresh && depth == 1 => {
-                    found.push(word(&rest[i..]));
-                    fresh = false;
-                }
-                _ => {}
-            }
-            if depth == 0 {
-                break;
-            }
-        }
+    for (at, mark) in code.match_indices("crate::") {
+        add_paths(&code[at + mark.len()..], "", &mut found);
     }
     found
+}
+
+/// Returns the modules named after `crate::`.
+fn named_modules(code: &str) -> Vec<String> {
+    let mut names: Vec<String> = named_paths(code).iter().map(|path| first_name(path).to_owned()).collect();
+    names.dedup();
+    names
+}
+
+fn first_name(path: &str) -> &str {
+    path.split("::").next().unwrap_or_default()
 }
 
 #[test]
@@ -151,8 +174,35 @@ fn imports_run_downwards() {
 }
 
 #[test]
+fn imports_between_rooms_of_a_module_run_downwards() {
+    let mut faults = Vec::new();
+    for (module, rows) in ROWS_WITHIN {
+        let row = |room: &str| rows.iter().position(|row| row.contains(&room));
+        let folder = root().join("src").join(module);
+        for file in sources(&folder).into_iter().filter(|file| *file != folder.join("mod.rs")) {
+            let first = file.strip_prefix(&folder).unwrap().iter().next().unwrap().to_string_lossy();
+            let here = first.trim_end_matches(".rs");
+            let text = code(&fs::read_to_string(&file).unwrap());
+            let paths = named_paths(&text);
+            let within = paths.iter().filter_map(|path| path.strip_prefix(module)?.strip_prefix("::"));
+            for named in within.map(first_name).filter(|named| *named != here) {
+                if row(named).is_none_or(|other| row(here).is_none_or(|own| other >= own)) {
+                    faults.push(format!("{} ({here}) names crate::{module}::{named}", file.display()));
+                }
+            }
+            if text.contains("super::super::") {
+                faults.push(format!("{} names a room without crate::{module}", file.display()));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "imports that run upwards or sideways:\n{}", faults.join("\n"));
+}
+
+#[test]
 fn the_check_of_imports_sees_every_form() {
     let text = "use crate::{map::Route, policy::{self, Advice}, sim};\nlet x = crate::render::gpu::Gpu;";
+    let paths = ["map::Route", "policy::self", "policy::Advice", "sim", "render::gpu::Gpu"];
+    assert_eq!(named_paths(text), paths);
     assert_eq!(named_modules(text), ["map", "policy", "sim", "render"]);
 }
 

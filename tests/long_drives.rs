@@ -7,7 +7,7 @@ mod memory;
 use arrow_array::{Array, ArrayRef, RecordBatch, UInt64Array};
 use codrive::{
     analysis::{
-        StudyParticipants, collect, find,
+        StudyParticipants, analyse, find,
         report::{self, FileProof},
         tables,
     },
@@ -65,7 +65,7 @@ fn repeat(file: &Path, times: u64) {
 fn analysed(path: &Path) -> (usize, usize, f64) {
     let found = find(path).unwrap().found;
     let start = memory::begin();
-    let drives = collect::analyse(&found, &[], &|| ()).unwrap();
+    let drives = analyse(&found, &[], &|| ()).unwrap();
     let (_, measures) = memory::since(start);
     let start = memory::begin();
     let page =

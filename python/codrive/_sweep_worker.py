@@ -1,8 +1,7 @@
 """Process that makes the runs of a cluster task, so that a run that hangs or crashes affects nothing else.
 
-The process runs this module. It prints an empty text when it has read the plan. Then it reads lines with a number and the name of a part.
-For each it prints an empty text when the part is written, else the reason of the failure; each text is one line of JSON. It ends with the
-process that started it.
+The process runs this module. It speaks the protocol of the program's own workers (src/sweep/supervisor.rs), with the name of the part
+after each number. It ends with the process that started it.
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ class Worker:
             answer = self._answers.get(timeout=limit_s)
         except queue.Empty:
             self.close()
-            raise RuntimeError(f"it was not done after limit_s, {limit_s:g} s") from None
+            raise RuntimeError(Plan.timed_out(limit_s)) from None
         self._check(answer)
 
     def close(self) -> None:
@@ -64,7 +63,7 @@ class Worker:
 
     def _check(self, answer: str | None) -> None:
         if answer is None:
-            raise RuntimeError(f"its process ended (exit status {self._process.wait()})")
+            raise RuntimeError(Plan.process_ended(f"exit status {self._process.wait()}"))
         if answer:
             raise RuntimeError(answer)
 

@@ -2,7 +2,8 @@
 
 Each run is a task of its own. The task writes the part of its run once, to a folder or to any address that fsspec knows
 (``s3://bucket/path``). Existing parts are not made again: a second start makes the missing ones. The parts are the same bytes as in
-``codrive sweep`` on one machine.
+``codrive sweep`` on one machine. Limits and texts of failures are those of the program; distribution and retries are Ray's, which also
+repeats runs that were lost with a machine.
 """
 
 from __future__ import annotations
@@ -24,8 +25,6 @@ from codrive._sweep_worker import Worker
 MOST_BYTES = 64 << 20
 #: Queued tasks per core: enough that no core is idle, few enough for a quick stop.
 WAITING = 4
-#: Number of failures that are printed; the others are counted.
-TOLD = 10
 
 
 def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
@@ -246,15 +245,9 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"codrive: {why}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("\ncodrive: stopped; the same command makes what is missing", file=sys.stderr)
+        print(f"\ncodrive: {Plan.stopped()}", file=sys.stderr)
         return 130
-    plan = Plan(given.plan)
-    print(f"codrive: {len(failed)} runs failed; the same command tries them again", file=sys.stderr)
-    for number, why in list(failed.items())[:TOLD]:
-        table, varied = plan.words(number)
-        print(f"  run {number}, {table}: {varied}: {why}", file=sys.stderr)
-    if len(failed) > TOLD:
-        print(f"  and {len(failed) - TOLD} more", file=sys.stderr)
+    print(f"codrive: {Plan(given.plan).failure_report(sorted(failed.items()))}", file=sys.stderr)
     return 1
 
 

@@ -2,7 +2,7 @@
 
 use crate::threads;
 use codrive::{
-    analysis::{self, AnalysisError, FoundRecording, collect, tables},
+    analysis::{self, AnalysisError, FolderContents, FoundRecording, tables},
     record::{self, inputs},
 };
 use pyo3::{
@@ -46,11 +46,11 @@ pub fn space_time(py: Python<'_>, folder: PathBuf) -> PyResult<Option<String>> {
 #[pyfunction]
 pub fn measures(py: Python<'_>, folder: PathBuf) -> PyResult<String> {
     let contents = found(py, &folder)?;
-    let drives = threads::on_all_cores(py, || collect::analyse(&contents.found, &[], &|| ()))?.map_err(refused)?;
+    let drives = threads::on_all_cores(py, || analysis::analyse(&contents.found, &[], &|| ()))?.map_err(refused)?;
     Ok(tables::trials(&drives))
 }
 
-fn found(py: Python<'_>, folder: &Path) -> PyResult<collect::FolderContents> {
+fn found(py: Python<'_>, folder: &Path) -> PyResult<FolderContents> {
     if !folder.is_dir() {
         return Err(PyFileNotFoundError::new_err(format!("there is no folder {}", folder.display())));
     }

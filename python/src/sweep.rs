@@ -1,7 +1,11 @@
 //! Sweeps for Python: the runs of a plan, each as bytes. In: a plan's file. Out: names of parts, and parts.
 
 use crate::threads::here;
-use codrive::sweep::{SweepError, SweepPlan, results::SweepFolder};
+use codrive::sweep::{
+    SweepError, SweepPlan,
+    results::SweepFolder,
+    supervisor::{self, FailedRun, WorkerFault},
+};
 use pyo3::{
     exceptions::{PyIndexError, PyRuntimeError, PyValueError},
     prelude::*,
@@ -42,10 +46,29 @@ impl Plan {
         self.0.runs.iter().map(|run| run.limit_s).collect()
     }
 
-    /// Returns the distinguishing settings of a run, as (table, varied settings as JSON).
-    fn words(&self, number: usize) -> PyResult<(String, String)> {
-        let run = self.run(number)?;
-        Ok((run.table.clone(), serde_json::Value::Object(run.varied.clone()).to_string()))
+    /// Returns the report of failed runs, given as (number, reason).
+    fn failure_report(&self, failed: Vec<(usize, String)>) -> PyResult<String> {
+        failed.iter().try_for_each(|(number, _)| self.run(*number).map(drop))?;
+        let failed: Vec<_> = failed.into_iter().map(|(number, why)| FailedRun { number, why }).collect();
+        Ok(supervisor::failure_report(&self.0, &failed))
+    }
+
+    /// Returns the reason of the failure of a run that exceeded its limit, s.
+    #[staticmethod]
+    fn timed_out(limit_s: f64) -> String {
+        WorkerFault::TimedOut(limit_s).to_string()
+    }
+
+    /// Returns the reason of the failure of a run whose process ended with this status.
+    #[staticmethod]
+    fn process_ended(status: String) -> String {
+        WorkerFault::Ended(status).to_string()
+    }
+
+    /// Returns the message of a sweep that was stopped.
+    #[staticmethod]
+    fn stopped() -> &'static str {
+        supervisor::STOPPED
     }
 
     /// Executes a run and returns its part, a Parquet file as bytes, which are the same on every machine.

@@ -91,7 +91,7 @@ def test_a_notebook_shows_a_picture_of_each_vehicles_way(folder):
 
 def test_a_data_set_lists_its_drives_and_measures_all_of_them(tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
-    program("study", tmp_path / "small.toml", "--rehearse", "--participants", "1", "--out", tmp_path / "study")
+    program("study", "rehearse", tmp_path / "small.toml", "--participants", "1", "--out", tmp_path / "study")
     data = codrive.read(tmp_path / "study")
     before = sorted(path for path in (tmp_path / "study").rglob("*"))
     trials = sorted(path.parent.name for path in (tmp_path / "study").rglob("manifest.json") if not path.parent.name.endswith("-baseline"))

@@ -10,8 +10,7 @@ use crate::{
     controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
     ego::{CarParams, EgoCar, GroundSurface, Obstacle, UniformGround},
-    map::RoadMap,
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     sim::WorldError,
     traffic::EngineChoice,
     traffic::{FixedSetup, ModelMixture, NativeTraffic, Traffic, TrafficError, start, sumo::SumoTraffic},
@@ -86,7 +85,7 @@ fn if_here<T>(times: Result<T, WorldError>) -> Result<Option<T>, WorldError> {
 }
 
 fn setup(scenario: &Scenario) -> Result<FixedSetup, WorldError> {
-    let map = Arc::new(RoadMap::load(&scenario.map)?);
+    let map = Arc::clone(PlannedDrive::new(scenario)?.map());
     let cars = start::even(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)?;
     Ok(FixedSetup {
         map,

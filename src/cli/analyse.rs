@@ -1,16 +1,15 @@
 //! `codrive analyse`: measures, figures and a report of recordings.
 
-use super::{CliError, out};
+use super::{CliError, out, progress::progress};
 use crate::{
     analysis::{
-        AnalysisError,
-        collect::{self, FolderContents},
-        drivers, find, glossary,
-        network::{LinePlace, tables as network_tables},
-        plan::PlanHistory,
-        planned::{self, PlannedAnalysis},
-        report::{self, FileProof},
-        response_time_table, sickness, tables,
+        AnalysisError, FolderContents, analyse,
+        drivers::participants as drivers,
+        find,
+        models::{plan::PlanHistory, planned::PlannedAnalysis},
+        network::LinePlace,
+        report::{AnalysisResults, FileProof},
+        text::count,
     },
     drive_loop::RunError,
     record,
@@ -30,7 +29,7 @@ pub(super) fn command() -> Command {
             "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page \
              (183 mm), PNG files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section \
              to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
-             takes them into a rehearsal (codrive study FILE --rehearse --drivers drivers.toml). To have the report as a PDF, print it \
+             takes them into a rehearsal (codrive study rehearse FILE --drivers drivers.toml). To have the report as a PDF, print it \
              from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
              speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
              Before anything is analysed, every file is compared with its checksum, and every recording with its place: participant, trial, \
@@ -93,9 +92,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out::line(format_args!("{signature}"))?;
     }
     let proof = FileProof { changed, signature };
-    let bar = super::progress(contents.found.len() as u64, "drives".into());
+    let bar = progress(contents.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
-    let drives = collect::analyse(&contents.found, &lines, &|| bar.inc(1));
+    let drives = analyse(&contents.found, &lines, &|| bar.inc(1));
     bar.finish_and_clear();
     let drives = drives?;
     let fitted = drivers::drivers(&drives);
@@ -106,49 +105,21 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
         _ => None,
     };
-    let made = report::report(&contents.title, &drives, &contents.people, &proof, &fitted, planned.as_ref())?;
-    let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
-    record::new_private_dir(&out.join("figures"))?;
-    put("trials.csv", &tables::trials(&drives))?;
-    put("advice.csv", &tables::advice(&drives))?;
-    put("reactions.csv", &response_time_table::table(&drives))?;
-    put("speed.csv", &tables::speed(&drives))?;
-    put("conditions.csv", &tables::by_condition(&drives))?;
-    put("drivers.csv", &tables::drivers(&drives, &fitted))?;
-    if !contents.people.each.is_empty() {
-        put("scores.csv", &tables::scores(&drives, &contents.people))?;
-    }
-    if !contents.people.ratings.is_empty() {
-        put("fms.csv", &sickness::table(&contents.people))?;
-    }
-    if drives.iter().any(|drive| drive.network.is_some()) {
-        put(network_tables::TRIPS_FILE, &network_tables::trips(&drives))?;
-        put(network_tables::LINES_FILE, &network_tables::lines(&drives))?;
-    }
-    put("columns.json", &glossary::dictionary(&drives))?;
-    if contents.is_whole {
-        bids::derived(&contents.title).iter().try_for_each(|(name, text)| put(name, text))?;
-        put("drivers.toml", &drivers::drivers_toml(&contents.title, &fitted))?;
-    }
-    if let Some(planned) = &planned {
-        put("models.csv", &planned.models_csv())?;
-        put("models.json", &planned::models_json())?;
-        put("left_out.csv", &planned.left_out_csv())?;
-    }
-    made.figures.par_iter().try_for_each(|(name, svg)| {
-        put(&format!("figures/{name}"), svg)?;
-        let path = out.join("figures").join(name).with_extension("png");
-        let Some(png) = super::desktop::png(svg) else { return Ok::<(), CliError>(()) };
-        let png = png.map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
-        Ok(record::replace(&path, &png)?)
+    let results = AnalysisResults {
+        contents: &contents,
+        proof: &proof,
+        drives: &drives,
+        fitted: &fitted,
+        planned: planned.as_ref(),
+    };
+    results.write(out, &bids::derived(&contents.title), |svg| {
+        super::desktop::png(svg).map(|png| png.map_err(|why| why.to_string()))
     })?;
-    put("methods.txt", &made.methods)?;
-    put("report.html", &made.html)?;
     out::line(format_args!(
         "{}: report.html, methods.txt, tables (CSV) and figures ({}) of {}",
         out.display(),
         super::desktop::FIGURES,
-        report::count(drives.len())
+        count(drives.len())
     ))?;
     if proof.changed.is_empty() {
         return Ok(());

@@ -15,11 +15,15 @@ fn refusal(what: &str) -> CliError {
 /// Image formats of figures.
 pub(super) const FIGURES: &str = "SVG";
 
-/// Returns hidden commands of these names, so that the refusal can explain what is missing.
+/// Returns a hidden command that takes any arguments, so that the refusal can explain what is missing.
+fn refused(name: &'static str) -> Command {
+    let anything = Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
+    Command::new(name).hide(true).disable_help_flag(true).arg(anything)
+}
+
+/// Returns the commands that are refused.
 pub(super) fn commands(_: HelpListing) -> Vec<Command> {
-    let anything = || Arg::new("anything").num_args(0..).trailing_var_arg(true).allow_hyphen_values(true);
-    let command = |name| Command::new(name).hide(true).disable_help_flag(true).arg(anything());
-    ["drive", "render", "calibrate", "doctor", "bench"].map(command).into()
+    ["drive", "render", "calibrate", "doctor", "bench"].map(refused).into()
 }
 
 /// Refuses a command of [`commands`]; `None` for every other.
@@ -60,7 +64,7 @@ pub(super) mod replay {
 
     pub(in crate::cli) const DRAWS: &str = "";
 
-    const FLAGS: [&str; 9] = ["window", "png", "frames", "video", "sound", "at", "view", "size", "rate"];
+    const FLAGS: [&str; 9] = ["window", "png", "frames-dir", "video", "wav", "at", "view", "size", "rate"];
 
     pub(in crate::cli) fn arguments() -> Vec<Arg> {
         super::flags(&FLAGS)
@@ -92,21 +96,13 @@ pub(super) mod replay {
 
 /// Desktop part of `codrive study`: a participant's session.
 pub(super) mod session {
-    use super::{ArgMatches, CliError};
-    use crate::study::{ParticipantCode, Study};
-    use clap::Arg;
-    use std::path::Path;
+    use super::{ArgMatches, CliError, Command};
 
-    pub(in crate::cli) const ABOUT: &str =
-        "Check a study and print its plan, or rehearse it with simulated participants";
-
-    const FLAGS: [&str; 5] = ["participant", "fullscreen", "monitor", "refresh", "wheel"];
-
-    pub(in crate::cli) fn arguments() -> Vec<Arg> {
-        super::flags(&FLAGS)
+    pub(in crate::cli) fn command() -> Command {
+        super::refused("session")
     }
 
-    pub(in crate::cli) fn lead(_: Study, _: ParticipantCode, _: &Path, _: &ArgMatches) -> Result<(), CliError> {
-        Err(super::refusal("--participant"))
+    pub(in crate::cli) fn main(_: &ArgMatches) -> Result<(), CliError> {
+        Err(super::refusal("codrive study session"))
     }
 }

@@ -118,7 +118,7 @@ fn written(folder: &Path) -> Result<(), CliError> {
     let made = map::RoadMap::load(&path)?;
     let is_known = folder.parent().map(Path::to_path_buf) == map::own_folder();
     let drive = if is_known { made.name.clone() } else { path.into_owned() };
-    tell(&made, &drive)
+    print_map(&made, &drive)
 }
 
 fn import(matches: &ArgMatches) -> Result<(), CliError> {
@@ -191,7 +191,7 @@ fn trial(scenario: &Scenario, stop: &AtomicBool) -> Result<(Summary, bool, f64),
 }
 
 /// Prints length and lanes of a new map; `drive` is its name for `--map`.
-fn tell(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
+fn print_map(made: &map::RoadMap, drive: &str) -> Result<(), CliError> {
     out::line(format_args!(
         "{}: {:.3} m in {} lanes",
         made.net_file.display(),

@@ -14,10 +14,12 @@ mod desktop;
 #[path = "headless.rs"]
 mod desktop;
 mod environment;
+mod error;
 mod evaluate;
 mod flags;
 mod map;
 mod out;
+mod progress;
 mod recover;
 mod replay;
 mod run;
@@ -33,60 +35,27 @@ mod tune;
 mod tune;
 
 pub use environment::prepare as prepare_environment;
+pub use error::CliError;
 pub(crate) use stop::stop_on_ctrl_c;
 
-use crate::{
-    data_folders,
-    drive_loop::RunError,
-    map::MapError,
-    record::RecordError,
-    settings::SettingsError,
-    sim::WorldError,
-    study::SessionError,
-    toml_text::nearest,
-    traffic::{TrafficError, sumo},
-};
+use crate::{data_folders, toml_text::nearest, traffic::sumo};
 use clap::{
     Arg, Command,
     error::{ContextKind, ContextValue},
     value_parser,
 };
 pub use flags::HelpListing;
-use indicatif::{ProgressBar, ProgressStyle};
 pub use out::visible;
 use std::{ffi::OsString, io::Write, path::PathBuf};
-
-/// Failure of a command; the message is complete.
-#[derive(Debug, thiserror::Error)]
-pub enum CliError {
-    /// Bad input, which the user can correct: exit 2.
-    #[error("{0}")]
-    Input(String),
-    /// Failure of the machine or the program: exit 1.
-    #[error("{0}")]
-    Failed(String),
-    /// Interruption by a person before a drive began: exit 130, as shells report Ctrl-C.
-    #[error("{0}")]
-    Interrupted(String),
-    /// Closed standard output, as behind `head`: nothing more is printed, exit 141.
-    #[error("nobody reads the standard output")]
-    Unread,
-}
-
-/// Returns a progress bar of `length` steps; it stays silent without a terminal.
-fn progress(length: u64, message: String) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
-    let bar = ProgressBar::new(length).with_message(out::visible(&message).into_owned());
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (listing, arguments) = listing(arguments.into_iter().collect());
-    let matches = match command(listing).try_get_matches_from(with_default_command(arguments)) {
+    let arguments = with_default_command(arguments);
+    let matches = match command(listing).try_get_matches_from(&arguments) {
         Ok(matches) => matches,
         Err(mut error) => {
-            suggest_command(&mut error);
+            suggest_command(&mut error, &command(listing), &arguments);
             // Help and version go to stdout and are no failure; every other error of clap is bad input.
             let plain = error.render().to_string();
             if error.use_stderr() && out::visible(&plain) != plain {
@@ -98,7 +67,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
             return match printed {
                 _ if error.use_stderr() => 2,
                 Ok(()) => 0,
-                Err(error) => tell(&out::fault(&error)),
+                Err(error) => print_error(&out::fault(&error)),
             };
         }
     };
@@ -110,7 +79,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
-        return tell(&CliError::Input(why.to_string()));
+        return print_error(&CliError::Input(why.to_string()));
     }
     // `check-network` runs as a child process and prints faults only.
     if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
@@ -135,26 +104,34 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let code = match done {
         Ok(()) => 0,
-        Err(error) => tell(&error),
+        Err(error) => print_error(&error),
     };
     stop::end_if_starting(code);
     code
 }
 
-/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word.
-fn suggest_command(error: &mut clap::Error) {
+/// Suggests the nearest command where clap finds none: its measure misses two swapped letters in a short word. Lists all commands of the
+/// level if none is near.
+fn suggest_command(error: &mut clap::Error, program: &Command, arguments: &[OsString]) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
     if error.get(ContextKind::SuggestedSubcommand).is_some() {
         return;
     }
-    let known: Vec<&str> = GROUPS.iter().flat_map(|(_, names)| *names).copied().collect();
-    if let Some(near) = nearest(word, &known) {
-        error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()]));
-    }
+    let parents = arguments.iter().take_while(|argument| *argument != word.as_str());
+    let parent = parents.fold(program, |parent, name| parent.find_subcommand(name).unwrap_or(parent));
+    let shown = parent.get_subcommands().filter(|command| !command.is_hide_set());
+    let known: Vec<&str> = shown.map(Command::get_name).collect();
+    match nearest(word, &known) {
+        Some(near) => error.insert(ContextKind::SuggestedSubcommand, ContextValue::Strings(vec![near.into()])),
+        None => error.insert(
+            ContextKind::Suggested,
+            ContextValue::StyledStrs(vec![format!("the commands are {}", known.join(", ")).into()]),
+        ),
+    };
 }
 
 /// Prints an error. Returns the exit code.
-fn tell(error: &CliError) -> u8 {
+fn print_error(error: &CliError) -> u8 {
     let code = match error {
         CliError::Input(_) => 2,
         CliError::Failed(_) => 1,
@@ -261,60 +238,6 @@ fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-impl From<SettingsError> for CliError {
-    fn from(error: SettingsError) -> Self {
-        Self::Input(error.message)
-    }
-}
-
-impl From<WorldError> for CliError {
-    fn from(error: WorldError) -> Self {
-        if matches!(&error, WorldError::Traffic(TrafficError::Interrupted)) {
-            return Self::Interrupted(error.to_string());
-        }
-        let machine = matches!(
-            &error,
-            WorldError::Traffic(error) if !matches!(error, TrafficError::Setup(_) | TrafficError::NotFinite { .. })
-        );
-        if machine { Self::Failed(error.to_string()) } else { Self::Input(error.to_string()) }
-    }
-}
-
-impl From<MapError> for CliError {
-    fn from(error: MapError) -> Self {
-        match error {
-            MapError::Interrupted { .. } => Self::Interrupted(error.to_string()),
-            other => Self::Input(other.to_string()),
-        }
-    }
-}
-
-impl From<RecordError> for CliError {
-    fn from(error: RecordError) -> Self {
-        match error {
-            RecordError::Taken { .. } | RecordError::Absent(_) | RecordError::Cut(_) | RecordError::Running(_) => {
-                Self::Input(error.to_string())
-            }
-            other => Self::Failed(other.to_string()),
-        }
-    }
-}
-
-impl From<RunError> for CliError {
-    fn from(error: RunError) -> Self {
-        match error {
-            RunError::World(error) => error.into(),
-            RunError::Driver(error) => Self::Input(error.to_string()),
-            RunError::Scenario(error) => error.into(),
-            RunError::Record(error) => error.into(),
-            RunError::Session(SessionError::Refused(text)) => Self::Input(text),
-            RunError::Session(SessionError::Record(error)) => error.into(),
-            RunError::NoMonitor { .. } | RunError::NoRefresh { .. } => Self::Input(error.to_string()),
-            other => Self::Failed(other.to_string()),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -324,11 +247,6 @@ mod tests {
     fn the_command_line_is_sound() {
         command(HelpListing::Common).debug_assert();
         command(HelpListing::All).debug_assert();
-    }
-
-    #[test]
-    fn control_characters_in_a_progress_message_are_escaped() {
-        assert_eq!(progress(1, "what if \u{1b}[2J".into()).message(), "what if \\u001b[2J");
     }
 
     #[test]

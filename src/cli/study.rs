@@ -1,226 +1,242 @@
-//! `codrive study`: a whole study from one file: its plan, a participant's session, a rehearsal, or one participant's data.
+//! `codrive study`: the steps of a study, one subcommand each: check, rehearse, preregister, lead a participant, and exclude, export or
+//! erase one participant's data. In: arguments. Out: text, a data set.
 
-use super::{CliError, desktop::session as desktop, out, stop_on_ctrl_c};
+use super::{CliError, desktop::session, out, progress::progress, stop_on_ctrl_c};
 use crate::{
-    analysis::{collect, find},
+    analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
-    driver::{DriversFile, FittedDriver, Population},
+    driver::{DriversFile, Population},
     record,
     study::{
         Completion, DataSet, ParticipantCode, Study, StudyError,
         preregistration::{self, OutcomeSpread, PreregistrationError},
     },
 };
-use clap::{Arg, ArgAction, ArgGroup, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
+use clap::{Arg, ArgMatches, Command, builder::NonEmptyStringValueParser, value_parser};
 use std::path::{Path, PathBuf};
 
 pub(super) fn command() -> Command {
     Command::new("study")
-        .about(desktop::ABOUT)
-        .arg(
-            Arg::new("file")
-                .value_name("FILE.toml")
-                .required_unless_present("schema")
-                .value_parser(value_parser!(PathBuf))
-                .help("The study, for example assets/studies/congestion.toml"),
+        .about("Carry out a study, from its check and rehearsal to its participants' data")
+        .subcommand_required(true)
+        .subcommand(check_command())
+        .subcommand(rehearse_command())
+        .subcommand(preregister_command())
+        .subcommand(session::command())
+        .subcommand(exclude_command())
+        .subcommand(export_command())
+        .subcommand(erase_command())
+        .subcommand(
+            Command::new("schema")
+                .about("Print the JSON Schema of study files, for editors")
+                .after_help("Example: codrive study schema > study.schema.json"),
         )
-        .arg(
-            Arg::new("check")
-                .long("check")
-                .action(ArgAction::SetTrue)
-                .help("Check every scenario and questionnaire in it and print each participant's order of conditions"),
+}
+
+fn check_command() -> Command {
+    Command::new("check")
+        .about("Check every scenario and questionnaire, and print each participant's order of conditions")
+        .after_help("Example: codrive study check assets/studies/congestion.toml")
+        .args([file(), participants()])
+}
+
+fn rehearse_command() -> Command {
+    Command::new("rehearse")
+        .about(
+            "Take simulated participants through the whole plan at full speed, questions and baselines included; Ctrl-C stops it; \
+             run the same command to resume",
         )
-        .args(desktop::arguments())
-        .arg(
-            Arg::new("rehearse").long("rehearse").action(ArgAction::SetTrue).requires("out").conflicts_with("check").help(
-                "Take simulated participants through the whole plan at full speed, questions and baselines included; \
-                 Ctrl-C stops it; run the same command to resume",
-            ),
+        .after_help(
+            "Example: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out rehearsed/",
         )
-        .arg(
-            Arg::new("drivers")
-                .long("drivers")
-                .value_name("FILE.toml")
-                .requires("rehearse")
-                .value_parser(value_parser!(PathBuf))
-                .help(
-                    "Drivers of the rehearsal, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are \
-                     not in it are drawn",
-                ),
+        .args([file(), data_set(), participants()])
+        .arg(path_flag(
+            "drivers",
+            "FILE.toml",
+            "Drivers, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are not in it are drawn",
+        ))
+        .arg(Arg::new("population").long("population").value_name("NAME").conflicts_with("drivers").help(
+            "Draw each participant from this population: people (reaction, error, bias, time gap and compliance as in \
+             docs/references.md: drivers), perp or anyone",
+        ))
+}
+
+fn preregister_command() -> Command {
+    Command::new("preregister")
+        .about(
+            "Write a preregistration (Markdown) of the study and of its [analysis], with the power against the number of participants",
         )
-        .arg(
-            Arg::new("population")
-                .long("population")
-                .value_name("NAME")
-                .requires("rehearse")
-                .conflicts_with("drivers")
-                .help(
-                    "Draw each participant of the rehearsal from this population: people (reaction, error, bias, time gap and \
-                     compliance as in docs/references.md: drivers), perp or anyone",
-                ),
+        .after_help("Example: codrive study preregister my.toml --rehearsed rehearsed/ --out plan.md")
+        .args([file(), participants()])
+        .arg(path_flag(
+            "rehearsed",
+            "DIR",
+            "Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes",
+        ))
+        .arg(path_flag(
+            "out",
+            "FILE.md",
+            "File to write; one that is there is not overwritten [default: the standard output]",
+        ))
+}
+
+fn exclude_command() -> Command {
+    Command::new("exclude")
+        .about(
+            "Exclude a participant's data from the study, also after the session; codrive analyse leaves them out, nothing is deleted",
         )
+        .after_help("Example: codrive study exclude my.toml P03 --from data/ --reason \"fell asleep\"")
+        .args([file(), participant(), from(), reason()])
+}
+
+fn export_command() -> Command {
+    Command::new("export")
+        .about("Copy everything of a participant to a folder, to be given to them; nothing of anybody else is in it")
+        .after_help("Example: codrive study export my.toml P03 --from data/ --to p03/")
+        .args([file(), participant(), from()])
         .arg(
-            Arg::new("plan")
-                .long("plan")
-                .action(ArgAction::SetTrue)
-                .conflicts_with_all(["check", "rehearse", "exclude"])
-                .help(
-                    "Write a preregistration (Markdown) of the study and of its [analysis], with the power against the number of \
-                     participants; to the file --out or the standard output",
-                ),
+            path_flag("to", "FOLDER", "Where the copy goes: a new or an empty folder outside of the data set")
+                .required(true),
         )
-        .arg(
-            Arg::new("rehearsed")
-                .long("rehearsed")
-                .value_name("DIR")
-                .requires("plan")
-                .value_parser(value_parser!(PathBuf))
-                .help("Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes"),
+}
+
+fn erase_command() -> Command {
+    Command::new("erase")
+        .about(
+            "Erase everything of a participant for good: recordings, answers, log, rows of all tables, and all results of \
+             codrive analyse in the data set; erased.tsv keeps code, reason and time",
         )
-        .arg(
-            Arg::new("exclude")
-                .long("exclude")
-                .value_name("CODE")
-                .requires("out")
-                .requires("reason")
-                .conflicts_with_all(["check", "rehearse", "participants", "participant"])
-                .help(
-                    "Exclude this participant's data from the study, also after the session; codrive analyse leaves them out, \
-                     nothing is deleted",
-                ),
-        )
-        .arg(
-            Arg::new("reason")
-                .long("reason")
-                .value_name("TEXT")
-                .requires("without")
-                .value_parser(NonEmptyStringValueParser::new())
-                .help("Why the data are excluded or erased; the data set keeps it, so write nothing that says who it is"),
-        )
-        .arg(
-            Arg::new("erase")
-                .long("erase")
-                .value_name("CODE")
-                .requires("out")
-                .requires("reason")
-                .conflicts_with_all(["check", "rehearse", "participants", "participant", "exclude"])
-                .help(
-                    "Erase everything of this participant for good: recordings, answers, log, rows of all tables, and all results of \
-                     codrive analyse in the data set; erased.tsv keeps code, reason and time",
-                ),
-        )
-        .arg(
-            Arg::new("export")
-                .long("export")
-                .value_name("CODE")
-                .requires("out")
-                .requires("to")
-                .conflicts_with_all(["check", "rehearse", "participants", "participant", "exclude", "erase"])
-                .help("Copy everything of this participant to a folder, to be given to them; nothing of anybody else is in it"),
-        )
-        .arg(
-            Arg::new("to")
-                .long("to")
-                .value_name("FOLDER")
-                .requires("export")
-                .value_parser(value_parser!(PathBuf))
-                .help("Where the copy goes: a new or an empty folder outside of the data set"),
-        )
-        .group(ArgGroup::new("without").args(["exclude", "erase"]))
-        .arg(
-            Arg::new("out")
-                .long("out")
-                .value_name("DIR")
-                .value_parser(value_parser!(PathBuf))
-                .help("Folder of the data set (BIDS): a new one, or that of this study; nothing in it is overwritten"),
-        )
-        .arg(
-            Arg::new("participants")
-                .long("participants")
-                .value_name("N")
-                .value_parser(value_parser!(u32).range(1..=1000))
-                .help("Number of participants, instead of the number in the file"),
-        )
-        .arg(
-            Arg::new("schema")
-                .long("schema")
-                .action(ArgAction::SetTrue)
-                .help("Print the JSON Schema of study files, for editors"),
-        )
+        .after_help("Example: codrive study erase my.toml P03 --from data/ --reason \"asked for it on 3 May\"")
+        .args([file(), participant(), from(), reason()])
+}
+
+pub(super) fn file() -> Arg {
+    Arg::new("file")
+        .value_name("FILE.toml")
+        .required(true)
+        .value_parser(value_parser!(PathBuf))
+        .help("The study, for example assets/studies/congestion.toml")
+}
+
+pub(super) fn participant() -> Arg {
+    Arg::new("participant")
+        .value_name("CODE")
+        .required(true)
+        .help("The participant's code, for example P03: letters and digits, never a name")
+}
+
+/// Returns `--out`: the data set that a session or a rehearsal begins or continues.
+pub(super) fn data_set() -> Arg {
+    let help = "Folder of the data set (BIDS): a new one, or that of this study; nothing in it is overwritten";
+    path_flag("out", "DIR", help).required(true)
+}
+
+/// Returns `--from`: the data set that has the participant's data.
+fn from() -> Arg {
+    path_flag("from", "DIR", "Folder of the study's data set").required(true)
+}
+
+fn path_flag(name: &'static str, value_name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name(value_name).value_parser(value_parser!(PathBuf)).help(help)
+}
+
+fn reason() -> Arg {
+    Arg::new("reason")
+        .long("reason")
+        .value_name("TEXT")
+        .required(true)
+        .value_parser(NonEmptyStringValueParser::new())
+        .help("Why; the data set keeps it, so write nothing that says who it is")
+}
+
+fn participants() -> Arg {
+    Arg::new("participants")
+        .long("participants")
+        .value_name("N")
+        .value_parser(value_parser!(u32).range(1..=1000))
+        .help("Number of participants, instead of the number in the file")
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
-    if matches.get_flag("schema") {
-        out::line(format_args!("{:#}", Study::schema()))?;
-        return Ok(());
-    }
-    let Some(file) = matches.get_one::<PathBuf>("file") else { return Ok(()) };
-    let study = Study::load(file)?;
-    let begun = matches.get_one::<PathBuf>("out").is_some_and(|root| root.exists());
-    match study.check_ranges(&file.display().to_string()) {
-        Err(fault) if begun => log::warn!("{fault}\n  The data set has begun with it, so it goes on."),
-        checked => checked?,
-    }
-    let drivers = matches.get_one::<PathBuf>("drivers").map(|path| DriversFile::load(path)).transpose();
-    let drivers = drivers.map_err(|why| CliError::Input(why.0))?.map_or(Vec::new(), |file| file.driver);
-    if let Some(code) = matches.get_one::<String>("participant") {
-        let root = matches.get_one::<PathBuf>("out").map_or(Path::new(""), PathBuf::as_path);
-        let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
-        return desktop::lead(study, code, root, matches);
-    }
-    if let (Some(code), Some(root)) = (matches.get_one::<String>("exclude"), matches.get_one::<PathBuf>("out")) {
-        let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
-        return exclude(&study, code, root, reason);
-    }
-    if let (Some(code), Some(root)) = (matches.get_one::<String>("erase"), matches.get_one::<PathBuf>("out")) {
-        let reason = matches.get_one::<String>("reason").map_or("", String::as_str);
-        return erase(&study, code, root, reason);
-    }
-    if let [Some(root), Some(to)] = ["out", "to"].map(|name| matches.get_one::<PathBuf>(name))
-        && let Some(code) = matches.get_one::<String>("export")
-    {
-        let (data, code) = there(&study, code, root)?;
-        let files = data.export(&code, to).map_err(RunError::from)?;
-        out::line(format_args!(
-            "{}: {files} files, all that {} holds of participant {code}",
-            to.display(),
-            root.display()
-        ))?;
-        return Ok(());
-    }
-    let participants = matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants);
-    if matches.get_flag("plan") {
-        return plan(&study, participants as usize, matches);
-    }
-    match matches.get_one::<PathBuf>("out") {
-        Some(root) if matches.get_flag("rehearse") => {
-            let population = matches.get_one::<String>("population").map(|name| Population::named(name)).transpose();
-            let population = population.map_err(|why| CliError::Input(why.to_string()))?.unwrap_or_default();
-            rehearse(&study, root, participants as usize, drivers, population)
-        }
-        _ => {
-            out::text(study.table(participants as usize))?;
-            Ok(())
-        }
+    match matches.subcommand() {
+        Some(("check", m)) => check(m),
+        Some(("rehearse", m)) => rehearse(m),
+        Some(("preregister", m)) => preregister(m),
+        Some(("session", m)) => session::main(m),
+        Some(("exclude", m)) => exclude(m),
+        Some(("export", m)) => export(m),
+        Some(("erase", m)) => erase(m),
+        _ => out::line(format_args!("{:#}", Study::schema())),
     }
 }
 
-/// Opens the data set. Returns it with the checked participant code.
-fn there(study: &Study, code: &str, root: &Path) -> Result<(DataSet, ParticipantCode), CliError> {
-    let code = ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))?;
+/// Returns the path that a required argument names.
+pub(super) fn path<'a>(matches: &'a ArgMatches, name: &str) -> &'a Path {
+    matches.get_one::<PathBuf>(name).map_or(Path::new(""), PathBuf::as_path)
+}
+
+/// Reads the study. A fault in its ranges is a warning if the data set has begun.
+pub(super) fn load(matches: &ArgMatches, data: Option<&Path>) -> Result<Study, CliError> {
+    let file = path(matches, "file");
+    let study = Study::load(file)?;
+    match study.check_ranges(&file.display().to_string()) {
+        Err(fault) if data.is_some_and(Path::exists) => {
+            log::warn!("{fault}\n  The data set has begun with it, so it goes on.");
+        }
+        checked => checked?,
+    }
+    Ok(study)
+}
+
+pub(super) fn code(matches: &ArgMatches) -> Result<ParticipantCode, CliError> {
+    let code = matches.get_one::<String>("participant").map_or("", String::as_str);
+    ParticipantCode::new(code).map_err(|error| CliError::Input(error.to_string()))
+}
+
+/// Returns the number of participants: `--participants`, or the number in the file.
+fn participant_count(study: &Study, matches: &ArgMatches) -> usize {
+    matches.get_one::<u32>("participants").copied().unwrap_or(study.file.participants) as usize
+}
+
+fn check(matches: &ArgMatches) -> Result<(), CliError> {
+    let study = load(matches, None)?;
+    out::text(study.table(participant_count(&study, matches)))
+}
+
+/// Opens the data set of `--from`. Returns it with the study and the participant's code.
+fn existing(matches: &ArgMatches) -> Result<(Study, DataSet, ParticipantCode), CliError> {
+    let root = path(matches, "from");
+    let study = load(matches, Some(root))?;
+    let code = code(matches)?;
     if !root.exists() {
         return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
     }
-    Ok((DataSet::open(root, study).map_err(RunError::from)?, code))
+    let data = DataSet::open(root, &study).map_err(RunError::from)?;
+    Ok((study, data, code))
 }
 
-fn erase(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
-    let (data, code) = there(study, code, root)?;
-    let left = data.erase(&code, reason, &recording_manifest::now()).map_err(RunError::from)?;
+fn given_reason(matches: &ArgMatches) -> &str {
+    matches.get_one::<String>("reason").map_or("", String::as_str)
+}
+
+fn export(matches: &ArgMatches) -> Result<(), CliError> {
+    let (_, data, code) = existing(matches)?;
+    let to = path(matches, "to");
+    let files = data.export(&code, to).map_err(RunError::from)?;
+    out::line(format_args!(
+        "{}: {files} files, all that {} holds of participant {code}",
+        to.display(),
+        data.root().display()
+    ))
+}
+
+fn erase(matches: &ArgMatches) -> Result<(), CliError> {
+    let (_, data, code) = existing(matches)?;
+    let left = data.erase(&code, given_reason(matches), &recording_manifest::now()).map_err(RunError::from)?;
     out::line(format_args!(
         "{}: participant {code} erased, and all results of codrive analyse there (run it again); erased.tsv keeps code, reason and \
          time\n  not erased: copies, backups and results elsewhere",
-        root.display()
+        data.root().display()
     ))?;
     for folder in &left.others {
         out::line(format_args!(
@@ -234,23 +250,23 @@ fn erase(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), Cli
     Ok(())
 }
 
-fn exclude(study: &Study, code: &str, root: &Path, reason: &str) -> Result<(), CliError> {
-    let (data, code) = there(study, code, root)?;
-    data.exclude(study, &code, reason, &recording_manifest::now()).map_err(RunError::from)?;
+fn exclude(matches: &ArgMatches) -> Result<(), CliError> {
+    let (study, data, code) = existing(matches)?;
+    data.exclude(&study, &code, given_reason(matches), &recording_manifest::now()).map_err(RunError::from)?;
     let meaning = Completion::Excluded.meaning();
-    out::line(format_args!("{}: participant {code} excluded: {meaning}", root.display()))?;
-    Ok(())
+    out::line(format_args!("{}: participant {code} excluded: {meaning}", data.root().display()))
 }
 
-fn rehearse(
-    study: &Study,
-    root: &Path,
-    participants: usize,
-    drivers: Vec<FittedDriver>,
-    population: Population,
-) -> Result<(), CliError> {
-    let rehearsal = Rehearsal::open(study, root, participants)?.with_drivers(drivers).out_of(population);
-    let bar = super::progress(rehearsal.ticks(), format!("{participants} participants"));
+fn rehearse(matches: &ArgMatches) -> Result<(), CliError> {
+    let root = path(matches, "out");
+    let study = load(matches, Some(root))?;
+    let drivers = matches.get_one::<PathBuf>("drivers").map(|path| DriversFile::load(path)).transpose();
+    let drivers = drivers.map_err(|why| CliError::Input(why.0))?.map_or(Vec::new(), |file| file.driver);
+    let population = matches.get_one::<String>("population").map(|name| Population::named(name)).transpose();
+    let population = population.map_err(|why| CliError::Input(why.to_string()))?.unwrap_or_default();
+    let participants = participant_count(&study, matches);
+    let rehearsal = Rehearsal::open(&study, root, participants)?.with_drivers(drivers).out_of(population);
+    let bar = progress(rehearsal.ticks(), format!("{participants} participants"));
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let found = found?;
@@ -274,18 +290,20 @@ fn rehearse(
 }
 
 /// Writes the preregistration to `--out` or the standard output.
-fn plan(study: &Study, participants: usize, matches: &ArgMatches) -> Result<(), CliError> {
+fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
+    let study = load(matches, None)?;
+    let participants = participant_count(&study, matches);
     let spread = match matches.get_one::<PathBuf>("rehearsed") {
         Some(folder) => {
             let found = find(folder)?;
-            let bar = super::progress(found.found.len() as u64, "drives".into());
-            let drives = collect::analyse(&found.found, &[], &|| bar.inc(1));
+            let bar = progress(found.found.len() as u64, "drives".into());
+            let drives = analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
-            OutcomeSpread::rehearsed(study, &found.title, &drives?, &found.people)?
+            OutcomeSpread::rehearsed(&study, &found.title, &drives?, &found.people)?
         }
         None => OutcomeSpread::Unknown,
     };
-    let text = preregistration::text(study, participants, &spread)?;
+    let text = preregistration::text(&study, participants, &spread)?;
     let period = study.file.order.period(study.conditions.len());
     if !participants.is_multiple_of(period) {
         log::warn!(

@@ -2,27 +2,17 @@
 //! package. Finished runs are kept: a second start makes the missing ones.
 
 use super::{CliError, out, stop_on_ctrl_c};
-use crate::sweep::{SweepError, SweepPlan, SweepRun, results::SweepFolder};
+use crate::sweep::{
+    SweepError, SweepPlan,
+    results::SweepFolder,
+    supervisor::{self, FailedRun, SweepProgress, WorkerPool},
+};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
-use std::{
-    io::{BufRead, BufReader, Write},
-    path::{Path, PathBuf},
-    process::{Child, ChildStdin, ChildStdout, Stdio},
-    sync::{
-        Mutex,
-        atomic::{AtomicBool, Ordering},
-        mpsc,
-    },
-    time::{Duration, Instant},
-};
+use std::path::{Path, PathBuf};
 
-/// Interval between checks of the stop flag while waiting for a run.
-const LOOK: Duration = Duration::from_millis(100);
 /// Module of the Python package that uses Ray.
 const RAY_MODULE: &str = "codrive.sweep";
-/// Maximum number of failures printed; the others are counted.
-const LISTED_FAILURES: usize = 10;
 
 pub(super) fn command() -> Command {
     Command::new("sweep")
@@ -114,7 +104,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(root) = out else { return Ok(()) };
     let folder = SweepFolder::open(root)?;
     if matches.get_flag("worker") {
-        return worker(&plan, &folder);
+        // Ctrl-C is left to the parent process.
+        let _ = stop_on_ctrl_c();
+        return supervisor::serve(&plan, &folder, |message| out::line(format_args!("{message}")));
     }
     if matches.get_flag("collect") {
         return collect(&plan, &folder);
@@ -123,16 +115,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let missing = folder.missing(&plan.runs)?;
     let pending: Vec<usize> =
         missing.iter().map(|run| run.number).filter(|number| number % parts == part - 1).collect();
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let workers = matches.get_one::<u16>("workers").map_or(cores, |workers| usize::from(*workers));
-    let retries = matches.get_one::<u8>("retries").copied().unwrap_or_default();
-    let pool = WorkerPool { plan: &plan, folder: &folder, workers: workers.min(pending.len()), retries };
     let done_count = (0..plan.runs.len()).filter(|number| number % parts == part - 1).count() - pending.len();
-    let failed = pool.run(&pending, done_count, &stop_on_ctrl_c())?;
-    if parts == 1 && failed.is_empty() {
-        return collect(&plan, &folder);
+    let failed = make(&plan, &folder, pending, done_count, matches)?;
+    match (failed.is_empty(), parts) {
+        (true, 1) => collect(&plan, &folder),
+        (true, _) => Ok(()),
+        (false, _) => Err(CliError::Failed(supervisor::failure_report(&plan, &failed))),
     }
-    failures(&plan, &failed)
 }
 
 /// Prints every run of the plan and whether it is done.
@@ -141,20 +130,9 @@ fn list(plan: &SweepPlan, root: Option<&Path>) -> Result<(), CliError> {
     for run in &plan.runs {
         let name = run.part_name()?;
         let is_there = folder.as_ref().is_some_and(|folder| folder.part(&name).is_file());
-        out::line(format_args!(
-            "{:>7}  {}  {name}  {}",
-            run.number,
-            if is_there { "done" } else { "open" },
-            run_text(run)
-        ))?;
+        out::line(format_args!("{:>7}  {}  {name}  {}", run.number, if is_there { "done" } else { "open" }, run))?;
     }
     Ok(())
-}
-
-/// Returns the table and the varied settings of a run.
-fn run_text(run: &SweepRun) -> String {
-    let varied: Vec<String> = run.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
-    format!("{}: {}", run.table, varied.join(", "))
 }
 
 /// Collects the finished runs into tables. Fails if runs are missing.
@@ -172,228 +150,36 @@ fn collect(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
     )))
 }
 
-/// Fails with the runs that failed and their reasons.
-fn failures(plan: &SweepPlan, failed: &[(usize, String)]) -> Result<(), CliError> {
-    if failed.is_empty() {
-        return Ok(());
-    }
-    let mut text = format!("{} runs failed; the same command tries them again", failed.len());
-    for (number, why) in failed.iter().take(LISTED_FAILURES) {
-        text += &format!("\n  run {number}, {}: {}", run_text(&plan.runs[*number]), why.trim().replace('\n', "\n    "));
-    }
-    if failed.len() > LISTED_FAILURES {
-        text += &format!("\n  and {} more", failed.len() - LISTED_FAILURES);
-    }
-    Err(CliError::Failed(text))
-}
-
-/// Pool of worker processes of this program: SUMO runs once per process, and a crash ends one run only.
-struct WorkerPool<'a> {
-    plan: &'a SweepPlan,
-    folder: &'a SweepFolder,
-    workers: usize,
-    retries: u8,
-}
-
-impl WorkerPool<'_> {
-    /// Carries out the runs due. Returns those that failed in every attempt.
-    fn run(&self, pending: &[usize], done_count: usize, stop: &AtomicBool) -> Result<Vec<(usize, String)>, CliError> {
-        let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs  {elapsed}  {eta} left  {msg}");
-        let bar = ProgressBar::new((pending.len() + done_count) as u64);
-        let bar =
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_position(done_count as u64);
-        bar.reset_eta();
-        let mut pending = pending.to_vec();
-        let mut failed = Vec::new();
-        for attempt in 0..=self.retries {
-            failed = self.attempt(&pending, &bar, stop)?;
-            if failed.is_empty() || attempt == self.retries {
-                break;
-            }
-            pending = failed.iter().map(|(number, _)| *number).collect();
-            bar.set_message(format!("{} failed, tried again", pending.len()));
-        }
-        bar.finish_and_clear();
-        Ok(failed)
-    }
-
-    /// Carries out each run of a list once. Returns those that failed.
-    fn attempt(
-        &self,
-        pending: &[usize],
-        bar: &ProgressBar,
-        stop: &AtomicBool,
-    ) -> Result<Vec<(usize, String)>, CliError> {
-        let queue = Mutex::new(pending.iter().copied());
-        let failed = Mutex::new(Vec::new());
-        let next = || queue.lock().ok()?.next();
-        std::thread::scope(|scope| {
-            let workers: Vec<_> = (0..self.workers)
-                .map(|_| {
-                    scope.spawn(|| -> Result<(), CliError> {
-                        let mut worker = None;
-                        while let Some(number) = next() {
-                            let done = self.one(&mut worker, number, stop)?;
-                            match done {
-                                Ok(()) => bar.inc(1),
-                                Err(why) => {
-                                    failed.lock().map(|mut failed| failed.push((number, why))).unwrap_or_default()
-                                }
-                            }
-                        }
-                        Ok(())
-                    })
-                })
-                .collect();
-            let done: Vec<_> = workers.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
-            done.into_iter()
-                .try_for_each(|done| done.unwrap_or_else(|_| Err(CliError::Failed("a thread broke down".into()))))
-        })?;
-        let mut failed = failed.into_inner().unwrap_or_default();
-        failed.sort();
-        Ok(failed)
-    }
-
-    /// Carries out one run by a worker, which is started if there is none. Returns the reason if it failed.
-    fn one(
-        &self,
-        worker: &mut Option<Worker>,
-        number: usize,
-        stop: &AtomicBool,
-    ) -> Result<Result<(), String>, CliError> {
-        let at_work = match worker {
-            Some(at_work) => at_work,
-            None => worker.insert(Worker::start(self)?),
-        };
-        let limit_s = self.plan.runs[number].limit_s;
-        Ok(match at_work.run(number, limit_s.map(Duration::from_secs_f64), stop)? {
-            WorkerAnswer::Message(answer) if answer.is_empty() => Ok(()),
-            WorkerAnswer::Message(why) => Err(why),
-            WorkerAnswer::Ended => {
-                let end = worker.take().map(Worker::end).unwrap_or_default();
-                Err(format!("its process ended ({end})"))
-            }
-            WorkerAnswer::TooLong => {
-                // Dropping the worker ends it.
-                *worker = None;
-                Err(format!("it was not done after limit_s, {} s", limit_s.unwrap_or_default()))
-            }
-        })
-    }
-}
-
-/// Process that carries out one run after the other. It writes an empty line when it has read the plan. It then reads a number
-/// and writes an empty line or a fault, as JSON strings.
-struct Worker {
-    child: Child,
-    stdin: ChildStdin,
-    answers: mpsc::Receiver<String>,
-    is_ready: bool,
-}
-
-/// Outcome of a run.
-enum WorkerAnswer {
-    /// Message of the worker: empty if the run is done, else the reason why it failed.
-    Message(String),
-    /// End of the worker's process.
-    Ended,
-    /// Time limit exceeded; the worker is still running.
-    TooLong,
-}
-
-impl Worker {
-    fn start(pool: &WorkerPool<'_>) -> Result<Self, CliError> {
-        let failed = |why: &dyn std::fmt::Display| CliError::Failed(format!("a worker cannot be started: {why}"));
-        let program = std::env::current_exe().map_err(|why| failed(&why))?;
-        let mut command = std::process::Command::new(program);
-        command.arg("sweep").arg(&pool.plan.path).arg("--out").arg(pool.folder.root()).arg("--worker");
-        // As many processes as cores, each with one thread.
-        if pool.workers > 1 {
-            command.env("RAYON_NUM_THREADS", "1");
-        }
-        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(|why| failed(&why))?;
-        let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err(failed(&"it has no standard input and output"));
-        };
-        let (tell, answers) = mpsc::channel();
-        std::thread::spawn(move || read_answers(stdout, &tell));
-        Ok(Self { child, stdin, answers, is_ready: false })
-    }
-
-    /// Sends a run to the worker and waits for it. The limit starts when the plan has been read.
-    ///
-    /// # Errors
-    /// The sweep was stopped.
-    fn run(&mut self, number: usize, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
-        if !self.is_ready {
-            match self.answer(None, stop)? {
-                WorkerAnswer::Message(_) => self.is_ready = true,
-                ended => return Ok(ended),
-            }
-        }
-        // A worker that has ended is noticed by the closed channel, not by this write.
-        let _ = writeln!(self.stdin, "{number}").and_then(|()| self.stdin.flush());
-        self.answer(limit, stop)
-    }
-
-    /// Waits for the worker's next message.
-    #[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
-    fn answer(&mut self, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, CliError> {
-        let start = Instant::now();
-        loop {
-            if stop.load(Ordering::Relaxed) {
-                let _ = self.child.kill();
-                return Err(CliError::Failed("stopped; the same command makes what is missing".into()));
-            }
-            let left = limit.map(|limit| limit.saturating_sub(start.elapsed()));
-            match self.answers.recv_timeout(left.map_or(LOOK, |left| left.min(LOOK))) {
-                Ok(answer) => return Ok(WorkerAnswer::Message(answer)),
-                Err(mpsc::RecvTimeoutError::Timeout) if left.is_some_and(|left| left.is_zero()) => {
-                    return Ok(WorkerAnswer::TooLong);
-                }
-                Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(WorkerAnswer::Ended),
-            }
-        }
-    }
-
-    /// Waits for the end of the process. Returns its exit status as text.
-    fn end(mut self) -> String {
-        self.child.wait().map_or_else(|why| why.to_string(), |status| status.to_string())
-    }
-}
-
-impl Drop for Worker {
-    fn drop(&mut self) {
-        // Nothing is left unwritten: a part is written whole or not at all.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
-/// Forwards the worker's messages, one a line.
-fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
-    for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-        let Ok(answer) = serde_json::from_str::<String>(&line) else { return };
-        if tell.send(answer).is_err() {
-            return;
-        }
-    }
-}
-
-/// Carries out the runs whose numbers come on the standard input. Ctrl-C is left to the parent process.
-fn worker(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
-    let _ = stop_on_ctrl_c();
-    let answer = |text: String| out::line(format_args!("{}", serde_json::Value::String(text)));
-    answer(String::new())?;
-    for line in std::io::stdin().lines() {
-        let line = line.map_err(|why| CliError::Failed(format!("the standard input: {why}")))?;
-        let run = line.trim().parse().ok().and_then(|number: usize| plan.runs.get(number));
-        let run = run.ok_or_else(|| CliError::Input(format!("the standard input: no run has the number {line:?}")))?;
-        let made = run.execute().and_then(|bytes| folder.put(&run.part_name()?, &bytes));
-        answer(made.map_or_else(|why| why.to_string(), |()| String::new()))?;
-    }
-    Ok(())
+/// Makes the runs with these numbers by workers of this program, under a progress bar. Returns those that failed.
+fn make(
+    plan: &SweepPlan,
+    folder: &SweepFolder,
+    pending: Vec<usize>,
+    done_count: usize,
+    matches: &ArgMatches,
+) -> Result<Vec<FailedRun>, CliError> {
+    let style = ProgressStyle::with_template("{bar:32} {pos}/{len} runs  {elapsed}  {eta} left  {msg}");
+    let bar = ProgressBar::new((pending.len() + done_count) as u64);
+    let bar = bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())).with_position(done_count as u64);
+    bar.reset_eta();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let pool = WorkerPool {
+        plan,
+        command: &|| {
+            let mut command = std::process::Command::new(std::env::current_exe()?);
+            command.arg("sweep").arg(&plan.path).arg("--out").arg(folder.root()).arg("--worker");
+            Ok(command)
+        },
+        workers: matches.get_one::<u16>("workers").map_or(cores, |workers| usize::from(*workers)).min(pending.len()),
+        retries: matches.get_one::<u8>("retries").copied().unwrap_or_default(),
+        progress: &|progress| match progress {
+            SweepProgress::Done => bar.inc(1),
+            SweepProgress::Retry(failed) => bar.set_message(format!("{failed} failed, tried again")),
+        },
+    };
+    let failed = pool.run(pending, &stop_on_ctrl_c());
+    bar.finish_and_clear();
+    Ok(failed?)
 }
 
 /// Python's `-m MODULE ARGUMENTS` without the working folder in the module path: a file ray.py among the user's data must not

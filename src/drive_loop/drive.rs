@@ -3,7 +3,7 @@
 
 use crate::{
     controls::Controls,
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     sim::{SummaryAccumulator, World, WorldError},
     time::{Clock, DueTicks, Pace},
     traffic::TrafficError,
@@ -32,7 +32,15 @@ impl Drive {
     /// # Errors
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
-        Ok(Self { world: World::new(scenario)?, clock: Clock::new(pace) })
+        Self::of(PlannedDrive::new(scenario)?, pace)
+    }
+
+    /// Starts a planned drive.
+    ///
+    /// # Errors
+    /// The world cannot start.
+    pub fn of(drive: PlannedDrive, pace: Pace) -> Result<Self, WorldError> {
+        Ok(Self { world: World::of(drive)?, clock: Clock::new(pace) })
     }
 
     /// Starts a drive with a person as the driver.

@@ -13,7 +13,7 @@ use crate::{
     driver::{self, SimulatedDriver},
     policy::{Action, NetworkInput, Observation},
     rng,
-    sim::{Agent, AgentDrivers, HASH_START, OutsideSettings, World},
+    sim::{Agent, AgentDrivers, HASH_START, OutsideSettings, World, WorldError},
     traffic::{EGO, VehicleId},
     train::{RewardKind, rollout::action},
 };
@@ -100,11 +100,12 @@ impl Episode {
     /// # Errors
     /// The world cannot start or go on, or a driver cannot be simulated.
     pub fn begin(config: &EpisodeConfig, seed: u64) -> Result<Self, RunError> {
-        let scenario = config.scenario(seed);
+        let drive = config.drive(seed).map_err(WorldError::from)?;
         let drivers = drivers(config, seed);
         let settings =
             OutsideSettings { sees_lanes_beside: config.sees_lanes_beside(), drivers: Some(Arc::clone(&drivers)) };
-        let world = World::advised_from_outside(&scenario, settings)?;
+        let world = World::advised_from_outside(drive, settings)?;
+        let scenario = world.scenario();
         let driver = match scenario.participant {
             true => {
                 let driver = SimulatedDriver::new(&drivers(EGO)?, world.ego_params(), seed)?;
@@ -130,14 +131,18 @@ impl Episode {
     /// Returns the vehicles that can be advised now: the ego ([`EGO`]) first, then the others by ascending id; none
     /// after the end.
     pub fn agents(&self) -> impl ExactSizeIterator<Item = VehicleId> {
-        let agents = self.world.agents();
-        agents[..if self.is_over { 0 } else { agents.len() }].iter().map(|agent| agent.id())
+        let ids: Vec<VehicleId> = self.advised().map(Agent::id).collect();
+        ids.into_iter()
     }
 
     /// Returns the observation of each vehicle that can be advised.
     pub fn observations(&self) -> Vec<Observation> {
-        let agents = if self.is_over { &[] } else { self.world.agents() };
-        agents.iter().map(|agent| self.world.complete_observation(agent)).collect()
+        self.advised().map(|agent| self.world.complete_observation(agent)).collect()
+    }
+
+    /// Returns the agents that can be advised now; none after the end.
+    fn advised(&self) -> impl Iterator<Item = &Agent> {
+        self.world.agents().filter(|_| !self.is_over)
     }
 
     /// Scales observations as for training, one row per observation.
@@ -165,10 +170,10 @@ impl Episode {
             steps: 0,
             last_seen: self.world.complete_observation(agent),
         };
-        let mut agents: Vec<Advised> = self.world.agents().iter().map(begin).collect();
+        let mut agents: Vec<Advised> = self.world.agents().map(begin).collect();
         let (mean_mps, steps, has_crashed) = self.drive(&mut agents).inspect_err(|_| self.is_over = true)?;
         let has_left = |id: VehicleId| {
-            let is_there = self.world.agents().iter().any(|agent| agent.id() == id);
+            let is_there = self.world.agents().any(|agent| agent.id() == id);
             !is_there || (id == EGO && self.world.ended().is_some())
         };
         // After a contact, the rest of the hold counts as a standstill.
@@ -245,7 +250,7 @@ impl Episode {
 
     /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most.
     fn wait_for_agents(&mut self) -> Result<(), RunError> {
-        while self.world.agents().is_empty() && !self.is_over {
+        while self.world.agents().next().is_none() && !self.is_over {
             let (_, _, has_crashed) = self.drive(&mut [])?;
             self.holds += 1;
             self.is_over = has_crashed || self.world.ended().is_some() || self.holds >= self.horizon;
@@ -255,7 +260,7 @@ impl Episode {
 
     /// Returns the number of contacts that an agent has had, if it is present.
     fn contacts_of(&self, id: VehicleId) -> Option<u32> {
-        self.world.agents().iter().find(|agent| agent.id() == id).map(|agent| agent.contact_count())
+        self.world.agents().find(|agent| agent.id() == id).map(|agent| agent.contact_count())
     }
 
     /// Returns the penalty for an action, m/s.

@@ -6,13 +6,14 @@ use crate::{
     driver::{self, Population},
     map::RoadMap,
     policy::{Feature, Hold, LanesBeside, NetworkInput, Observation, RoadKind},
-    scenario::{Scenario, StartLayout},
+    scenario::{PlanError, PlannedDrive, Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
-    sim::{WorldError, lanes_beside},
+    sim::road_kind,
     traffic::Demand,
     train::{DriverConfig, FollowKind, TrainConfig, inputs},
 };
 use serde_json::Value;
+use std::sync::Arc;
 
 /// Keys of training that episodes share: actions, observations and rewards of a policy.
 const OF_TRAINING: [&str; 10] = [
@@ -57,6 +58,7 @@ pub struct EpisodeConfig {
     /// True if each advised vehicle of each episode has a driver drawn by `learning`; false if all have the scenario's
     /// driver.
     pub draws_drivers: bool,
+    road: Arc<RoadMap>,
 }
 
 /// Maps on which episodes have the traffic of training.
@@ -87,19 +89,18 @@ impl EpisodeConfig {
         demand: Demand,
         changes: &[(Field, Value)],
     ) -> Result<Self, SettingsError> {
-        let base = match map {
-            "ring-250" => Self::on_ring(map, TrainConfig::paper_ring()),
-            "ring-641" => Self::on_ring(map, TrainConfig::larger_ring()),
-            _ => Self::elsewhere(map),
+        let (base, mut learning) = match map {
+            "ring-250" => on_ring(map, TrainConfig::paper_ring()),
+            "ring-641" => on_ring(map, TrainConfig::larger_ring()),
+            _ => elsewhere(map),
         };
         let known = Scenario::fields();
         let is_of_drive = |change: &&(Field, Value)| known.iter().any(|own| own.path == change.0.path);
         let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
-        let scenario = Scenario { demand, ..base.scenario };
-        let scenario = settings::changed(&scenario, &of_drive)?;
-        let road = scenario.load_map().map_err(|error| fault("map", error))?;
-        let mut learning = base.learning;
-        if scenario.on(&road).is_on_network() {
+        let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
+        let drive = PlannedDrive::new(&scenario).map_err(plan_fault)?;
+        let road = Arc::clone(drive.map());
+        if drive.is_open() {
             learning.network.sees = SEEN_ELSEWHERE.into();
         }
         if !RINGS.contains(&map) {
@@ -117,38 +118,16 @@ impl EpisodeConfig {
             field.set(&mut json, value.clone());
         }
         let learning = serde_json::from_value(json).map_err(|error| fault("", error))?;
-        let mut whole = Self { scenario, learning, draws_drivers: false }.aligned();
-        if whole.length_fault(&road).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
+        let mut whole = Self { scenario, learning, draws_drivers: false, road }.aligned();
+        if whole.length_fault(&drive).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
             whole.learning.network.sees = SEEN_ELSEWHERE.into();
         }
         let whole = match driver {
             Some(driver) => whole.driven_by(driver)?,
             None => whole,
         };
-        whole.check(&road).map_err(|(key, message)| SettingsError { key: key.into(), message })?;
+        whole.check(&drive).map_err(|(key, message)| SettingsError { key: key.into(), message })?;
         Ok(whole)
-    }
-
-    fn on_ring(map: &str, learning: TrainConfig) -> Self {
-        let ring = &learning.ring;
-        let scenario = Scenario {
-            map: map.into(),
-            vehicles: ring.vehicles_min,
-            idm: ring.idm,
-            start: if ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
-            warm_up_s: ring.warm_up_s,
-            step_s: ring.step_s,
-            hold_s: learning.advice.hold_s,
-            ..Scenario::default()
-        };
-        Self { scenario, learning, draws_drivers: false }
-    }
-
-    fn elsewhere(map: &str) -> Self {
-        let scenario = Scenario { map: map.into(), ..Scenario::default() };
-        let mut learning = TrainConfig::default();
-        learning.ring.horizon_s = scenario.duration_s;
-        Self { scenario, learning, draws_drivers: false }
     }
 
     /// Returns the settings, those of the drive first.
@@ -187,15 +166,15 @@ impl EpisodeConfig {
 
     /// Copies the settings that learner and drive share from the drive to the learner.
     fn aligned(self) -> Self {
-        let Self { scenario, mut learning, draws_drivers } = self;
+        let Self { scenario, mut learning, .. } = self;
         learning.advice.hold_s = scenario.hold_s;
         learning.advice.hold_max_s = 0.0;
         learning.ring.step_s = scenario.step_s;
         learning.ring.warm_up_s = scenario.warm_up_s;
         learning.ring.idm = scenario.idm;
         (learning.ring.vehicles_min, learning.ring.vehicles_max) = (scenario.vehicles, scenario.vehicles);
-        learning.reward.range_mps = scenario.range_mps();
-        Self { scenario, learning, draws_drivers }
+        learning.reward.range_mph = scenario.range_mph;
+        Self { scenario, learning, ..self }
     }
 
     /// Returns the time for which one action holds.
@@ -208,21 +187,17 @@ impl EpisodeConfig {
         self.learning.inputs()
     }
 
-    /// Returns the scenario of the episode of this seed, without an end of its own.
-    pub fn scenario(&self, seed: u64) -> Scenario {
-        Scenario { policy: "none".into(), duration_s: 0.0, seed, ..self.scenario.clone() }
-    }
-
-    /// Checks whether vehicles come and go.
+    /// Returns the drive of the episode of this seed, without an end of its own.
     ///
     /// # Errors
-    /// There is no such road.
-    pub fn is_open(&self) -> Result<bool, WorldError> {
-        Ok(self.scenario.on(&self.scenario.load_map()?).is_on_network())
+    /// The scenario was changed to one that its road does not allow.
+    pub fn drive(&self, seed: u64) -> Result<PlannedDrive, PlanError> {
+        let scenario = Scenario { policy: "none".into(), duration_s: 0.0, seed, ..self.scenario.clone() };
+        PlannedDrive::on(&scenario, Arc::clone(&self.road))
     }
 
     /// Checks the settings against each other and against the road; each alone is within its limits already.
-    fn check(&self, map: &RoadMap) -> Result<(), Fault> {
+    fn check(&self, drive: &PlannedDrive) -> Result<(), Fault> {
         let horizon_s = self.learning.ring.horizon_s;
         if self.scenario.hold_s > horizon_s {
             return Err(("hold_s", format!("hold_s is {}; the horizon is {horizon_s} s", self.scenario.hold_s)));
@@ -244,21 +219,16 @@ impl EpisodeConfig {
             let text = format!("sees names `{}`, which whole drives tell nobody: {why}", feature.name());
             return Err(("sees", text));
         }
-        let scenario = self.scenario.on(map);
-        scenario.check_on_road()?;
-        if scenario.advises_no_vehicle() {
-            let text =
-                format!("advised is {}; allowed: at least one vehicle, which the actions are for", scenario.advised);
+        if drive.scenario().advises_no_vehicle() {
+            let advised = drive.scenario().advised;
+            let text = format!("advised is {advised}; allowed: at least one vehicle, which the actions are for");
             return Err(("advised", text));
         }
-        let road = match scenario.is_on_network() {
-            true => RoadKind::Network(lanes_beside(map)),
-            false => RoadKind::ClosedRoute,
-        };
+        let road = road_kind(drive);
         match self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
-            None => self.length_fault(map).map_or(Ok(()), |text| Err(("sees", text))),
+            None => self.length_fault(drive).map_or(Ok(()), |text| Err(("sees", text))),
             Some(input) => {
-                let kind = if scenario.is_on_network() { "this path through a network" } else { "this closed route" };
+                let kind = if drive.is_open() { "this path through a network" } else { "this closed route" };
                 Err(("sees", format!("sees names `{}`; {kind} has none", input.feature.name())))
             }
         }
@@ -266,11 +236,9 @@ impl EpisodeConfig {
 
     /// Returns why the length of this closed route, or its share per vehicle, cannot be observed in the scale of the
     /// settings. `None` for the shipped rings, which the scale is made for.
-    fn length_fault(&self, map: &RoadMap) -> Option<String> {
-        if self.scenario.on(map).is_on_network() || RINGS.contains(&self.scenario.map.as_str()) {
-            return None;
-        }
-        let (circumference_m, vehicles) = (map.route.length_m(), self.scenario.vehicles);
+    fn length_fault(&self, drive: &PlannedDrive) -> Option<String> {
+        let vehicles = drive.fixed_vehicles().filter(|_| !RINGS.contains(&self.scenario.map.as_str()))?;
+        let circumference_m = drive.map().route.length_m();
         let road = Observation { circumference_m, vehicles, ..Observation::default() };
         self.inputs().iter().filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing)).find_map(|input| {
             let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
@@ -296,6 +264,38 @@ impl EpisodeConfig {
 /// Checks for a feature that can be observed on the rings of training, and in no whole drive.
 fn is_of_rings_alone(feature: Feature) -> bool {
     feature.is_of_driver() || feature == Feature::ControllerSpeed
+}
+
+/// Returns the settings of a drive and of a learner on a ring of training.
+fn on_ring(map: &str, learning: TrainConfig) -> (Scenario, TrainConfig) {
+    let ring = &learning.ring;
+    let scenario = Scenario {
+        map: map.into(),
+        vehicles: ring.vehicles_min,
+        idm: ring.idm,
+        start: if ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
+        warm_up_s: ring.warm_up_s,
+        step_s: ring.step_s,
+        hold_s: learning.advice.hold_s,
+        ..Scenario::default()
+    };
+    (scenario, learning)
+}
+
+/// Returns the settings of a drive and of a learner on any other road.
+fn elsewhere(map: &str) -> (Scenario, TrainConfig) {
+    let scenario = Scenario { map: map.into(), ..Scenario::default() };
+    let mut learning = TrainConfig::default();
+    learning.ring.horizon_s = scenario.duration_s;
+    (scenario, learning)
+}
+
+/// Returns the fault of a drive that its road does not allow.
+fn plan_fault(error: PlanError) -> SettingsError {
+    match error {
+        PlanError::Map(error) => fault("map", error),
+        PlanError::Setting { key, message } => fault(key, message),
+    }
 }
 
 fn not_of_episodes(key: &str) -> Option<&'static str> {

@@ -6,7 +6,7 @@ use crate::{
     controls::Controls,
     driver::{self, DriverError, DriverParams, SimulatedDriver},
     record::{FLUSH_EVERY, Manifest, Recorder},
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     sim::{Summary, SummaryAccumulator, World},
     study::ParticipantCode,
     time::{Pace, Tick},
@@ -24,7 +24,7 @@ pub struct AdvisedSummary {
     /// Numbers of the vehicles, the ego's (0) first if it is advised.
     pub vehicles: Vec<u32>,
     /// Number of all vehicles; `None` on a network, where they come and go.
-    pub of: Option<usize>,
+    pub of: Option<u32>,
     /// Number of contacts of advised vehicles other than the ego, whose contacts are in the drive's summary.
     pub contacts_of_others: u32,
 }
@@ -48,12 +48,24 @@ impl OfflineDrive {
         Self::by(&driver::named(&scenario.driver)?.params, scenario, window_s)
     }
 
+    /// Prepares a planned drive; means will be taken over `window_s`.
+    ///
+    /// # Errors
+    /// The world cannot start, or the driver is unknown.
+    pub fn of(drive: PlannedDrive, window_s: [f64; 2]) -> Result<Self, RunError> {
+        let params = driver::named(&drive.scenario().driver)?.params;
+        Self::driven(&params, Drive::of(drive, Pace::Paused)?, window_s)
+    }
+
     /// Prepares a drive by a driver with these parameters.
     ///
     /// # Errors
     /// The world cannot start, or the driver cannot be simulated.
     pub fn by(params: &DriverParams, scenario: &Scenario, window_s: [f64; 2]) -> Result<Self, RunError> {
-        let drive = Drive::new(scenario, Pace::Paused)?;
+        Self::driven(params, Drive::new(scenario, Pace::Paused)?, window_s)
+    }
+
+    fn driven(params: &DriverParams, drive: Drive, window_s: [f64; 2]) -> Result<Self, RunError> {
         Ok(Self {
             driver: driver_of(params, &drive.world)?,
             drive,
@@ -186,9 +198,9 @@ impl OfflineDrive {
     /// Returns the summary of the drive so far as text.
     pub fn summary_text(&self) -> String {
         let world = &self.drive.world;
-        let scenario = world.scenario();
         let policy = world.policy().to_string();
-        let text = summary_text::summary(scenario, &world.traffic_engine(), &scenario.driver, &policy, &self.summary());
+        let driver = &world.scenario().driver;
+        let text = summary_text::summary(world.drive(), &world.traffic_engine(), driver, &policy, &self.summary());
         text + &summary_text::advised(&self.advised())
     }
 
@@ -198,7 +210,7 @@ impl OfflineDrive {
         let ego = (world.policy().name != "none" && world.scenario().participant).then_some(EGO.0);
         AdvisedSummary {
             vehicles: ego.into_iter().chain(world.ever_advised().iter().map(|id| id.0)).collect(),
-            of: (!world.scenario().is_on_network()).then(|| world.snapshot().cars.len() + 1),
+            of: world.drive().fixed_vehicles(),
             contacts_of_others: world.contacts_of_others(),
         }
     }

@@ -26,7 +26,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         policy_asked: world.policy().why.clone(),
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         hand_over: world.hand_over(),
-        network_tables: scenario.is_on_network(),
+        network_tables: world.drive().is_open(),
         advised_table: world.advises_others(),
         driver,
         participant: None,

@@ -153,97 +153,136 @@ impl<'a> Rehearsal<'a> {
     }
 
     /// Takes one participant to the end of the plan. Returns false if stopped before.
-    fn participant(&self, index: usize, stop: &AtomicBool, driven: &impl Fn(u64)) -> Result<bool, RunError> {
+    fn participant(&self, index: usize, stop: &AtomicBool, driven: &dyn Fn(u64)) -> Result<bool, RunError> {
         if stop.load(Ordering::Relaxed) {
             return Ok(false);
         }
         let code = Self::code(index);
-        let plan = self.study.plan(index);
-        let over = |log: &SessionLog| log.participant == code && log.end.is_some();
-        if self.data.logs()?.iter().any(over) {
-            plan.items.iter().for_each(|planned| driven(planned_ticks(planned)));
-            // A session that was cut off after its last item lacks its tables, which are made here.
-            self.data.publish(self.study, &code)?;
-            return Ok(true);
-        }
-        let participant = self.simulated(index);
-        let mut session = Session::open(
-            &self.data,
-            self.study,
-            &code,
-            ParticipantKind::Simulated,
-            index,
-            &recording_manifest::now(),
-        )?;
-        session.set_parameters(participant.parameters())?;
-        let done = plan.items.iter().filter(|planned| session.log().is_settled(&planned.name));
-        done.for_each(|planned| driven(planned_ticks(planned)));
-        let mut complete = true;
-        while let Some((_, planned)) = session.next() {
-            let planned = planned.clone();
-            let folder = session.begin(&recording_manifest::now())?;
-            match &planned.item {
-                PlanItem::Text(_) | PlanItem::Break(_) => {
-                    session.end(ItemOutcome::Done, "", &recording_manifest::now())?
-                }
-                PlanItem::Questions(word) => {
-                    let answers = participant.answer_as_invited(self.study, word, &planned);
-                    let ending = self.study.ending(&planned, &as_map(&answers));
-                    session.end_answered(answers, ending.as_ref(), &recording_manifest::now())?;
-                    if ending.is_some() {
-                        let left = plan.items.iter().filter(|planned| !session.log().is_settled(&planned.name));
-                        left.for_each(|planned| driven(planned_ticks(planned)));
-                        break;
-                    }
-                }
-                PlanItem::Drive { scenario, until_in_range_s, .. } => {
-                    let driver = participant.driver_among(scenario.idm.t);
-                    let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
-                    run.record_of(&folder, "simulated participant".into(), Some(&code))?;
-                    let asks = self.study.segment_of(&planned).and_then(|segment| segment.fms_every_s);
-                    let last = session.log().fms.iter().rev().find_map(|rated| rated.rating.value);
-                    let mut rater = asks.map(|every_s| SimulatedRater {
-                        scale: FmsScale::new(every_s, last.unwrap_or(0)),
-                        pending: None,
-                        ratings: Vec::new(),
-                        participant: &participant,
-                        study: self.study,
-                        plan: &plan,
-                        planned: &planned,
-                    });
-                    let (mut whole, ending) = drive(&mut run, *until_in_range_s, rater.as_mut(), stop, driven)?;
-                    // SUMO allows one world at a time.
-                    drop(run);
-                    let mut ratings = rater.map_or(Vec::new(), |rater| rater.ratings);
-                    let above = ending.as_ref().and_then(|_| ratings.pop());
-                    for rating in ratings {
-                        session.rate(rating, None, &recording_manifest::now())?;
-                    }
-                    if let (Some(rating), Some(ending)) = (above, &ending) {
-                        session.rate(rating, Some(ending), &recording_manifest::now())?;
-                        let left = plan.items.iter().filter(|planned| !session.log().is_settled(&planned.name));
-                        left.for_each(|planned| driven(planned_ticks(planned)));
-                        break;
-                    }
-                    if whole && planned.run.is_some() {
-                        whole = baseline(&code, &folder, scenario, stop, driven)?;
-                    }
-                    let (outcome, reason) =
-                        if whole { (ItemOutcome::Done, "") } else { (ItemOutcome::Aborted, STOPPED) };
-                    session.end(outcome, reason, &recording_manifest::now())?;
-                }
-            }
-            if stop.load(Ordering::Relaxed) && session.next().is_some() {
-                complete = false;
-                break;
-            }
-        }
-        if complete && session.log().end.is_none() {
-            session.finish(&recording_manifest::now())?;
-        }
-        drop(session);
+        let is_over = |log: &SessionLog| log.participant == code && log.end.is_some();
+        let complete = if self.data.logs()?.iter().any(is_over) {
+            self.study.plan(index).items.iter().for_each(|planned| driven(planned_ticks(planned)));
+            true
+        } else {
+            SimulatedSession::open(self, index, stop, driven)?.run()?
+        };
+        // A session that was cut off after its last item lacks its tables, which are made here.
         self.data.publish(self.study, &code)?;
         Ok(complete)
+    }
+}
+
+/// Session of one simulated participant in progress.
+struct SimulatedSession<'a> {
+    study: &'a Study,
+    participant: SimulatedParticipant,
+    session: Session,
+    stop: &'a AtomicBool,
+    driven: &'a dyn Fn(u64),
+}
+
+impl<'a> SimulatedSession<'a> {
+    fn open(
+        rehearsal: &Rehearsal<'a>,
+        index: usize,
+        stop: &'a AtomicBool,
+        driven: &'a dyn Fn(u64),
+    ) -> Result<Self, RunError> {
+        let (study, code) = (rehearsal.study, Rehearsal::code(index));
+        let participant = rehearsal.simulated(index);
+        let now = recording_manifest::now();
+        let mut session = Session::open(&rehearsal.data, study, &code, ParticipantKind::Simulated, index, &now)?;
+        session.set_parameters(participant.parameters())?;
+        Ok(Self { study, participant, session, stop, driven })
+    }
+
+    /// Takes the participant to the end of the plan, or to an end by a rule of the study. Returns false if stopped before.
+    fn run(mut self) -> Result<bool, RunError> {
+        self.count_ticks(true);
+        while let Some((_, planned)) = self.session.next() {
+            let planned = planned.clone();
+            self.item(&planned)?;
+            if self.session.log().end.is_some() {
+                self.count_ticks(false);
+                return Ok(true);
+            }
+            if self.stop.load(Ordering::Relaxed) && self.session.next().is_some() {
+                return Ok(false);
+            }
+        }
+        self.session.finish(&recording_manifest::now())?;
+        Ok(true)
+    }
+
+    /// Counts the ticks of all items that are settled, or of all that are not.
+    fn count_ticks(&self, settled: bool) {
+        let items = self.session.plan().items.iter();
+        items
+            .filter(|planned| self.session.log().is_settled(&planned.name) == settled)
+            .for_each(|planned| (self.driven)(planned_ticks(planned)));
+    }
+
+    fn item(&mut self, planned: &PlannedItem) -> Result<(), RunError> {
+        let folder = self.session.begin(&recording_manifest::now())?;
+        match &planned.item {
+            PlanItem::Text(_) | PlanItem::Break(_) => {
+                Ok(self.session.end(ItemOutcome::Done, "", &recording_manifest::now())?)
+            }
+            PlanItem::Questions(word) => {
+                let answers = self.participant.answer_as_invited(self.study, word, planned);
+                let ending = self.study.ending(planned, &as_map(&answers));
+                Ok(self.session.end_answered(answers, ending.as_ref(), &recording_manifest::now())?)
+            }
+            PlanItem::Drive { scenario, until_in_range_s, .. } => {
+                self.drive(planned, scenario, *until_in_range_s, &folder)
+            }
+        }
+    }
+
+    /// Drives an item with its ratings, and a trial's baseline.
+    fn drive(
+        &mut self,
+        planned: &PlannedItem,
+        scenario: &Scenario,
+        until_in_range_s: Option<f64>,
+        folder: &Path,
+    ) -> Result<(), RunError> {
+        let code = self.session.log().participant.clone();
+        let driver = self.participant.driver_among(scenario.idm.t);
+        let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
+        run.record_of(folder, "simulated participant".into(), Some(&code))?;
+        let mut rater = self.rater(planned);
+        let (mut whole, ending) = drive(&mut run, until_in_range_s, rater.as_mut(), self.stop, &self.driven)?;
+        // SUMO allows one world at a time.
+        drop(run);
+        let ratings = rater.map_or(Vec::new(), |rater| rater.ratings);
+        let last = ratings.len().saturating_sub(1);
+        for (i, rating) in ratings.into_iter().enumerate() {
+            // The last rating caused the ending, if there is one.
+            self.session.rate(rating, ending.as_ref().filter(|_| i == last), &recording_manifest::now())?;
+        }
+        if ending.is_some() {
+            return Ok(());
+        }
+        if whole && planned.run.is_some() {
+            whole = baseline(&code, folder, scenario, self.stop, &self.driven)?;
+        }
+        let (outcome, reason) = if whole { (ItemOutcome::Done, "") } else { (ItemOutcome::Aborted, STOPPED) };
+        Ok(self.session.end(outcome, reason, &recording_manifest::now())?)
+    }
+
+    /// Returns the rater of a drive, if its segment asks for ratings. The scale starts at the last rating of the session.
+    fn rater<'s>(&'s self, planned: &'s PlannedItem) -> Option<SimulatedRater<'s>> {
+        let every_s = self.study.segment_of(planned)?.fms_every_s?;
+        let last = self.session.log().fms.iter().rev().find_map(|rated| rated.rating.value);
+        Some(SimulatedRater {
+            scale: FmsScale::new(every_s, last.unwrap_or(0)),
+            pending: None,
+            ratings: Vec::new(),
+            participant: &self.participant,
+            study: self.study,
+            plan: self.session.plan(),
+            planned,
+        })
     }
 }
 

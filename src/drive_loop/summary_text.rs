@@ -2,25 +2,26 @@
 
 use super::offline::AdvisedSummary;
 use crate::{
-    scenario::Scenario,
+    scenario::PlannedDrive,
     sim::{EndReason, Summary},
     units::SpeedUnit,
 };
 
 /// Returns the summary of a drive, one line per figure; `driver` describes the driver, `policy` the advising policy.
-pub fn summary(scenario: &Scenario, engine: &str, driver: &str, policy: &str, summary: &Summary) -> String {
+pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, summary: &Summary) -> String {
+    let scenario = drive.scenario();
     let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
-    let cars = match scenario.is_on_network() {
-        true => "vehicles that come and go".to_owned(),
-        false => format!("{} cars", scenario.vehicles),
+    let cars = match drive.fixed_vehicles() {
+        Some(vehicles) => format!("{vehicles} cars"),
+        None => "vehicles that come and go".to_owned(),
     };
     let mut lines = vec![
         format!("{cars} on {}, {engine}, driver {driver}, policy {policy}", scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
-        format!("its standard deviation   {}", speed(summary.speed_sd_mps)),
+        format!("its standard deviation   {}", speed(summary.speed_sd_over_vehicles_and_time_mps)),
         format!("mean speed, ego          {}", speed(summary.ego_mean_speed_mps)),
         format!("time in range            {in_range}"),
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
@@ -71,7 +72,7 @@ fn both(speed_mps: f64, unit: SpeedUnit) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::DisplaySettings;
+    use crate::scenario::{DisplaySettings, Scenario};
     use crate::sim::{ContactRecord, SummaryAccumulator};
 
     #[test]
@@ -83,6 +84,10 @@ advised                  3 of 22 (13.6 %): cars 0, 7, 14
 contacts of the others   1
 ";
         assert_eq!((of(vec![0, 7, 14]).as_str(), of(vec![0]).as_str(), of(vec![]).as_str()), (expected, "", ""));
+    }
+
+    fn planned(scenario: &Scenario) -> PlannedDrive {
+        PlannedDrive::new(scenario).expect("a shipped map")
     }
 
     #[test]
@@ -97,7 +102,7 @@ contacts of the others   1
             window_s: [10.0, 60.0],
             // 10 m/s are 36,000 m per hour, or 22.37 miles of 1609.344 m.
             mean_speed_mps: Some(10.0),
-            speed_sd_mps: Some(0.5),
+            speed_sd_over_vehicles_and_time_mps: Some(0.5),
             ego_mean_speed_mps: None,
             time_in_range: Some(0.125),
             min_gap_m: Some(4.256),
@@ -117,7 +122,7 @@ time in range            12.5 %
 smallest gap             4.26 m
 contacts, off the road   0, 2
 ";
-        assert_eq!(summary(&scenario, "native", "idm", "pi", &whole), expected);
+        assert_eq!(summary(&planned(&scenario), "native", "idm", "pi", &whole), expected);
 
         // Without advice and without a leader; stopped after a contact.
         let contact = ContactRecord { time_s: 5.25, car: 3, ego_speed_mps: 4.0, car_speed_mps: 1.0, closing_mps: 3.0 };
@@ -131,7 +136,7 @@ contacts, off the road   0, 2
             ended: None,
             ..whole
         };
-        let text = summary(&kmh, "native", "idm", "pi", &stopped);
+        let text = summary(&planned(&kmh), "native", "idm", "pi", &stopped);
         for line in [
             "mean speed, all cars     10.000 m/s (36.00 km/h)",
             "time in range            - (no advice)",
@@ -143,7 +148,7 @@ contacts, off the road   0, 2
             assert!(text.lines().any(|found| found == line), "{line}: {text}");
         }
         let failed = Summary { failure: Some("the disk is full\n  remedy: make room".into()), ..stopped };
-        let text = summary(&kmh, "native", "idm", "pi", &failed);
+        let text = summary(&planned(&kmh), "native", "idm", "pi", &failed);
         assert!(text.ends_with("broken off               at 7.5 s: failed: the disk is full\n"), "{text}");
     }
 }

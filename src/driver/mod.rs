@@ -4,10 +4,11 @@
 //! Each tick, `perception` delivers the advice with the driver's delay and anticipates the leader. The wanted
 //! acceleration is the smallest of three: reach the advised speed, keep the distance to the leader (IDM), slow down for
 //! a bend, a lower limit or a stop line. `pedals` turns it into accelerator and brake, `steering` the lane into an
-//! angle of the wheel.
+//! angle of the wheel. [`manoeuvres`] decides on networks: right of way and lane changes.
 
 mod compliance;
 mod fitted;
+pub mod manoeuvres;
 mod named;
 mod params;
 mod pedals;

@@ -358,7 +358,7 @@ impl LiveDrive {
     pub fn summary_text(&self) -> String {
         let world = &self.drive.world;
         let (driver, policy) = (self.devices.describe(), world.policy().to_string());
-        summary_text::summary(world.scenario(), &world.traffic_engine(), &driver, &policy, &self.summary.to_summary())
+        summary_text::summary(world.drive(), &world.traffic_engine(), &driver, &policy, &self.summary.to_summary())
     }
 }
 

@@ -4,8 +4,7 @@
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
 //! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
-//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges, and `stop_lines` finds the
-//! signals along a route. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
@@ -28,7 +27,6 @@ mod net_xml;
 pub mod network;
 pub mod ring;
 mod route;
-mod stop_lines;
 #[cfg(test)]
 mod tests;
 mod tight_turns;
@@ -41,8 +39,10 @@ pub use canonical::SumoText;
 pub use catalog::{MapInfo, SHIPPED, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
-pub use route::{Route, RouteLane, RoutePosition};
-pub use stop_lines::{StopLine, stop_lines};
+pub use route::{
+    LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
+    stop_lines,
+};
 
 use glam::DVec2;
 use network::Network;
@@ -52,6 +52,26 @@ use std::{path::PathBuf, sync::Arc};
 pub const SHOULDER_M: f64 = 0.4;
 
 /// Road network with one route to drive.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::map::RoadMap;
+///
+/// let map = RoadMap::load("ring-250")?;
+/// assert_eq!(map.title, "Ring, 250 m");
+/// assert!(map.route.is_closed() && (map.route.length_m() - 250.0).abs() < 1e-6);
+/// // A ring of 250 m has a radius of 250 m / 2 pi = 39.8 m around the origin.
+/// let (centre, radius_m) = map.bounds();
+/// assert!(centre.length() < 0.01 && (radius_m - 39.79).abs() < 0.01);
+/// // Positions go round: from 240 m of a lap to 10 m of the next one.
+/// assert!((map.route.ahead(240.0, 10.0) - 20.0).abs() < 1e-6);
+/// // It begins in the east and turns left: a quarter of a lap later it is in the north. And back from the point to the route.
+/// let north = map.route.point_at(62.5);
+/// assert!(north.x.abs() < 0.01 && (north.y - 39.79).abs() < 0.01);
+/// assert!((map.route.project(north, None).s_m - 62.5).abs() < 0.01);
+/// # Ok::<(), codrive::map::MapError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {
     /// Name of the map's folder in `maps/`, or the file's stem.

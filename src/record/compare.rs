@@ -98,7 +98,7 @@ impl TableComparison {
             cars: cursor(Table::Cars)?,
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
-            network: world.scenario().is_on_network().then(|| NetworkCursors::open(recording)).transpose()?,
+            network: world.drive().is_open().then(|| NetworkCursors::open(recording)).transpose()?,
             advised: world.advises_others().then(|| cursor(Table::Advised)).transpose()?,
             observer: NetworkObserver::default(),
             hash: HASH_START,

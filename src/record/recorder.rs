@@ -108,7 +108,6 @@ impl Recorder {
         }
         fail_point!("begin.folder");
         manifest.state = RecordingState::Running;
-        manifest.network_tables = scenario.is_on_network();
         manifest.save(folder)?;
         fail_point!("begin.manifest");
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;

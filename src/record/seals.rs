@@ -100,12 +100,12 @@ fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Ve
             "is not as this program writes it: a setting is missing, or something was added",
         );
     }
-    let is_on_network = scenario.is_on_network();
-    if manifest.network_tables != is_on_network {
-        let (is, declared) = (if is_on_network { "a network" } else { "a closed route" }, manifest.network_tables);
+    let is_open = scenario.has_path_or_demand();
+    if manifest.network_tables != is_open {
+        let (is, declared) = (if is_open { "a network" } else { "a closed route" }, manifest.network_tables);
         found.add_fault(manifest::FILE, format!("network_tables is {declared}; the scenario is of a drive on {is}"));
     }
-    Ok(Table::of(&Manifest { network_tables: is_on_network, ..manifest.clone() }))
+    Ok(Table::of(&Manifest { network_tables: is_open, ..manifest.clone() }))
 }
 
 /// Checks the files beside the tables: scenario, summary, inputs and streams.

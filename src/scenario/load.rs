@@ -40,6 +40,21 @@ impl Scenario {
     }
 
     /// Parses a scenario from TOML text; messages refer to it as `name`.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use codrive::scenario::Scenario;
+    ///
+    /// let scenario = Scenario::from_toml("format = 1\nvehicles = 12\n", "short.toml")?;
+    /// assert_eq!(scenario.vehicles, 12);
+    /// // Other settings keep their default.
+    /// assert_eq!(scenario.map, "ring-250");
+    /// // A fault names the file, the line and what is allowed.
+    /// let fault = Scenario::from_toml("format = 1\nvehicles = 1\n", "short.toml").unwrap_err();
+    /// assert!(fault.to_string().starts_with("short.toml:2"), "{fault}");
+    /// # Ok::<(), codrive::settings::SettingsError>(())
+    /// ```
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SettingsError> {
         settings::from_toml(text, name)
     }
@@ -48,6 +63,20 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`settings::changed`].
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use codrive::scenario::Scenario;
+    ///
+    /// let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).expect("a setting");
+    /// let scenario = Scenario::default();
+    /// let longer = scenario.with(&[(field("vehicles"), 30.into()), (field("duration_s"), 90.0.into())])?;
+    /// assert_eq!((longer.vehicles, longer.duration_s), (30, 90.0));
+    /// assert_eq!(scenario.vehicles, 22);
+    /// assert!(scenario.with(&[(field("vehicles"), 1.into())]).is_err());
+    /// # Ok::<(), codrive::settings::SettingsError>(())
+    /// ```
     pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, SettingsError> {
         settings::changed(self, changes)
     }
@@ -89,7 +118,7 @@ impl Settings for Scenario {
         if let Err(fault) = self.demand.check_numbers() {
             return Err(("demand", fault.to_string()));
         }
-        self.check_road()?;
+        self.check_on((!self.has_path_or_demand()).then_some(self.vehicles))?;
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));
         }
@@ -111,55 +140,49 @@ impl Settings for Scenario {
 }
 
 impl Scenario {
-    /// Checks that the settings are possible on the scenario's road: a network, or a closed route.
-    fn check_road(&self) -> Result<(), (&'static str, String)> {
-        if self.is_on_network() && self.traffic != EngineChoice::Sumo {
+    /// Checks that the settings are possible with this number of vehicles; `None` if they enter and leave.
+    ///
+    /// # Errors
+    /// The first fault: its key, and a message with value and remedy.
+    pub(super) fn check_on(&self, fixed_vehicles: Option<u32>) -> Result<(), (&'static str, String)> {
+        let (opener, closer) = match self.has_path_or_demand() {
+            true => ("with a path or a demand".to_owned(), "neither path nor [demand]"),
+            false => {
+                (format!("on map {}, where vehicles enter and leave", self.map), "a closed route such as ring-250")
+            }
+        };
+        if fixed_vehicles.is_none() && self.traffic != EngineChoice::Sumo {
             let text = format!(
-                "traffic is {}; allowed with a path or a demand: sumo; only SUMO moves vehicles on a network\n  \
-                 remedy: traffic sumo, or neither path nor [demand]",
+                "traffic is {}; allowed {opener}: sumo; only SUMO moves vehicles on a network\n  remedy: traffic sumo, or {closer}",
                 self.traffic
             );
             return Err(("traffic", text));
         }
-        if self.is_on_network() && self.sham_advice {
-            let text = "sham_advice is true; allowed with a path or a demand: false; it is that of another drive on a closed route";
-            return Err(("sham_advice", text.into()));
+        if fixed_vehicles.is_none() && self.sham_advice {
+            let text =
+                format!("sham_advice is true; allowed {opener}: false; it is that of another drive on a closed route");
+            return Err(("sham_advice", text));
         }
-        if let Some(fault) = self.advised_fault() {
+        if let Some(fault) = self.advised_fault(fixed_vehicles, &opener) {
             return Err(("advised", format!("advised is {}; {fault}", self.advised)));
         }
         Ok(())
     }
 
-    /// Checks this scenario once the settings that follow from its road are set ([`Scenario::on`]).
-    ///
-    /// # Errors
-    /// The first fault: its key, and a message with value and remedy.
-    pub fn check_on_road(&self) -> Result<(), (&'static str, String)> {
-        self.check_road()?;
-        if !self.participant && self.demand.is_empty() {
-            let text = "participant is false; allowed without a demand: true; nobody else comes\n  remedy: a [demand], a map that has one, \
-                        such as merge, or the participant";
-            return Err(("participant", text.into()));
-        }
-        Ok(())
-    }
-
-    /// Returns the reason why this number of vehicles cannot be advised.
-    fn advised_fault(&self) -> Option<String> {
+    /// Returns the reason why this number of vehicles cannot be advised; `opener` tells why vehicles enter and leave.
+    fn advised_fault(&self, fixed_vehicles: Option<u32>, opener: &str) -> Option<String> {
         let count = match self.advised {
             AdvisedVehicles::Count(count) => count,
             AdvisedVehicles::Share(_) => 0,
         };
-        if !self.is_on_network() && count > self.vehicles {
-            return Some(format!("allowed: 0 to {}, as many as there are vehicles", self.vehicles));
+        match fixed_vehicles {
+            Some(vehicles) if count > vehicles => {
+                return Some(format!("allowed: 0 to {vehicles}, as many as there are vehicles"));
+            }
+            None if count > 1 => return Some(format!("allowed {opener}: a share, such as 20%, or 1, or 0")),
+            _ => {}
         }
         let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_no_vehicle();
-        if self.is_on_network() && count > 1 {
-            return Some(
-                "allowed with a path or a demand, where vehicles come and go: a share, such as 20%, or 1, or 0".into(),
-            );
-        }
         (self.sham_advice && !is_alone).then(|| {
             "allowed with sham_advice: 1; sham advice is that of another drive of the participant's vehicle".into()
         })

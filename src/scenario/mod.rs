@@ -6,11 +6,13 @@ mod advised;
 pub mod colour;
 mod display;
 mod load;
+mod planned_drive;
 pub mod sound;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};
 pub use load::path_from;
+pub use planned_drive::{PlanError, PlannedDrive};
 pub use sound::SoundLevels;
 
 use crate::{
@@ -243,8 +245,13 @@ impl Scenario {
         }
     }
 
-    /// Returns true if the drive is on a network, where vehicles enter and leave; false on a closed route with a fixed number of vehicles.
-    pub fn is_on_network(&self) -> bool {
+    /// Returns the start of the ego's front along its path, metres: a whole car has room behind it.
+    pub fn path_start_m(&self) -> f64 {
+        self.path_start_m.max(crate::space::CAR_LENGTH_M)
+    }
+
+    /// Returns true if a path or a demand is set. In the scenario of a [`PlannedDrive`] it is set where vehicles enter and leave.
+    pub fn has_path_or_demand(&self) -> bool {
         !self.path.trim().is_empty() || !self.demand.is_empty()
     }
 
@@ -261,20 +268,6 @@ impl Scenario {
     pub fn load_map(&self) -> Result<RoadMap, MapError> {
         let edges: Vec<&str> = self.path.split_whitespace().collect();
         if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
-    }
-
-    /// Returns this scenario with the settings that follow from its road: the road's own demand, if neither path nor demand is set, and the
-    /// path of an open road, which is driven as a network.
-    pub fn on(&self, map: &RoadMap) -> Self {
-        let mut scenario = self.clone();
-        if !scenario.is_on_network() {
-            scenario.demand.files.extend(map.demand_file());
-        }
-        if scenario.path.is_empty() && !map.route.is_closed() {
-            let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
-            scenario.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
-        }
-        scenario
     }
 
     /// Returns the half width of the acceptable range, m/s.

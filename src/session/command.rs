@@ -6,7 +6,7 @@ use crate::{drive_loop::RunError, panel::SessionCommand, study::ItemOutcome};
 
 impl From<RunError> for CommandRefusal {
     fn from(error: RunError) -> Self {
-        Self::End(error)
+        Self::Failure(error)
     }
 }
 
@@ -19,11 +19,11 @@ impl LiveSession {
         (self.error, self.drive_failed) = (None, false);
         match self.obey(command, backend) {
             Ok(()) => Ok(()),
-            Err(CommandRefusal::Say(text)) => {
+            Err(CommandRefusal::Message(text)) => {
                 self.error = Some(text);
                 Ok(())
             }
-            Err(CommandRefusal::End(error)) => Err(error),
+            Err(CommandRefusal::Failure(error)) => Err(error),
         }
     }
 
@@ -50,12 +50,12 @@ impl LiveSession {
             SessionCommand::Resume => self.hold(false, backend),
             SessionCommand::Stop(reason) => {
                 self.not_over()?;
-                self.hush();
+                self.stop_spoken_text();
                 self.write_voice()?;
                 self.leave("stopped", &reason, backend)?;
                 self.session.stop(&reason, &(self.utc)())?;
                 self.asked = false;
-                self.see(SessionState::Stopped(self.study.file.texts.stopped.clone()));
+                self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
                 Ok(())
             }
             SessionCommand::Exclude(reason) => {
@@ -63,7 +63,7 @@ impl LiveSession {
                     self.leave("excluded", &reason, backend)?;
                     self.session.stop(&reason, &(self.utc)())?;
                     self.asked = false;
-                    self.see(SessionState::Stopped(self.study.file.texts.stopped.clone()));
+                    self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
                 }
                 Ok(self.session.exclude(&reason)?)
             }
@@ -71,7 +71,7 @@ impl LiveSession {
     }
 
     fn not_over(&self) -> Result<(), CommandRefusal> {
-        if self.is_over() { Err(CommandRefusal::Say("the session is over".into())) } else { Ok(()) }
+        if self.is_over() { Err(CommandRefusal::Message("the session is over".into())) } else { Ok(()) }
     }
 
     fn go(&mut self, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
@@ -79,7 +79,7 @@ impl LiveSession {
             return self.hold(false, backend);
         }
         match &self.at {
-            SessionState::Hold => self.go_on()?,
+            SessionState::Hold => self.begin_next_item()?,
             SessionState::Rest(_, left_s) => {
                 if *left_s > 0.0 {
                     let text = format!("the rest ends {left_s:.0} s sooner");
@@ -91,7 +91,7 @@ impl LiveSession {
             SessionState::Countdown(..) | SessionState::Driving => return self.hold(false, backend),
             SessionState::Questions(_) => {
                 let text = "the participant has to answer the questions first; Skip leaves them out";
-                return Err(CommandRefusal::Say(text.into()));
+                return Err(CommandRefusal::Message(text.into()));
             }
             SessionState::Loading(_) | SessionState::End | SessionState::Stopped(_) => {}
         }
@@ -109,7 +109,7 @@ impl LiveSession {
                 was
             }
             _ if asked => true,
-            _ => return Err(CommandRefusal::Say("there is no drive to pause".into())),
+            _ => return Err(CommandRefusal::Message("there is no drive to pause".into())),
         };
         if asked || was != held {
             self.write(if held { "paused" } else { "resumed" }, "by the experimenter", backend)?;
@@ -131,12 +131,12 @@ impl LiveSession {
 
     fn abort(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         if self.session.log().running.is_none() {
-            return Err(CommandRefusal::Say("there is nothing to break off".into()));
+            return Err(CommandRefusal::Message("there is nothing to break off".into()));
         }
         self.leave("aborted", reason, backend)?;
         self.session.end(ItemOutcome::Aborted, reason, &(self.utc)())?;
         self.asked = false;
-        self.see(SessionState::Hold);
+        self.enter(SessionState::Hold);
         Ok(())
     }
 
@@ -144,28 +144,28 @@ impl LiveSession {
         self.not_over()?;
         if self.session.next().is_some_and(|(_, planned)| self.study.is_consent(planned)) {
             let text = "nobody takes part without consent; Stop ends the session";
-            return Err(CommandRefusal::Say(text.into()));
+            return Err(CommandRefusal::Message(text.into()));
         }
         let runs = self.session.log().running.is_some();
         let drove = self.leave("skipped", reason, backend)?;
         self.session.skip(reason, &(self.utc)())?;
         self.asked = false;
         if drove {
-            self.see(SessionState::Hold);
+            self.enter(SessionState::Hold);
         } else if runs {
-            self.go_on()?;
+            self.begin_next_item()?;
         }
         Ok(())
     }
 
     fn extend(&mut self, seconds: f64, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         if !(1.0..=3600.0).contains(&seconds) {
-            return Err(CommandRefusal::Say(format!("the extension is {seconds} s; allowed: 1 to 3600 s")));
+            return Err(CommandRefusal::Message(format!("the extension is {seconds} s; allowed: 1 to 3600 s")));
         }
         match &mut self.at {
             SessionState::Driving => backend.extend(seconds)?,
             SessionState::Rest(_, left_s) => *left_s += seconds,
-            _ => return Err(CommandRefusal::Say("there is no drive and no rest to extend".into())),
+            _ => return Err(CommandRefusal::Message("there is no drive and no rest to extend".into())),
         }
         Ok(self.write("extended", &format!("by {seconds} s: {reason}"), backend)?)
     }

@@ -167,7 +167,7 @@ impl LiveSession {
             utc,
         };
         if fresh {
-            live_session.go_on()?;
+            live_session.begin_next_item()?;
         }
         Ok(live_session)
     }
@@ -221,7 +221,7 @@ impl LiveSession {
                     return Ok(());
                 };
                 match backend.prepare(&scenario) {
-                    Ok(true) => self.see(SessionState::Countdown(self.study.file.countdown_s, false)),
+                    Ok(true) => self.enter(SessionState::Countdown(self.study.file.countdown_s, false)),
                     Ok(false) => {}
                     Err(error) => self.fail(&error, backend),
                 }
@@ -232,7 +232,7 @@ impl LiveSession {
                     match backend.begin(&self.folder) {
                         Ok(()) => {
                             self.begin_ratings();
-                            self.see(SessionState::Driving);
+                            self.enter(SessionState::Driving);
                         }
                         Err(error) => self.fail(&error, backend),
                     }
@@ -270,7 +270,7 @@ impl LiveSession {
         match backend.end() {
             Ok(()) => {
                 self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
-                self.see(SessionState::Over);
+                self.enter(SessionState::Over);
                 Ok(())
             }
             Err(error) => {
@@ -299,7 +299,7 @@ impl LiveSession {
             Ok(()) => text,
             Err(also) => format!("{text}\nThe session's log: {also}"),
         });
-        self.see(SessionState::Hold);
+        self.enter(SessionState::Hold);
     }
 
     /// Interrupts the running item because the program ends; it comes again.
@@ -307,7 +307,7 @@ impl LiveSession {
     /// # Errors
     /// The session or the recording cannot be written.
     pub fn close(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
-        self.hush();
+        self.stop_spoken_text();
         self.write_voice()?;
         self.leave("closed", reason, backend)?;
         Ok(self.session.end(ItemOutcome::Cut, reason, &(self.utc)())?)
@@ -339,7 +339,7 @@ impl LiveSession {
                     self.session.end_answered(answers, ending.as_ref(), &(self.utc)())?;
                     match ending {
                         Some(ending) => self.stopped_by(ending),
-                        None => self.go_on()?,
+                        None => self.begin_next_item()?,
                     }
                 }
             }
@@ -348,7 +348,7 @@ impl LiveSession {
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Rest(..)
                 if matches!(input, FormInput::Again | FormInput::Back) =>
             {
-                self.speak();
+                self.play_spoken_text();
             }
             _ if !matches!(input, FormInput::Next | FormInput::PageOn) || seen_for_s < PAGE_S => {}
             SessionState::Rest(_, left_s) if *left_s > 0.0 => {}
@@ -364,40 +364,40 @@ impl LiveSession {
     fn stopped_by(&mut self, ending: SessionEnding) {
         log::info!("the session ends by a rule: {}", ending.reason);
         self.error = Some(format!("the session has ended by a rule of the study: {}", ending.reason));
-        self.see(SessionState::Stopped(ending.words));
+        self.enter(SessionState::Stopped(ending.words));
     }
 
     /// Continues after a page, a rest or the end of a drive.
     fn turn_page(&mut self) -> Result<(), RunError> {
         match &self.at {
             SessionState::Intro(_) => match self.running().map(|planned| planned.item.clone()) {
-                Some(PlanItem::Questions(word)) => self.ask(&word)?,
-                _ => self.see(SessionState::Loading(false)),
+                Some(PlanItem::Questions(word)) => self.show_questionnaire(&word)?,
+                _ => self.enter(SessionState::Loading(false)),
             },
             SessionState::Text(_) | SessionState::Rest(..) => {
                 self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
-                self.go_on()?;
+                self.begin_next_item()?;
             }
-            _ => self.go_on()?,
+            _ => self.begin_next_item()?,
         }
         Ok(())
     }
 
-    fn ask(&mut self, word: &str) -> Result<(), RunError> {
+    fn show_questionnaire(&mut self, word: &str) -> Result<(), RunError> {
         let Some(questionnaire) = self.study.questionnaires.get(word) else {
-            self.see(SessionState::Hold);
+            self.enter(SessionState::Hold);
             return Ok(());
         };
         let form = QuestionnaireForm::resume(questionnaire, self.session.kept(), self.elapsed_s);
-        self.see(SessionState::Questions(Box::new(form)));
+        self.enter(SessionState::Questions(Box::new(form)));
         Ok(())
     }
 
     /// Begins the next item of the plan; after the last, ends the session.
-    fn go_on(&mut self) -> Result<(), RunError> {
+    fn begin_next_item(&mut self) -> Result<(), RunError> {
         let Some((_, planned)) = self.session.next() else {
             self.session.finish(&(self.utc)())?;
-            self.see(SessionState::End);
+            self.enter(SessionState::End);
             return Ok(());
         };
         let PlannedItem { item, text, .. } = planned.clone();
@@ -405,25 +405,25 @@ impl LiveSession {
         let texts = &self.study.file.texts;
         let text_or = |text: String, usual: &String| if text.is_empty() { usual.clone() } else { text };
         match item {
-            PlanItem::Text(page) => self.see(SessionState::Text(page)),
+            PlanItem::Text(page) => self.enter(SessionState::Text(page)),
             PlanItem::Break(seconds) => {
                 let words = text_or(text, &texts.rest);
-                self.see(SessionState::Rest(words, seconds));
+                self.enter(SessionState::Rest(words, seconds));
             }
-            PlanItem::Questions(word) if text.is_empty() => self.ask(&word)?,
-            PlanItem::Questions(_) => self.see(SessionState::Intro(text)),
+            PlanItem::Questions(word) if text.is_empty() => self.show_questionnaire(&word)?,
+            PlanItem::Questions(_) => self.enter(SessionState::Intro(text)),
             PlanItem::Drive { .. } => {
                 let words = text_or(text, &texts.ready);
-                self.see(SessionState::Intro(words));
+                self.enter(SessionState::Intro(words));
             }
         }
         Ok(())
     }
 
-    fn see(&mut self, at: SessionState) {
+    fn enter(&mut self, at: SessionState) {
         self.at = at;
         self.seen_s = self.elapsed_s;
-        self.speak();
+        self.play_spoken_text();
     }
 
     /// Returns the running item as planned.
@@ -444,7 +444,7 @@ impl LiveSession {
             return Ok(());
         }
         self.asked = true;
-        self.hush();
+        self.stop_spoken_text();
         if matches!(self.at, SessionState::Driving) {
             backend.hold(true);
         }
@@ -471,14 +471,14 @@ impl LiveSession {
 impl From<SessionError> for CommandRefusal {
     fn from(error: SessionError) -> Self {
         match error {
-            SessionError::Refused(text) => Self::Say(text),
-            other => Self::End(other.into()),
+            SessionError::Refused(text) => Self::Message(text),
+            other => Self::Failure(other.into()),
         }
     }
 }
 
 /// Reason why a command is not carried out: a message for the experimenter, or an error that ends the session.
 enum CommandRefusal {
-    Say(String),
-    End(RunError),
+    Message(String),
+    Failure(RunError),
 }

@@ -32,8 +32,8 @@ pub(super) struct SessionVoice {
 
 impl LiveSession {
     /// Stops the current text and starts the text of the current page; for a new page, or on request to hear it again.
-    pub(super) fn speak(&mut self) {
-        self.hush();
+    pub(super) fn play_spoken_text(&mut self) {
+        self.stop_spoken_text();
         if let Some(text) = self.spoken_now().cloned() {
             self.voice.speaking = Some(SpeakingText { file: text.file.clone(), began: false });
             self.voice.order = Some(VoiceOrder::Play(text));
@@ -41,7 +41,7 @@ impl LiveSession {
     }
 
     /// Stops the current text.
-    pub(super) fn hush(&mut self) {
+    pub(super) fn stop_spoken_text(&mut self) {
         let Some(speaking) = self.voice.speaking.take() else { return };
         self.voice.order = Some(VoiceOrder::Stop);
         if speaking.began {

@@ -50,7 +50,7 @@ use winit::{
     window::{Window, WindowId},
 };
 
-/// Options of `codrive study --participant`.
+/// Options of `codrive study session`.
 pub struct SessionOptions {
     /// Study of the session.
     pub study: Study,

@@ -1,13 +1,15 @@
 //! Errors that prevent a drive from starting or going on, and the settings that each depends on.
 
-use crate::{driver::DriverError, ego::EgoError, map::MapError, policy::PolicyError, traffic::TrafficError};
+use crate::{
+    driver::DriverError, ego::EgoError, map::MapError, policy::PolicyError, scenario::PlanError, traffic::TrafficError,
+};
 
 /// Error that prevents a drive from starting or going on.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
-    /// The map cannot be used.
+    /// The scenario cannot be driven on its road.
     #[error(transparent)]
-    Map(#[from] MapError),
+    Plan(#[from] PlanError),
     /// The traffic cannot start or go on.
     #[error(transparent)]
     Traffic(#[from] TrafficError),
@@ -39,14 +41,6 @@ pub enum WorldError {
     /// A simulated driver cannot be used: the one whose advice is shown as sham advice, or the one of other advised vehicles.
     #[error(transparent)]
     Driver(#[from] DriverError),
-    /// A setting that is not allowed on this road.
-    #[error("{message}")]
-    Setting {
-        /// Key of the setting in the scenario.
-        key: &'static str,
-        /// Value, allowed values and remedy.
-        message: String,
-    },
     /// The drive needs a participant, and the scenario has none.
     #[error(
         "participant is false: nobody drives in this scenario, and a window is for somebody who does\n  remedy: codrive run, or --participant true"
@@ -61,17 +55,17 @@ impl WorldError {
     /// Returns the keys of the settings that the error depends on, the most likely cause first.
     pub fn settings(&self) -> &'static [&'static str] {
         match self {
-            Self::Map(MapError::PathEdge { .. } | MapError::PathGap { .. } | MapError::EmptyPath { .. }) => {
-                &["path", "map"]
-            }
-            Self::Map(MapError::PathStart { .. }) => &["path_start_m", "path"],
-            Self::Map(_) => &["map"],
+            Self::Plan(PlanError::Map(error)) => match error {
+                MapError::PathEdge { .. } | MapError::PathGap { .. } | MapError::EmptyPath { .. } => &["path", "map"],
+                MapError::PathStart { .. } => &["path_start_m", "path"],
+                _ => &["map"],
+            },
+            Self::Plan(PlanError::Setting { key: "participant", .. }) => &["participant", "demand", "map"],
+            Self::Plan(PlanError::Setting { .. }) => &["traffic", "sham_advice", "advised", "map"],
             Self::Policy(_) | Self::PolicyNeedsRing { .. } | Self::PolicyNeedsNetwork { .. } => &["policy"],
             Self::Traffic(TrafficError::Setup(_)) => &["vehicles", "map", "idm"],
             Self::Traffic(_) => &["traffic"],
             Self::Driver(_) => &["driver", "sham_advice"],
-            Self::Setting { key: "participant", .. } => &["participant", "demand", "map"],
-            Self::Setting { .. } => &["traffic", "sham_advice", "advised", "map"],
             Self::NoParticipant => &["participant"],
             Self::Ego(_) => &[],
         }

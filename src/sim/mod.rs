@@ -4,14 +4,13 @@
 mod error;
 mod event;
 mod ground;
-mod snapshot;
 mod summary;
 mod world;
 
+pub use crate::snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
-pub use snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{
-    Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, lanes_beside,
+    Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, road_kind,
 };

@@ -2,9 +2,9 @@
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
-//! starts them). Agents (`agent`) are the participant's vehicle, which is the first, and every other advised vehicle;
-//! they are simulated tick by tick. `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the
-//! input of policies and drivers, and `right_of_way` the vehicles with right of way.
+//! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle; they are simulated tick by tick. The
+//! `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
+//! `perception` the input of policies and drivers.
 
 mod advice;
 mod advised_selection;
@@ -13,27 +13,20 @@ mod contacts;
 mod derived_state;
 mod ego_insertion;
 mod hand_over;
-mod lane_beside;
-mod lane_change;
 mod network_view;
+mod observer;
 mod outside;
-mod path_lane_changes;
-mod path_lanes;
 mod perception;
 mod put_back;
-mod right_of_way;
 mod road_rules;
 mod sham;
 mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
-mod turns;
-mod yield_lines;
 
-pub use advice::ExpectedSpeeds;
+pub use advice::{ExpectedSpeeds, road_kind};
 pub use agent::Agent;
 pub use hand_over::{HandOver, WAVE_STANDS_S};
-pub use lane_beside::lanes_beside;
 pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;
 
@@ -44,31 +37,31 @@ use crate::{
     ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
-    scenario::{OnContact, Scenario},
+    scenario::{OnContact, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
     traffic::{EGO, Traffic, TrafficError, VehicleId},
 };
-use advice::AdviceSource;
+use advice::DriveAdvice;
+use observer::Observer;
 use std::{path::PathBuf, sync::Arc};
-use traffic_coupling::TrafficCoupling;
-
-/// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
-const TOUCHABLE_M: f64 = 100.0;
+use traffic_coupling::{TOUCHABLE_M, TrafficCoupling};
 
 /// A drive in progress.
 pub struct World {
-    scenario: Scenario,
-    map: Arc<RoadMap>,
+    drive: PlannedDrive,
     traffic: TrafficCoupling,
-    /// Agents: the participant's vehicle first, then the other advised vehicles by ascending id. In a drive without a participant the first
-    /// one only holds a view of all vehicles.
-    agents: Vec<Agent>,
+    advice: DriveAdvice,
+    /// The participant's vehicle, or the view of a drive without a participant.
+    observer: Observer,
+    /// The other advised vehicles, by ascending id.
+    others: Vec<Agent>,
     /// Ids of all vehicles other than the participant's that have been agents, ascending.
     advised: Vec<VehicleId>,
     /// Contacts of agents that have left.
     contacts_before: u32,
     /// Source of drivers for the other agents; `None` uses the scenario's driver.
     drivers: Option<AgentDrivers>,
+    ego_params: CarParams,
     touchable: Touchable,
     /// The engine has made the step that the next tick begins.
     is_prepared: bool,
@@ -85,33 +78,50 @@ struct Touchable {
 }
 
 impl World {
-    /// Loads the map, starts traffic, runs the warm-up and places the agents.
+    /// Plans the drive of a scenario and starts it ([`World::of`]).
     ///
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
     pub fn new(scenario: &Scenario) -> Result<Self, WorldError> {
-        Self::advised_by(scenario, None, AdviceSource::new)
+        Self::of(PlannedDrive::new(scenario)?)
     }
 
-    /// Does the same as [`World::new`] with this source of advice and these drivers of the other agents.
+    /// Starts traffic, runs the warm-up and places the agents.
+    ///
+    /// # Errors
+    /// See [`WorldError`]; the messages name the remedy.
+    pub fn of(drive: PlannedDrive) -> Result<Self, WorldError> {
+        let mut advice = DriveAdvice::new(&drive)?;
+        if drive.scenario().sham_advice && advice.advises() {
+            advice.sham = Some(sham::advice(&drive)?);
+        }
+        Self::advised_by(drive, advice, None)
+    }
+
+    /// Does the same as [`World::of`] with this advice and these drivers of the other agents.
     fn advised_by(
-        scenario: &Scenario,
+        drive: PlannedDrive,
+        mut advice: DriveAdvice,
         drivers: Option<AgentDrivers>,
-        advice: impl FnOnce(&Scenario, &RoadMap) -> Result<AdviceSource, WorldError>,
     ) -> Result<Self, WorldError> {
-        let map = Arc::new(scenario.load_map()?);
-        let scenario = &scenario.on(&map);
-        scenario.check_on_road().map_err(|(key, message)| WorldError::Setting { key, message })?;
-        let advice = advice(scenario, &map)?;
-        let mut traffic = TrafficCoupling::start(scenario, &map)?;
-        let bodies = traffic.bodies();
-        let mut participant = Agent::participant(scenario, &map, advice, traffic.ego_start(), bodies)?;
-        traffic.first_view(&mut participant.view);
+        let (scenario, map) = (drive.scenario(), drive.map());
+        let mut traffic = TrafficCoupling::start(&drive)?;
+        let mut observer = match scenario.participant {
+            true => {
+                let advice = advice.of_participant(scenario);
+                let agent = Agent::new(scenario, map, advice, traffic.ego_start(), traffic.bodies())?;
+                Observer::Participant(Box::new(agent))
+            }
+            false => Observer::spectator(map),
+        };
+        traffic.first_view(observer.view_mut());
         let mut world = Self {
-            scenario: scenario.clone(),
-            map,
+            ego_params: agent::car_params(scenario),
+            drive,
             traffic,
-            agents: vec![participant],
+            advice,
+            observer,
+            others: Vec::new(),
             advised: Vec::new(),
             contacts_before: 0,
             drivers,
@@ -124,21 +134,18 @@ impl World {
         Ok(world)
     }
 
-    /// Returns the map and the traffic of a closed route after its warm-up, without agents; the traffic's own model drives every vehicle.
+    /// Returns the traffic of a closed route after its warm-up, without agents; the traffic's own model drives every vehicle.
     ///
     /// # Errors
-    /// See [`WorldError`]; also fails on a network.
-    pub fn traffic_alone(scenario: &Scenario) -> Result<(Arc<RoadMap>, Box<dyn Traffic>), WorldError> {
-        let map = Arc::new(scenario.load_map()?);
-        let scenario = &scenario.on(&map);
-        if scenario.is_on_network() {
+    /// See [`WorldError`]; also fails where vehicles enter and leave.
+    pub fn traffic_alone(drive: &PlannedDrive) -> Result<Box<dyn Traffic>, WorldError> {
+        if drive.is_open() {
             return Err(WorldError::Traffic(TrafficError::Setup(
                 "traffic alone is that of a closed route with a fixed number of cars; this drive is on a network"
                     .into(),
             )));
         }
-        let engine = traffic_start::fixed(scenario, &map)?.engine;
-        Ok((map, engine))
+        Ok(traffic_start::fixed(drive)?.engine)
     }
 
     /// Advances by one tick with the participant's controls, which reach the car after the scenario's extra delay. After the end of the
@@ -148,30 +155,35 @@ impl World {
     /// The traffic engine failed; the drive cannot go on.
     pub fn tick(&mut self, controls: &Controls) -> Result<(), WorldError> {
         if self.ended.is_some() {
-            self.agents.iter_mut().for_each(|agent| agent.events.clear());
+            self.observer.events_mut().clear();
+            self.others.iter_mut().for_each(|agent| agent.events.clear());
             return Ok(());
         }
-        let step_ticks = self.scenario.step_ticks();
+        let step_ticks = self.scenario().step_ticks();
         let within = self.snapshot().tick.0 % step_ticks;
         self.prepare()?;
-        self.agents.iter_mut().for_each(|agent| agent.begin_tick(controls));
+        self.observer.events_mut().clear();
+        agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
             self.is_prepared = false;
-            self.agents.iter_mut().for_each(Agent::begin_step);
-            self.traffic.begin_step(&self.agents[0].view);
+            agents_mut(&mut self.observer, &mut self.others).for_each(Agent::begin_step);
+            self.traffic.begin_step(self.observer.view());
         }
         let fraction = (within + 1) as f64 / step_ticks as f64;
-        self.traffic.move_vehicles(&mut self.agents[0].view, fraction);
-        self.agents[0].place_on_lane(&self.scenario)?;
-        if self.drive() && self.scenario.contact == OnContact::End {
+        self.traffic.move_vehicles(self.observer.view_mut(), fraction);
+        if let Some(participant) = self.observer.participant_mut() {
+            participant.place_on_lane(self.drive.scenario())?;
+        }
+        if self.move_agents() && self.scenario().contact == OnContact::End {
             self.end(EndReason::Contact);
         }
-        self.agents.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
+        self.observer.view_mut().tick.0 += 1;
+        self.others.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
         self.update_derived();
-        if self.agents[0].is_at_end() {
+        if self.observer.participant().is_some_and(Agent::is_at_end) {
             self.end(EndReason::PathEnd);
         }
-        let duration_s = self.scenario.duration_s;
+        let duration_s = self.scenario().duration_s;
         if self.ended.is_none() && duration_s > 0.0 && self.snapshot().tick >= Tick::at_seconds(duration_s) {
             self.end(EndReason::Duration);
         }
@@ -188,71 +200,73 @@ impl World {
             return Ok(());
         }
         self.sync_agents()?;
-        present(&mut self.agents).iter_mut().for_each(|agent| agent.ask_policy(&self.scenario));
-        self.traffic.ask(&self.agents)?;
+        agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.ask_policy(&self.drive));
+        self.traffic.ask(self.observer.participant().into_iter().chain(&self.others))?;
         self.is_prepared = true;
         Ok(())
     }
 
     /// Returns true if the next tick begins a step of the traffic engine.
     fn begins_step(&self) -> bool {
-        self.snapshot().tick.0.is_multiple_of(self.scenario.step_ticks())
+        self.snapshot().tick.0.is_multiple_of(self.scenario().step_ticks())
     }
 
     /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
     /// step.
     fn sync_agents(&mut self) -> Result<(), WorldError> {
         let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
-        self.agents.retain(|agent| {
-            let stays = agent.id() == EGO || !(agent.is_at_end() || traffic.has_arrived(agent.id()));
+        self.others.retain(|agent| {
+            let stays = !(agent.is_at_end() || traffic.has_arrived(agent.id()));
             *contacts += if stays { 0 } else { agent.contact_count() };
             stays
         });
-        if !self.agents[0].advice.advises() {
+        if !self.advice.advises() {
             return Ok(());
         }
-        let (bodies, known) = (self.traffic.bodies(), self.agents.len());
+        let (scenario, bodies, known) = (self.drive.scenario(), self.traffic.bodies(), self.others.len());
         for new in self.traffic.new_agents()? {
             let driver = match &self.drivers {
                 Some(drivers) => drivers(new.id)?,
-                None => driver::named(&self.scenario.driver)?.params,
+                None => driver::named(&scenario.driver)?.params,
             };
-            let agent = Agent::advised(&self.scenario, &self.agents[0], &new, (&driver, bodies))?;
+            let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, bodies)?;
+            let mut agent = agent.driven_by(&driver, new.id, scenario.seed)?;
+            agent.view.tick = self.observer.view().tick;
             self.advised.push(new.id);
-            self.agents.push(agent);
+            self.others.push(agent);
         }
-        let (before, new) = self.agents.split_at_mut(known);
+        let new = &mut self.others[known..];
         for agent in &mut *new {
             agent.locate();
-            before[0].insert_image(agent);
+            self.observer.insert_image(agent, &self.traffic);
         }
         for agent in new {
-            agent.copy_view_of(&before[0]);
+            self.observer.copy_view_to(agent, self.drive.map());
             agent.update_derived();
         }
         Ok(())
     }
 
     /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another.
-    fn drive(&mut self) -> bool {
-        match self.agents.as_mut_slice() {
-            [participant] if self.scenario.participant => participant.drive(self.traffic.obstacles()),
-            _ => self.drive_several(),
+    fn move_agents(&mut self) -> bool {
+        match &mut self.observer {
+            Observer::Participant(participant) if self.others.is_empty() => participant.drive(self.traffic.obstacles()),
+            _ => self.move_several(),
         }
     }
 
-    /// Does the same as `drive` for several agents, each an obstacle to the others.
-    fn drive_several(&mut self) -> bool {
+    /// Does the same as `move_agents` for several agents, each an obstacle to the others.
+    fn move_several(&mut self) -> bool {
         let Touchable { agents, cars, near } = &mut self.touchable;
         agents.clear();
-        agents.extend(present(&mut self.agents).iter().map(|agent| agent.obstacle()));
-        // The participant's view has all vehicles that are not agents, at their poses of the end of this tick.
+        agents.extend(self.observer.participant().into_iter().chain(&self.others).map(Agent::obstacle));
+        // The observer's view has all vehicles that are not agents, at their poses of the end of this tick.
         let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
-        let others = self.agents[0].view.cars.iter().filter(|car| !is_agent(car.id));
+        let others = self.observer.view().cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
         cars.extend(others.map(VehicleSnapshot::obstacle));
         let mut has_touched = false;
-        for (agent, own) in present(&mut self.agents).iter_mut().zip(&*agents) {
+        for (agent, own) in agents_mut(&mut self.observer, &mut self.others).zip(&*agents) {
             let is_near = |other: &&Obstacle| {
                 other.pose.position.distance(own.pose.position) < TOUCHABLE_M && other.is_at_height(own.height_m)
             };
@@ -266,33 +280,26 @@ impl World {
 
     /// Updates the position and the image of every agent, then every agent's view of the others and the state derived from it.
     fn update_derived(&mut self) {
-        self.agents.iter_mut().for_each(Agent::locate);
-        if let [participant, others @ ..] = self.agents.as_mut_slice() {
-            for other in &*others {
-                participant.insert_image(other);
-            }
-            for other in others {
-                other.copy_view_of(participant);
-            }
+        agents_mut(&mut self.observer, &mut self.others).for_each(Agent::locate);
+        for other in &self.others {
+            self.observer.insert_image(other, &self.traffic);
         }
-        self.agents.iter_mut().for_each(Agent::update_derived);
+        for other in &mut self.others {
+            self.observer.copy_view_to(other, self.drive.map());
+        }
+        self.observer.update_derived();
+        self.others.iter_mut().for_each(Agent::update_derived);
     }
 
     fn end(&mut self, reason: EndReason) {
         self.ended = Some(reason);
         let tick = self.snapshot().tick;
-        self.agents[0].events.push(Event { tick, kind: EventKind::Ended(reason) });
-    }
-
-    fn participant(&self) -> &Agent {
-        &self.agents[0]
+        self.observer.events_mut().push(Event { tick, kind: EventKind::Ended(reason) });
     }
 
     /// Extends the drive by `seconds`; no effect on a drive without an end.
     pub fn extend(&mut self, seconds: f64) {
-        if self.scenario.duration_s > 0.0 {
-            self.scenario.duration_s += seconds;
-        }
+        self.drive.extend(seconds);
     }
 
     /// Releases the traffic engine for another drive, as SUMO runs once a process. This drive cannot go on.
@@ -305,19 +312,19 @@ impl World {
         self.traffic.is_stopped()
     }
 
-    /// Returns the participant's events of the last tick.
+    /// Returns the events of the last tick: the participant's, and the end of the drive.
     pub fn events(&self) -> &[Event] {
-        &self.participant().events
+        self.observer.events()
     }
 
-    /// Returns the participant's view at the present tick.
+    /// Returns the participant's view at the present tick; without a participant, that of all vehicles.
     pub fn snapshot(&self) -> &Snapshot {
-        &self.participant().view
+        self.observer.view()
     }
 
     /// Returns the advised vehicles other than the participant's that are present, by ascending id.
     pub fn advised_others(&self) -> &[Agent] {
-        &self.agents[1..]
+        &self.others
     }
 
     /// Returns the ids of all vehicles other than the participant's that have been advised, ascending.
@@ -332,27 +339,32 @@ impl World {
 
     /// Returns true if vehicles other than the participant's are or can become advised.
     pub fn advises_others(&self) -> bool {
-        let can_come = self.scenario.is_on_network() && self.scenario.advised.of_those_that_come() > 0.0;
-        self.participant().advice.advises() && (can_come || !self.advised.is_empty())
+        let can_come = self.drive.is_open() && self.scenario().advised.of_those_that_come() > 0.0;
+        self.advice.advises() && (can_come || !self.advised.is_empty())
     }
 
     /// Returns the policy in use; the scenario has the policy that was requested.
     pub fn policy(&self) -> &policy::ResolvedPolicy {
-        &self.participant().advice.policy
+        &self.advice.policy
+    }
+
+    /// Returns the drive as it was planned.
+    pub fn drive(&self) -> &PlannedDrive {
+        &self.drive
     }
 
     pub fn map(&self) -> &Arc<RoadMap> {
-        &self.map
+        self.drive.map()
     }
 
     /// Returns the scenario, with the settings that follow from its road.
     pub fn scenario(&self) -> &Scenario {
-        &self.scenario
+        self.drive.scenario()
     }
 
     /// Returns the speeds that the speedometer must cover.
     pub fn expected_speeds(&self) -> ExpectedSpeeds {
-        self.participant().advice.expected
+        self.advice.expected
     }
 
     /// Returns the state of traffic at the hand-over to the driver.
@@ -362,7 +374,7 @@ impl World {
 
     /// Returns the parameters of the ego's car.
     pub fn ego_params(&self) -> &CarParams {
-        self.participant().car.params()
+        &self.ego_params
     }
 
     /// Returns the name and version of the traffic engine.
@@ -386,10 +398,9 @@ impl World {
     }
 }
 
-/// Returns the agents that are on the road: all, but not the first in a drive without a participant.
-fn present(agents: &mut [Agent]) -> &mut [Agent] {
-    let first = usize::from(agents[0].view.is_without_ego);
-    &mut agents[first..]
+/// Returns all agents: the participant's vehicle first, if present, then the others by ascending id.
+fn agents_mut<'a>(observer: &'a mut Observer, others: &'a mut [Agent]) -> impl Iterator<Item = &'a mut Agent> {
+    observer.participant_mut().into_iter().chain(others)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use crate::{
     controls::Indicator,
     driver::{DriverParams, SimulatedDriver},
     ego::EgoCar,
-    scenario::StartLayout,
+    scenario::{PlanError, StartLayout},
     space::{CAR_LENGTH_M, Pose},
     traffic::{EngineChoice, VehicleBody, VehicleId},
 };
@@ -19,6 +19,11 @@ use std::f64::consts::{PI, TAU};
 
 fn ring() -> World {
     World::new(&Scenario { traffic: EngineChoice::Native, ..Scenario::default() }).expect("the shipped ring")
+}
+
+/// Returns the participant's vehicle.
+fn ego(world: &mut World) -> &mut Agent {
+    world.observer.participant_mut().expect("a participant")
 }
 
 fn drive(world: &mut World, ticks: usize) {
@@ -32,7 +37,8 @@ fn drive(world: &mut World, ticks: usize) {
 fn a_policy_observes_its_own_car_the_one_ahead_and_the_ring() {
     let mut world = ring();
     drive(&mut world, 250);
-    let seen = world.agents[0].observe(&world.scenario);
+    let plan = world.drive().clone();
+    let seen = ego(&mut world).observe(&plan);
     let snapshot = world.snapshot();
     assert!(seen.speed_mps > 0.5, "it drives: {seen:?}");
     assert_eq!(world.time_s(), 2.5, "250 ticks of 10 ms");
@@ -77,7 +83,7 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
     let mut world =
         World::new(&Scenario { traffic: EngineChoice::Native, map: "practice".into(), ..Scenario::default() })
             .expect("the shipped circuit");
-    let route = Arc::clone(&world.map).route.clone();
+    let route = Arc::clone(world.map()).route.clone();
     // Start of the first bend: the road is straight before it and bent after it.
     let bent = |s_m: f64| route.curvature_at(s_m, LANE_HINT_SPAN_M).abs() > 0.01;
     let mut begins_m = 20.0;
@@ -85,13 +91,13 @@ fn lane_help_looks_a_fifth_of_a_second_ahead() {
         begins_m += 0.5;
     }
     // 1 m before the bend a stopped car does not see it; at 20 m/s, 4 m ahead, it does.
-    world.agents[0].view.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
-    world.agents[0].view.ego.speed_mps = 0.0;
+    ego(&mut world).view.ego_s_m = begins_m - 1.0 + CAR_LENGTH_M / 2.0;
+    ego(&mut world).view.ego.speed_mps = 0.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
     // Nor in reverse, at any speed.
-    world.agents[0].view.ego.speed_mps = -20.0;
+    ego(&mut world).view.ego.speed_mps = -20.0;
     assert!(world.lane_hint().curvature.abs() < 0.01);
-    world.agents[0].view.ego.speed_mps = 20.0;
+    ego(&mut world).view.ego.speed_mps = 20.0;
     assert!(world.lane_hint().curvature.abs() > 0.01);
 }
 
@@ -121,15 +127,15 @@ fn only_a_drive_with_an_end_can_be_extended() {
 fn a_policys_equilibrium_speed_is_that_of_the_ring_with_even_gaps() {
     let world = ring();
     // docs/references.md: ring: 22 cars on 250 m flow at 4.362 m/s.
-    let settings = policy_settings(world.scenario(), &world.map.route);
+    let settings = policy_settings(world.drive());
     assert!((settings.equilibrium_mps - 4.362).abs() < 0.005, "{settings:?}");
     // The drivers' desired speed is capped by the road's limit.
     let quick =
         Scenario { idm: crate::idm::IdmParams { v0: 500.0, ..world.scenario().idm }, ..world.scenario().clone() };
-    let limit_mps = world.map.route.speed_limit_mps(0.0);
-    assert_eq!(limited_idm(&quick, &world.map.route).v0, limit_mps);
+    let limit_mps = world.map().route.speed_limit_mps(0.0);
+    assert_eq!(limited_idm(&quick, &world.map().route).v0, limit_mps);
     let slow = Scenario { idm: crate::idm::IdmParams { v0: 5.0, ..world.scenario().idm }, ..world.scenario().clone() };
-    assert_eq!(limited_idm(&slow, &world.map.route).v0, 5.0);
+    assert_eq!(limited_idm(&slow, &world.map().route).v0, 5.0);
 }
 
 #[test]
@@ -137,7 +143,7 @@ fn vehicles_move_evenly_within_a_step_and_their_odometers_match() {
     let mut world = ring();
     let start: Vec<f64> = world.snapshot().cars.iter().map(|car| car.s_m.unwrap()).collect();
     drive(&mut world, 305);
-    let length_m = world.map.route.length_m();
+    let length_m = world.map().route.length_m();
     let step = world.scenario().step_ticks();
     let fraction = f64::from((world.snapshot().tick.0 % step) as u32) / step as f64;
     let (begin_mps, end_mps) = world.traffic.speeds_mps();
@@ -163,7 +169,7 @@ fn the_ego_creeps_if_the_scenario_says_so() {
 #[test]
 fn an_error_names_the_settings_it_depends_on_the_most_likely_first() {
     assert_eq!(WorldError::NoParticipant.settings(), ["participant"]);
-    let setting = |key| WorldError::Setting { key, message: String::new() };
+    let setting = |key| WorldError::Plan(PlanError::Setting { key, message: String::new() });
     assert_eq!(setting("participant").settings(), ["participant", "demand", "map"]);
     let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 1, ..Scenario::default() };
     let error = World::new(&scenario).err().expect("an ego alone on a ring");
@@ -178,14 +184,14 @@ fn the_egos_odometer_is_the_distance_that_it_drove() {
         drive(&mut world, 1);
         way_m += world.snapshot().ego.speed_mps * TICK_S;
     }
-    let found_m = world.agents[0].image.odometer_m;
+    let found_m = ego(&mut world).image.odometer_m;
     assert!(way_m > 1.0 && (found_m - way_m).abs() < 1e-9, "{found_m} and {way_m}");
 }
 
 #[test]
 fn a_vehicle_that_turns_off_leads_until_its_rear_has_left_the_lane() {
     let world = ring();
-    let route = &world.map.route;
+    let route = &world.map().route;
     let (tail_m, turned_rad) = (130.0, PI / 3.0);
     let leader = |beside_m: f64| {
         let yaw_rad = route.yaw_at(tail_m) + turned_rad;
@@ -216,7 +222,7 @@ fn a_car_that_is_put_back_is_one_metre_ahead_of_the_vehicle_behind() {
         ..VehicleSnapshot::default()
     };
     let scenario = world.scenario().clone();
-    let agent = &mut world.agents[0];
+    let agent = ego(&mut world);
     // The ego's front is 3 m ahead of the vehicle behind; the ego needs its length of 5 m and a gap of 1 m.
     agent.view.cars = vec![car(1, 130.0, 4.0), car(2, 97.0, 3.0)];
     agent.view.ego_s_m = 100.0;
@@ -230,8 +236,8 @@ fn the_ego_is_back_on_the_road_only_0_2_m_inside_the_edge() {
     let mut world = ring();
     // Asphalt: a lane of 3.6 m, and a shoulder of 0.4 m.
     let half_m = 3.6 / 2.0 + 0.4;
-    let on_lane = Pose::new(world.map.route.point_at(30.0), world.map.route.yaw_at(30.0));
-    let agent = &mut world.agents[0];
+    let on_lane = Pose::new(world.map().route.point_at(30.0), world.map().route.yaw_at(30.0));
+    let agent = ego(&mut world);
     let mut watch = |offset_m: f64| {
         let pose = Pose { position: on_lane.position + on_lane.left() * offset_m, ..on_lane };
         agent.car = EgoCar::new(&CarParams::default(), pose, 0.0, 21).expect("a car");

@@ -5,7 +5,7 @@ use super::{
     PlannedItem, Study,
     bids::{self, TsvColumn, TsvTable},
     questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
-    session::{self, SessionLog, TimedAnswer},
+    session_log::{SessionLog, TimedAnswer, as_map},
 };
 
 /// Returns the answers and scores of one questionnaire, one row per participant.
@@ -70,7 +70,7 @@ fn answer_columns(questionnaire: &Questionnaire) -> Vec<TsvColumn> {
 
 /// Returns the cells of an item that was done; `None` for any other item.
 fn answer_cells(questionnaire: &Questionnaire, item: &str, log: &SessionLog) -> Option<Vec<String>> {
-    let answers = session::as_map(log.answers.get(item).filter(|_| log.done(item).is_some())?);
+    let answers = as_map(log.answers.get(item).filter(|_| log.done(item).is_some())?);
     let names = questionnaire.answer_names().into_iter();
     let mut cells: Vec<String> = names.map(|name| answers.get(&name).map_or(String::new(), bids::value)).collect();
     // Rounding removes floating-point residues such as 3e-15 from sums of decimal weights.

@@ -3,6 +3,9 @@
 
 use serde_json::{Map, Value, json};
 
+/// Maximum size of a table, bytes.
+pub(super) const TABLE_BYTES: u64 = 64 << 20;
+
 /// Column of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TsvColumn {

@@ -7,11 +7,10 @@
 
 use super::{
     SessionError, event_table, motion,
-    places::WHAT_IF,
-    session::{self, SessionLog},
+    session_log::{self, SessionLog},
 };
 use crate::{
-    analysis::plan::CHANGED,
+    analysis::models::plan::CHANGED,
     file::read_text,
     record::{
         self, AlteredFile, RecordError,
@@ -31,6 +30,8 @@ pub const FILE: &str = "SHA256SUMS";
 const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
 /// Maximum size of the list, bytes: 400,000 files, as of a thousand sessions of twenty drives.
 const MOST_BYTES: u64 = 64 << 20;
+/// Separator between the name of a recording and a changed setting, in a recording by `codrive replay --what-if` beside the original.
+pub(super) const WHAT_IF: &str = "-what-if-";
 /// File that only holds a lock.
 const LOCK: &str = "lock";
 /// File that marks an erasure in progress.
@@ -104,7 +105,7 @@ pub fn lists(root: &Path, file: &Path) -> Result<bool, SessionError> {
 /// Returns the participants whose session is not over; their files are not listed yet.
 fn sessions_that_go_on(root: &Path) -> Result<BTreeSet<String>, RecordError> {
     let mut folders = record::entries(&root.join("sourcedata"))?;
-    folders.retain(|folder| SessionLog::load(&folder.join(session::FILE)).is_ok_and(|log| log.end.is_none()));
+    folders.retain(|folder| SessionLog::load(&folder.join(session_log::FILE)).is_ok_and(|log| log.end.is_none()));
     let name = |folder: &PathBuf| folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(folders.iter().map(name).collect())
 }

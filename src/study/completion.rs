@@ -1,6 +1,6 @@
 //! Completion of a session, as the data set reports it. In: the log of a session. Out: a [`Completion`].
 
-use super::session::{EndCause, ItemOutcome, SessionLog};
+use super::session_log::{EndCause, ItemOutcome, SessionLog};
 
 /// Extent to which a session was completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

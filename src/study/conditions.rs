@@ -3,10 +3,11 @@
 
 use super::{
     Study, StudyError, dial,
-    file::{ConditionLevel, SegmentKind, SettingChanges, StudyFile},
+    file::{ConditionLevel, StudyFile},
+    segment::{SegmentKind, SettingChanges},
 };
 use crate::{
-    analysis::plan::ConditionKind,
+    analysis::models::plan::ConditionKind,
     driver,
     map::{MapError, RoadMap},
     policy::{self, ResolvedPolicy},

@@ -25,11 +25,11 @@ use super::{
     event_table::{self, DriveEvents},
     fms_table, inherited, lock, motion,
     scans::{self, DateShift, ScannedDrive, ScannedFile},
-    session::{self, ParticipantKind, SessionLog},
+    session_log::{self, ParticipantKind, SessionLog},
     source,
 };
 use crate::{
-    analysis::plan,
+    analysis::models::plan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     record::{self, Manifest, RecordError, inputs},
 };
@@ -104,7 +104,7 @@ impl DataSet {
             )));
         }
         for (name, text) in &files {
-            data.put(name, text)?;
+            data.write(name, text)?;
         }
         Ok(data)
     }
@@ -116,7 +116,7 @@ impl DataSet {
             log::warn!(
                 "the plan of the analysis is not that of the first session; the report will say what was changed"
             );
-            return self.put(plan::CHANGED, &now);
+            return self.write(plan::CHANGED, &now);
         }
         self.remove(plan::CHANGED)
     }
@@ -189,7 +189,7 @@ impl DataSet {
         self.check_links()?;
         let mut logs = Vec::new();
         for code in self.codes()? {
-            let path = self.source(&code).join(session::FILE);
+            let path = self.source(&code).join(session_log::FILE);
             if record::is_there(&path)? {
                 logs.push(SessionLog::load(&path)?);
             }
@@ -212,7 +212,7 @@ impl DataSet {
         Ok((0..).find(|index| logs.iter().all(|log| log.index != *index || !counts(log))).unwrap_or(0))
     }
 
-    fn put(&self, name: &str, text: &str) -> Result<(), SessionError> {
+    fn write(&self, name: &str, text: &str) -> Result<(), SessionError> {
         let path = self.root.join(name);
         if let Some(folder) = path.parent() {
             record::new_private_dir(folder)?;
@@ -220,9 +220,9 @@ impl DataSet {
         Ok(record::replace(&path, text.as_bytes())?)
     }
 
-    fn put_table(&self, name: &str, table: &TsvTable, more: Value) -> Result<(), SessionError> {
-        self.put(&format!("{name}.tsv"), &table.text())?;
-        self.put(&format!("{name}.json"), &table.sidecar(more))
+    fn write_table(&self, name: &str, table: &TsvTable, more: Value) -> Result<(), SessionError> {
+        self.write(&format!("{name}.tsv"), &table.text())?;
+        self.write(&format!("{name}.json"), &table.sidecar(more))
     }
 
     /// Makes the tables of the data set from the sessions: the tables of one participant's drives and answers, and the common tables.
@@ -239,7 +239,7 @@ impl DataSet {
             self.publish_one(study, log)?;
         }
         inherited::settle(&self.root)?;
-        self.put_table("participants", &participants(&logs), json!({}))?;
+        self.write_table("participants", &participants(&logs), json!({}))?;
         // Questionnaires at one place differ between participants: after a drive without advice, none asks about advice.
         let plans: Vec<SessionPlan> = logs.iter().map(|log| study.plan(log.index)).chain([study.plan(0)]).collect();
         let mut named = BTreeSet::new();
@@ -260,7 +260,7 @@ impl DataSet {
             let stop = if questionnaire.title.ends_with(['.', '?', '!']) { "" } else { "." };
             let about = format!("{}{stop} {}", questionnaire.title, questionnaire.description);
             let more = json!({ "MeasurementToolMetadata": { "Description": about } });
-            self.put_table(&format!("phenotype/{}", name.replace('-', "_")), &table, more)?;
+            self.write_table(&format!("phenotype/{}", name.replace('-', "_")), &table, more)?;
         }
         let is_over = logs.iter().any(|log| log.participant == *code && log.end.is_some());
         checksums::list(&self.root, &code.subject(), is_over)
@@ -313,7 +313,7 @@ impl DataSet {
                         continue;
                     };
                     let facts = bids::task(&task(planned), &q.title, &planned.text, institution);
-                    self.put_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
+                    self.write_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
                     let name = format!("beh/{}_beh.tsv", file_name(&subject, planned));
                     let file = ScannedFile { name, began: &passage.began, planned, drive: None };
                     table.rows.push(scans::row(study, file, shift));
@@ -324,7 +324,7 @@ impl DataSet {
         if !log.fms.is_empty() {
             let facts = bids::task(fms_table::TASK, fms_table::ABOUT, &study.file.texts.fms, institution);
             let name = format!("{subject}/beh/{subject}_task-{}_beh", fms_table::TASK);
-            self.put_table(&name, &fms_table::table(study, &plan, log), facts)?;
+            self.write_table(&name, &fms_table::table(study, &plan, log), facts)?;
             stems.insert(name.trim_end_matches("_beh").to_owned());
         }
         self.remove_others(&subject, &stems)?;
@@ -332,7 +332,7 @@ impl DataSet {
         if table.rows.is_empty() {
             return ["tsv", "json"].into_iter().try_for_each(|ending| self.remove(&format!("{scans}.{ending}")));
         }
-        self.put_table(&scans, &table, json!({}))
+        self.write_table(&scans, &table, json!({}))
     }
 
     /// Removes tables of items that are no longer done, such as a drive that was begun again and then skipped. `stems` are the names to
@@ -356,8 +356,8 @@ impl DataSet {
 
     /// Writes a table of events; a sidecar at the top of the data set describes its columns.
     fn put_events(&self, name: &str, events: &TsvTable, facts: &Value) -> Result<(), SessionError> {
-        self.put(&format!("{name}_events.tsv"), &events.text())?;
-        self.put(&format!("{name}_events.json"), &format!("{facts:#}\n"))
+        self.write(&format!("{name}_events.tsv"), &events.text())?;
+        self.write(&format!("{name}_events.json"), &format!("{facts:#}\n"))
     }
 
     /// Writes the motion of a drive, and its events counted from the first sample. Returns the name of the motion table relative to the
@@ -376,8 +376,8 @@ impl DataSet {
         let table = format!("{within}_motion.tsv");
         let Some(span) = motion::write(recording, &self.root.join(subject).join(&table))? else { return Ok(None) };
         self.put_events(&name, &events.since(span.first), &facts)?;
-        self.put(&format!("{name}_channels.tsv"), &motion::channels())?;
-        self.put(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
+        self.write(&format!("{name}_channels.tsv"), &motion::channels())?;
+        self.write(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
         Ok(Some(table))
     }
 }
@@ -438,11 +438,6 @@ fn readme(study: &Study) -> String {
          `codrive analyse` makes tables of measures and a report of it.\n",
         bids::markdown(&study.file.title)
     )
-}
-
-/// Returns the names of the factors; none if the study lists its conditions directly, as the condition has its own column.
-pub(super) fn factors(study: &Study) -> impl Iterator<Item = &String> {
-    study.file.factors.keys()
 }
 
 fn participants(logs: &[SessionLog]) -> TsvTable {

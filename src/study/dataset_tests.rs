@@ -57,7 +57,7 @@ fn passage(item: &str, outcome: &str) -> Value {
 fn save(data: &DataSet, log: &SessionLog) {
     let folder = data.source(&log.participant);
     fs::create_dir_all(&folder).unwrap();
-    fs::write(folder.join(session::FILE), serde_json::to_string(log).unwrap()).unwrap();
+    fs::write(folder.join(session_log::FILE), serde_json::to_string(log).unwrap()).unwrap();
 }
 
 fn cells(table: &TsvTable) -> Vec<Vec<String>> {

@@ -6,7 +6,7 @@
 
 use super::{
     DataSet, ParticipantCode, SessionError,
-    bids::{TsvColumn, TsvTable},
+    bids::{TABLE_BYTES, TsvColumn, TsvTable},
     checksums, inherited, lock, mentions,
 };
 use crate::{
@@ -26,8 +26,6 @@ pub const LEDGER: &str = "erased";
 const BEGUN: &str = "erasure.json";
 /// Folders at the top with results that `codrive analyse` can make again.
 const MADE_AGAIN: [&str; 3] = ["derivatives/codrive", "analysis", "report"];
-/// Maximum size of a table, bytes.
-pub(super) const TABLE_BYTES: u64 = 64 << 20;
 
 /// An erasure in progress.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,9 +5,7 @@
 //! absent or empty, and the same command starts again.
 
 use super::{
-    DataSet, ParticipantCode, SessionError, checksums,
-    erasure::{TABLE_BYTES, tables},
-    event_table, lock, motion,
+    DataSet, ParticipantCode, SessionError, bids::TABLE_BYTES, checksums, erasure::tables, event_table, lock, motion,
 };
 use crate::{
     file::read_text,

@@ -7,9 +7,10 @@ use super::{
     Questionnaire, SpokenText, StudyError,
     conditions::{Condition, ExpectedDrives, changed, conditions},
     order,
+    segment::{SettingChanges, check_word},
 };
 use crate::{
-    analysis::plan::AnalysisPlan,
+    analysis::models::plan::AnalysisPlan,
     file::{SETTINGS_BYTES, read_bounded, read_text},
     lsl::LslSettings,
     plot,
@@ -19,15 +20,12 @@ use crate::{
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
     sync::Arc,
 };
-
-/// Scenario settings that differ from the settings they are applied to, by key.
-pub(super) type SettingChanges = Map<String, Value>;
 
 /// Contents of a study file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -445,22 +443,6 @@ impl Study {
     }
 }
 
-/// A name that cannot be part of a file name.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens")]
-pub(super) struct WordFault {
-    /// Rejected name, as written in the study file.
-    word: String,
-}
-
-/// Checks that a name can be part of file names and data.
-pub(super) fn check_word(word: &str) -> Result<(), WordFault> {
-    let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    if !word.is_empty() && word.len() <= 40 && word.chars().all(fine) {
-        return Ok(());
-    }
-    Err(WordFault { word: word.into() })
-}
 #[cfg(test)]
 #[path = "file_tests.rs"]
 mod tests;

@@ -4,7 +4,7 @@
 use super::{
     SessionPlan, Study, answer_tables,
     bids::{self, TsvColumn, TsvTable},
-    session::{DriveRating, SessionLog},
+    session_log::{DriveRating, SessionLog},
 };
 
 /// Name of the task in BIDS.

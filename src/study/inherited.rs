@@ -10,11 +10,11 @@ use std::{fs, io::ErrorKind, path::Path};
 /// # Errors
 /// A file cannot be read, written or removed.
 pub(super) fn settle(root: &Path) -> Result<(), SessionError> {
-    put(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(event_table::sidecar))?;
-    put(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv")?.then(motion::reference_frames))
+    write_or_remove(root, event_table::SIDECAR, has_table(root, "_events.tsv")?.then(event_table::sidecar))?;
+    write_or_remove(root, motion::CHANNELS_JSON, has_table(root, "_channels.tsv")?.then(motion::reference_frames))
 }
 
-fn put(root: &Path, name: &str, text: Option<String>) -> Result<(), SessionError> {
+fn write_or_remove(root: &Path, name: &str, text: Option<String>) -> Result<(), SessionError> {
     let path = root.join(name);
     if let Some(text) = text {
         return Ok(record::replace(&path, text.as_bytes())?);

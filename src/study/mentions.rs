@@ -1,7 +1,7 @@
 //! Files that name a participant, for an erasure. In: a data set, a participant code. Out: `derivatives/` of other programs without the
 //! participant's folders, rows and files; and the list of other files that still name the participant.
 
-use super::{ParticipantCode, SessionError, erasure::TABLE_BYTES};
+use super::{ParticipantCode, SessionError, bids::TABLE_BYTES};
 use crate::{
     file::{open_regular, read_text},
     record::{self, RecordError},

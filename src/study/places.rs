@@ -3,9 +3,10 @@
 
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
+    checksums::WHAT_IF,
     dataset::{BASELINE, STUDY},
-    scans, session,
-    session_log::{ItemOutcome, SegmentRecord, SessionLog},
+    scans,
+    session_log::{self, ItemOutcome, SegmentRecord, SessionLog},
 };
 use crate::{
     file::read_text,
@@ -22,8 +23,6 @@ use std::{
 
 /// Suffix of a baseline folder that is still being written.
 const PART: &str = "-part";
-/// Separator between the name of a recording and a changed setting, in a recording by `codrive replay --what-if` beside the original.
-pub(super) const WHAT_IF: &str = "-what-if-";
 
 /// Row of `participants.tsv` or of a list of scans: cells by column name.
 type Row = BTreeMap<String, String>;
@@ -73,8 +72,7 @@ fn rows(path: &Path) -> Result<Vec<Row>, SessionError> {
     if !is_there(path)? {
         return Ok(Vec::new());
     }
-    let text =
-        read_text(path, super::erasure::TABLE_BYTES).map_err(|why| RecordError::File { path: path.into(), why })?;
+    let text = read_text(path, super::bids::TABLE_BYTES).map_err(|why| RecordError::File { path: path.into(), why })?;
     let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned));
     let names: Vec<String> = lines.next().into_iter().flatten().collect();
     Ok(lines.map(|cells| names.iter().cloned().zip(cells).collect()).collect())
@@ -94,7 +92,7 @@ impl Places<'_> {
     /// Checks one participant: log, row of `participants.tsv`, recordings, list of scans.
     fn check_participant(&mut self, subject: &str, people: &[Row]) -> Result<(), SessionError> {
         let source = format!("sourcedata/{subject}");
-        let file = format!("{source}/{}", session::FILE);
+        let file = format!("{source}/{}", session_log::FILE);
         let log = match SessionLog::load(&self.root.join(&file)) {
             Ok(log) => log,
             Err(why) => {
@@ -173,7 +171,11 @@ impl Places<'_> {
             let at = &manifest.began;
             self.add_fault(
                 &name,
-                format!("was begun at {at}; {} says that {} was from {began} to {ended}", session::FILE, passage.item),
+                format!(
+                    "was begun at {at}; {} says that {} was from {began} to {ended}",
+                    session_log::FILE,
+                    passage.item
+                ),
             );
         }
         if !is_done {
@@ -183,7 +185,7 @@ impl Places<'_> {
         if !is_of {
             self.add_fault(
                 &name,
-                format!("is not named after {}, of which {} says that it is", passage.item, session::FILE),
+                format!("is not named after {}, of which {} says that it is", passage.item, session_log::FILE),
             );
         }
         if let Some(plan) = plan {
@@ -272,7 +274,7 @@ impl Places<'_> {
         for name in entries(&self.root.join(source))? {
             let place = format!("{source}/{name}");
             if self.root.join(&place).is_dir() && !is_known(&name) && !OF_SYSTEMS.contains(&name.as_str()) {
-                self.add_fault(&place, format!("{} of its participant does not name it", session::FILE));
+                self.add_fault(&place, format!("{} of its participant does not name it", session_log::FILE));
             }
         }
         Ok(())

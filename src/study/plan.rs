@@ -5,12 +5,9 @@ use super::{
     Study,
     conditions::{Condition, conditions},
     reckoning,
-    segment::{SegmentKind, short_name},
+    segment::{SegmentKind, StudySegment, short_name},
 };
-use crate::{
-    policy::{self, ResolvedPolicy},
-    scenario::Scenario,
-};
+use crate::{policy::ResolvedPolicy, scenario::Scenario};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// Content of one item of a session.
@@ -80,76 +77,11 @@ impl Study {
     /// Returns the session plan of participant number `index`, from 0. The same file and number give the same plan.
     pub fn plan(&self, index: usize) -> SessionPlan {
         let order = self.file.order.order(self.conditions.len(), index, self.file.seed);
-        let mut items = Vec::new();
-        let mut drives = 0;
-        for (i, segment) in self.file.segment.iter().enumerate() {
-            let mut add = |name: String, text: &str, item: PlanItem, trial: Option<(usize, &Condition)>| {
-                let (run, condition) = trial.map(|(run, condition)| (run, condition.name.clone())).unzip();
-                let has_advice = match &item {
-                    PlanItem::Drive { policy, .. } => Some(policy.name != policy::NAMES[0]),
-                    _ => None,
-                };
-                let planned = |name: String, text: &str, item: PlanItem, after: Option<AskedAfter>| PlannedItem {
-                    name,
-                    segment: segment.name.clone(),
-                    run,
-                    condition: condition.clone(),
-                    after,
-                    text: text.into(),
-                    seconds: self.seconds(&item, text),
-                    item,
-                };
-                items.push(planned(name.clone(), text, item, None));
-                for word in has_advice.into_iter().flat_map(|has_advice| segment.after_drive(has_advice)) {
-                    let after = AskedAfter { drive: name.clone(), questionnaire: short_name(word) };
-                    let own = format!("{name}-{}", after.questionnaire);
-                    items.push(planned(own, "", PlanItem::Questions(word.clone()), Some(after)));
-                }
-            };
-            let mut drive = |condition: Option<&Condition>| {
-                let scenario = self.drive(i, condition).expect("checked when the study was read");
-                let scenario = if condition.is_some() { self.with_dial(scenario) } else { scenario };
-                drives += 1;
-                let names = [scenario.map.clone(), scenario.policy.clone()];
-                PlanItem::Drive {
-                    policy: self.expected.policies[&names].clone(),
-                    scenario: Box::new(Scenario { seed: self.seed_of(index, drives), ..scenario }),
-                    levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
-                    until_in_range_s: segment.until_in_range_s,
-                }
-            };
-            match segment.kind {
-                SegmentKind::Text => add(segment.name.clone(), "", PlanItem::Text(segment.text.clone()), None),
-                SegmentKind::Break => {
-                    add(segment.name.clone(), &segment.text, PlanItem::Break(segment.rest_s.unwrap_or(0.0)), None);
-                }
-                SegmentKind::Questions | SegmentKind::Consent => {
-                    let word = segment.own_questionnaire().unwrap_or_default().to_owned();
-                    add(segment.name.clone(), &segment.text, PlanItem::Questions(word), None);
-                }
-                SegmentKind::Drive => {
-                    let item = drive(None);
-                    add(segment.name.clone(), &segment.text, item, None);
-                }
-                SegmentKind::Trials => {
-                    for (place, &which) in order.iter().enumerate() {
-                        let condition = &self.conditions[which];
-                        let number = place + 1;
-                        if let (true, Some(rest_s)) = (place > 0, segment.rest_s.filter(|s| *s > 0.0)) {
-                            add(format!("{}-rest-{place}", segment.name), "", PlanItem::Break(rest_s), None);
-                        }
-                        let text = if place == 0 { segment.text.as_str() } else { "" };
-                        let item = drive(Some(condition));
-                        add(
-                            format!("{}-{number}-{}", segment.name, condition.name),
-                            text,
-                            item,
-                            Some((number, condition)),
-                        );
-                    }
-                }
-            }
-        }
+        let mut seeds = (1..).map(|drive| self.seed_of(index, drive));
+        let segments = self.file.segment.iter().enumerate();
+        let items = segments
+            .flat_map(|(number, segment)| SegmentPlanner { study: self, number, segment }.items(&order, &mut seeds))
+            .collect();
         let order = order.into_iter().map(|which| self.conditions[which].name.clone()).collect();
         SessionPlan { index, order, items }
     }
@@ -257,6 +189,94 @@ impl Study {
     }
 }
 
+/// Segment of a study, from which the items of a session are planned.
+struct SegmentPlanner<'a> {
+    study: &'a Study,
+    /// Number of the segment in the file, from 0.
+    number: usize,
+    segment: &'a StudySegment,
+}
+
+impl SegmentPlanner<'_> {
+    /// Returns the items of the segment, with trials in this order. Each drive takes the next seed.
+    fn items(&self, order: &[usize], seeds: &mut impl Iterator<Item = u64>) -> Vec<PlannedItem> {
+        let StudySegment { kind, text, rest_s, .. } = self.segment;
+        match kind {
+            SegmentKind::Text => vec![self.item("", PlanItem::Text(text.clone()))],
+            SegmentKind::Break => vec![self.item(text, PlanItem::Break(rest_s.unwrap_or(0.0)))],
+            SegmentKind::Questions | SegmentKind::Consent => {
+                let questionnaire = self.segment.own_questionnaire().unwrap_or_default().to_owned();
+                vec![self.item(text, PlanItem::Questions(questionnaire))]
+            }
+            SegmentKind::Drive => self.with_questionnaires(self.item(text, self.drive(None, seeds))),
+            SegmentKind::Trials => {
+                let conditions = order.iter().map(|&which| &self.study.conditions[which]).enumerate();
+                conditions.flat_map(|(place, condition)| self.trial(place, condition, seeds)).collect()
+            }
+        }
+    }
+
+    /// Returns an item that has the name of the segment and is not about a trial.
+    fn item(&self, text: &str, item: PlanItem) -> PlannedItem {
+        PlannedItem {
+            name: self.segment.name.clone(),
+            segment: self.segment.name.clone(),
+            run: None,
+            condition: None,
+            after: None,
+            text: text.into(),
+            seconds: self.study.seconds(&item, text),
+            item,
+        }
+    }
+
+    /// Returns the items of the trial at a place, from 0: the rest before it, its drive and the questionnaires about it.
+    fn trial(&self, place: usize, condition: &Condition, seeds: &mut impl Iterator<Item = u64>) -> Vec<PlannedItem> {
+        let StudySegment { name, text, rest_s, .. } = self.segment;
+        let rest = rest_s.filter(|rest_s| place > 0 && *rest_s > 0.0).map(|rest_s| PlannedItem {
+            name: format!("{name}-rest-{place}"),
+            ..self.item("", PlanItem::Break(rest_s))
+        });
+        let number = place + 1;
+        let drive = PlannedItem {
+            name: format!("{name}-{number}-{}", condition.name),
+            run: Some(number),
+            condition: Some(condition.name.clone()),
+            ..self.item(if place == 0 { text } else { "" }, self.drive(Some(condition), seeds))
+        };
+        rest.into_iter().chain(self.with_questionnaires(drive)).collect()
+    }
+
+    fn drive(&self, condition: Option<&Condition>, seeds: &mut impl Iterator<Item = u64>) -> PlanItem {
+        let scenario = self.study.drive(self.number, condition).expect("checked when the study was read");
+        let scenario = if condition.is_some() { self.study.with_dial(scenario) } else { scenario };
+        let names = [scenario.map.clone(), scenario.policy.clone()];
+        PlanItem::Drive {
+            policy: self.study.expected.policies[&names].clone(),
+            scenario: Box::new(Scenario { seed: seeds.next().unwrap_or_default(), ..scenario }),
+            levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
+            until_in_range_s: self.segment.until_in_range_s,
+        }
+    }
+
+    /// Returns a drive, followed by the questionnaires about it.
+    fn with_questionnaires(&self, drive: PlannedItem) -> Vec<PlannedItem> {
+        let has_advice = matches!(&drive.item, PlanItem::Drive { policy, .. } if policy.gives_advice());
+        let about = self.segment.after_drive(has_advice).map(|word| {
+            let after = AskedAfter { drive: drive.name.clone(), questionnaire: short_name(word) };
+            PlannedItem {
+                name: format!("{}-{}", drive.name, after.questionnaire),
+                run: drive.run,
+                condition: drive.condition.clone(),
+                after: Some(after),
+                ..self.item("", PlanItem::Questions(word.clone()))
+            }
+        });
+        let about: Vec<PlannedItem> = about.collect();
+        std::iter::once(drive).chain(about).collect()
+    }
+}
+
 impl SessionPlan {
     /// Returns the expected duration of the session, minutes.
     pub fn minutes(&self) -> f64 {
@@ -289,7 +309,7 @@ impl std::fmt::Display for PlanItem {
 
 /// Describes the advice of a drive.
 fn advice_text(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
-    if policy.name == policy::NAMES[0] {
+    if !policy.gives_advice() {
         return "no advice".into();
     }
     let of = if scenario.sham_advice { "sham advice of" } else { "policy" };

@@ -5,11 +5,13 @@ use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign};
 use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
-        mixed_model::ModelFault,
-        normality::NormalityTest,
-        plan::{AnalysisPlan, PlanHistory, PlannedTest},
-        planned::PlannedAnalysis,
-        power::SimulatedDesign,
+        models::{
+            mixed_model::ModelFault,
+            normality::NormalityTest,
+            plan::{AnalysisPlan, PlanHistory, PlannedTest},
+            planned::PlannedAnalysis,
+            power::SimulatedDesign,
+        },
     },
     plot::minus,
     record::inputs,
@@ -39,7 +41,7 @@ pub enum PreregistrationError {
     Analysis(#[from] AnalysisError),
     /// The rehearsal gives no estimate of the spread.
     #[error(
-        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study FILE --rehearse)"
+        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study rehearse FILE --out DIR)"
     )]
     NoSpread {
         /// Name of the primary outcome.

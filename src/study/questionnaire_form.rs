@@ -283,7 +283,7 @@ impl QuestionnaireForm {
                     return;
                 };
                 let answer = (!text.trim().is_empty()).then(|| Value::from(text));
-                self.give(name, answer, now_s);
+                self.set_answer(name, answer, now_s);
             }
             FormInput::PageOn => self.turn_on(now_s),
             FormInput::Mark | FormInput::Stop | FormInput::Again => {}
@@ -338,7 +338,7 @@ impl QuestionnaireForm {
             Some(at) => self.choose(at, now_s),
             None if kind == ElementKind::Checkbox && !required && !self.answers.contains_key(&name) => {
                 // Passed without a choice: the answer is an empty list.
-                self.give(name.clone(), Some(json!([])), now_s);
+                self.set_answer(name.clone(), Some(json!([])), now_s);
             }
             None => {}
         }
@@ -358,15 +358,15 @@ impl QuestionnaireForm {
         let (name, options) = (stop.name(), stop.options());
         let Some(value) = options.get(option).cloned() else { return };
         if stop.element.kind != ElementKind::Checkbox {
-            return self.give(name, Some(value), now_s);
+            return self.set_answer(name, Some(value), now_s);
         }
         let taken = |one: &Value| self.is_chosen(stop, one) != equal(one, &value);
         let list: Vec<Value> = options.iter().filter(|one| taken(one)).cloned().collect();
         let required = stop.element.is_required;
-        self.give(name, (!required || !list.is_empty()).then_some(Value::Array(list)), now_s);
+        self.set_answer(name, (!required || !list.is_empty()).then_some(Value::Array(list)), now_s);
     }
 
-    fn give(&mut self, name: String, answer: Option<Value>, now_s: f64) {
+    fn set_answer(&mut self, name: String, answer: Option<Value>, now_s: f64) {
         self.missing.retain(|missing| *missing != name);
         match answer {
             Some(answer) => {
@@ -389,18 +389,18 @@ impl QuestionnaireForm {
             return self.go_to(stop.unwrap_or(0));
         }
         match self.visible().into_iter().find(|page| *page > self.page) {
-            Some(page) => self.see(page, now_s),
+            Some(page) => self.show_page(page, now_s),
             None => self.over = true,
         }
     }
 
     fn turn_back(&mut self, now_s: f64) {
         if let Some(page) = self.visible().into_iter().rfind(|page| *page < self.page) {
-            self.see(page, now_s);
+            self.show_page(page, now_s);
         }
     }
 
-    fn see(&mut self, page: usize, now_s: f64) {
+    fn show_page(&mut self, page: usize, now_s: f64) {
         (self.page, self.seen_s) = (page, now_s);
         self.missing.clear();
         self.go_to(0);

@@ -10,8 +10,7 @@
 use super::{
     PlannedItem, SessionError, Study, answer_tables,
     bids::{TsvColumn, TsvTable},
-    dataset::factors,
-    session::SessionLog,
+    session_log::SessionLog,
 };
 use crate::{
     file::{SETTINGS_BYTES, read_text},
@@ -119,7 +118,7 @@ pub(super) fn row(study: &Study, file: ScannedFile<'_>, shift: Option<DateShift>
     let place = planned.run.map_or(String::new(), |run| run.to_string());
     let mut row = vec![file.name, at, planned.segment.clone(), place, planned.condition.clone().unwrap_or_default()];
     let level = |factor: &String| file.drive.as_ref().and_then(|drive| drive.levels.get(factor).cloned());
-    row.extend(factors(study).map(|factor| level(factor).unwrap_or_default()));
+    row.extend(study.file.factors.keys().map(|factor| level(factor).unwrap_or_default()));
     let of_drive = file.drive.map(|drive| [drive.seed.to_string(), drive.recording, drive.baseline]);
     row.extend(of_drive.unwrap_or_default());
     row

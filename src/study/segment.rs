@@ -1,18 +1,29 @@
 //! One segment of a study file. In: TOML tables. Out: a [`StudySegment`] with keys that fit its kind and values within their limits, or
 //! the key at fault and a message. The questionnaires and drives that it names are checked elsewhere (`file`, `conditions`).
 
-use super::{
-    file::{SettingChanges, check_word},
-    spoken::SpokenFiles,
-    stop_rule::ScoreLimit,
-};
+use super::spoken::SpokenFiles;
 use crate::scenario::Scenario;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
 use std::path::Path;
+
+/// Scenario settings that differ from the settings they are applied to, by key.
+pub(super) type SettingChanges = Map<String, Value>;
 
 /// Questionnaire of a consent segment that names no other.
 pub const CONSENT: &str = "consent";
+
+/// A limit of a score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScoreLimit {
+    /// Name of the score: in its questionnaire (questions), `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials), or
+    /// `fms` for the scale that is asked while driving (`fms_every_s`).
+    pub score: String,
+    /// Highest value at which the session continues, in the score's own unit.
+    pub value: f64,
+}
 
 /// Kind of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -177,4 +188,21 @@ impl StudySegment {
         }
         Ok(())
     }
+}
+
+/// A name that cannot be part of a file name.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the name \"{word}\" cannot be used; allowed: 1 to 40 small letters, digits and hyphens")]
+pub(super) struct WordFault {
+    /// Rejected name, as written in the study file.
+    word: String,
+}
+
+/// Checks that a name can be part of file names and data.
+pub(super) fn check_word(word: &str) -> Result<(), WordFault> {
+    let fine = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if !word.is_empty() && word.len() <= 40 && word.chars().all(fine) {
+        return Ok(());
+    }
+    Err(WordFault { word: word.into() })
 }

@@ -6,13 +6,13 @@
 //! its last run was done or skipped; the first unsettled item comes next. A lock keeps a second program away.
 
 pub use super::session_log::{
-    DriveRating, EndCause, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog,
-    SessionNote, TimedAnswer,
+    DriveRating, EndCause, FILE, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog,
+    SessionNote, TimedAnswer, as_map,
 };
 
 use super::{
     DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, dataset::BASELINE_PART, lock,
-    questions::Answers, stop_rule::SessionEnding,
+    stop_rule::SessionEnding,
 };
 use crate::record::{self, RecordError};
 use fail::fail_point;
@@ -21,9 +21,6 @@ use std::{
     fs::File,
     path::{Path, PathBuf},
 };
-
-/// Name of the session file.
-pub const FILE: &str = "session.json";
 
 /// Session of one participant.
 #[derive(Debug)]
@@ -382,11 +379,6 @@ impl Session {
         }
         self.save()
     }
-}
-
-/// Converts answers to a map by question, as scores and conditions need it.
-pub fn as_map(answered: &[TimedAnswer]) -> Answers {
-    answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
 }
 
 fn nothing_left(code: &ParticipantCode) -> SessionError {

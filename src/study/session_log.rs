@@ -1,11 +1,13 @@
 //! Contents of a session file, and how it is read. In: `session.json`. Out: all runs, answers and notes so far ([`SessionLog`]).
 
-use super::{FmsRating, ParticipantCode, SessionError};
+use super::{FmsRating, ParticipantCode, SessionError, questions::Answers};
 use crate::file;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path};
 
+/// Name of the session file.
+pub const FILE: &str = "session.json";
 /// Maximum size of the file, bytes; a note every ten seconds for a day takes less.
 const MOST_BYTES: u64 = 8 << 20;
 
@@ -205,4 +207,9 @@ impl SessionLog {
     pub fn done(&self, item: &str) -> Option<&SegmentRecord> {
         self.last(item).filter(|passage| passage.outcome == ItemOutcome::Done)
     }
+}
+
+/// Converts answers to a map by question, as scores and conditions need it.
+pub fn as_map(answered: &[TimedAnswer]) -> Answers {
+    answered.iter().map(|a| (a.question.clone(), a.answer.clone())).collect()
 }

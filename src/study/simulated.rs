@@ -17,7 +17,7 @@
 use super::{
     FmsRating, PlanItem, PlannedItem, SessionPlan, Study, fms,
     questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
-    session::{EndCause, TimedAnswer, as_map},
+    session_log::{EndCause, TimedAnswer, as_map},
 };
 use crate::{
     driver::{DriverParams, FittedDriver, Population},

@@ -7,23 +7,10 @@ use super::{
     file::ParticipantTexts,
     fms,
     questions::{Answers, Questionnaire, VisibilityCondition},
-    segment::{SegmentKind, StudySegment, short_name},
+    segment::{ScoreLimit, SegmentKind, StudySegment, short_name},
     session_log::EndCause,
 };
 use crate::toml_text;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-/// A limit of a score.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ScoreLimit {
-    /// Name of the score: in its questionnaire (questions), `QUESTIONNAIRE.SCORE` for a questionnaire in `after` (drive, trials), or
-    /// `fms` for the scale that is asked while driving (`fms_every_s`).
-    pub score: String,
-    /// Highest value at which the session continues, in the score's own unit.
-    pub value: f64,
-}
 
 /// End of a session by a rule of the study.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,9 +5,9 @@
 //!   reads in `file_fingerprints`.
 //! * [`single_run`]: execution of one run in this process; [`rows`]: its rows.
 //! * [`results`]: the folder of a sweep: finished runs, missing runs, and combined tables.
+//! * [`supervisor`]: worker processes that carry out the runs on this machine, with retries and time limits.
 //!
-//! Other code distributes the runs: this program's own workers (`codrive sweep`), an array of jobs by `--part`, or Ray through the Python
-//! package. A run gives the same bytes on every machine: it reads no clock, and its random numbers come from its own seed
+//! The whole plan runs on one machine (`codrive sweep`), as an array of jobs by `--part`, or on Ray through the Python package. A run gives the same bytes on every machine: it reads no clock, and its random numbers come from its own seed
 //! (docs/decisions.md: 30).
 
 mod combinations;
@@ -17,6 +17,7 @@ pub mod plan;
 pub mod results;
 pub mod rows;
 pub mod single_run;
+pub mod supervisor;
 
 pub use plan::{SweepPlan, SweepRun};
 

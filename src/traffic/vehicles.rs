@@ -2,7 +2,10 @@
 //! Metres, m/s, world axes.
 
 use crate::{
-    map::network::LaneId,
+    map::{
+        PathLanes, RoadMap,
+        network::{LaneId, LanePosition},
+    },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use serde::{Deserialize, Serialize};
@@ -124,6 +127,18 @@ pub struct VehicleState {
     /// Acceleration over the step, m/s2; 0 in the step of its departure.
     pub accel_mps2: f64,
     pub lamps: VehicleLamps,
+}
+
+impl VehicleState {
+    /// Returns the position of the front bumper in its lane; `None` off all lanes.
+    pub fn lane_position(&self) -> Option<LanePosition> {
+        Some(LanePosition { lane: self.lane?, s_m: self.s_m, offset_m: self.offset_m })
+    }
+
+    /// Returns where the front bumper is along a map's route, metres; of several places the one nearest to `near_s_m`. `None` off the route.
+    pub fn s_on(&self, map: &RoadMap, lanes: &PathLanes, near_s_m: f64) -> Option<f64> {
+        lanes.s_at(map, self.lane_position()?, self.pose.front(self.body.length_m), near_s_m)
+    }
 }
 
 /// Vehicle that departed in a step.

@@ -43,7 +43,7 @@ pub const BATCH: u64 = 20;
 
 const RUN: [&str; 11] =
     ["run", "--traffic", "native", "--vehicles", "6", "--duration", "4", "--warm-up", "0", "--out", "@p1"];
-const REHEARSE: [&str; 7] = ["study", "@study.toml", "--rehearse", "--participants", "2", "--out", "@data"];
+const REHEARSE: [&str; 7] = ["study", "rehearse", "@study.toml", "--participants", "2", "--out", "@data"];
 
 /// Interrupted recordings: name, fault, and number of ticks on the disk. They were interrupted during the drive; before the tables had
 /// their names; after the manifest said that the recording is complete; and after the journal was deleted but not its folder.
@@ -120,8 +120,8 @@ impl Scenario {
             Self::Recovery => &["recover", "@p1"],
             Self::Replay => &["replay", "@p1"],
             Self::Analysis => &["analyse", "@data"],
-            Self::Erasure => &["study", "@study.toml", "--erase", "R01", "--reason", "asked for", "--out", "@data"],
-            Self::Exclusion => &["study", "@study.toml", "--exclude", "R01", "--reason", "slept", "--out", "@data"],
+            Self::Erasure => &["study", "erase", "@study.toml", "R01", "--reason", "asked for", "--from", "@data"],
+            Self::Exclusion => &["study", "exclude", "@study.toml", "R01", "--reason", "slept", "--from", "@data"],
         }
     }
 

@@ -12,7 +12,7 @@ mod voice;
 mod wheel;
 
 use codrive::{
-    analysis::people::STATES,
+    analysis::data::people::STATES,
     panel::{ItemState, ParticipantScreen, SessionCommand, SessionPhase},
     record::RecordError,
     session::BackendStatus,

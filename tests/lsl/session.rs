@@ -55,7 +55,7 @@ fn a_session_streams_its_trials_and_records_the_device_in_each() {
     heart.wait_for("READY", 1);
     let server = Server::start([1300, 1200]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-    command.arg("study").arg(&study).args(["--participant", "P03", "--out"]).arg(&out).env("RUST_LOG", "error");
+    command.args(["study", "session"]).arg(&study).args(["P03", "--out"]).arg(&out).env("RUST_LOG", "error");
     let mut program = server.start_program(&mut command);
     let mut pylsl = Program::python("receive.py", &["session", "codrive.events", "codrive.ego"]);
     pylsl.wait_for("READY", 1);

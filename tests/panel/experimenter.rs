@@ -114,7 +114,7 @@ impl Bench {
         let road = (0..120).map(|i| on_ring(f64::from(i) / 120.0 * LENGTH_M).position.to_array()).collect();
         let mut log = DriveLog::on(road, LENGTH_M, 4.0, 8.7);
         for step in 0..=steps {
-            log.see(&snapshot(step), 10);
+            log.add(&snapshot(step), 10);
         }
         let health = DriveHealth {
             frame_ms: [16.7, 21.0],

@@ -77,7 +77,7 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     assert!(again.status.success() && printed(&again).contains("the same to the bit"), "{}", printed(&again));
     let study = elsewhere.at("study.toml");
     fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/studies/congestion.toml"), &study).unwrap();
-    let checked = run(elsewhere.command().arg("study").arg(&study).arg("--check"));
+    let checked = run(elsewhere.command().args(["study", "check"]).arg(&study));
     assert!(checked.status.success(), "questionnaires are in the program, too: {}", printed(&checked));
 }
 

@@ -78,7 +78,7 @@ fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
     let segment = "[[segment]]\nkind = \"text\"\nname = \"welcome\"\ntext = \"Hello\"\n";
     fs::write(&study, format!("title = \"Short\"\nparticipants = 1\nseed = 7\n{segment}")).unwrap();
     fs::copy(&study, path("session/study.toml")).unwrap();
-    let rehearse = |out: &str| ["study", &study, "--rehearse", "--participants", "1", "--out", out].map(str::to_owned);
+    let rehearse = |out: &str| ["study", "rehearse", &study, "--participants", "1", "--out", out].map(str::to_owned);
     let analyse = |folder: &str| ["analyse", folder].map(str::to_owned).to_vec();
     // For each pipe: its path, the command, and the message about it.
     let table: [(&str, Vec<String>, &str); 6] = [
@@ -303,7 +303,7 @@ fn talkative(folder: &Path) -> Vec<Vec<String>> {
                 kind = \"drive\"\nname = \"drive\"\ntext = \"Drive.\"\n";
     fs::write(file("study.toml"), text).unwrap();
     let (study, data) = (file("study.toml"), file("data"));
-    made(&["study", &study, "--rehearse", "--participants", "1", "--out", &data]);
+    made(&["study", "rehearse", &study, "--participants", "1", "--out", &data]);
     let picture = file("picture.png");
     let words: &[&[&str]] = &[
         &["--version"],
@@ -313,9 +313,9 @@ fn talkative(folder: &Path) -> Vec<Vec<String>> {
         &["run", "--traffic", "native", "--duration", "1", "--json"],
         &["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", &picture],
         &["map", "list"],
-        &["study", "--schema"],
-        &["study", &study],
-        &["study", &study, "--rehearse", "--participants", "1", "--out", &data],
+        &["study", "schema"],
+        &["study", "check", &study],
+        &["study", "rehearse", &study, "--participants", "1", "--out", &data],
         &["analyse", &record],
         &["replay", &record],
         &["recover", &record],
@@ -448,18 +448,17 @@ fn a_name_with_one_wrong_letter_is_answered_with_the_intended_name() {
         (words(&["rnu"]), "run"),
         (words(&["train", "--config", &path("controller.toml"), "--out", &path("out")]), "linear-feedback"),
         (words(&["map", "lsit"]), "list"),
+        (words(&["study", "chekc", &path("good.toml")]), "check"),
         (words(&["train", "--config", &path("train.toml"), "--out", &path("out")]), "hold_max_s"),
         (words(&["train", "--config", &path("inputs.toml"), "--out", &path("out")]), "gap"),
         (words(&["evaluate", "--driver", "perfcet"]), "perfect"),
         (words(&["evaluate", "--policy", "two-phsae"]), "two-phase"),
         (words(&["drive", "--wheel", "g290"]), "g29"),
         (words(&["render", "--view", "chsae", "--out", &path("a.png")]), "chase"),
-        (words(&["study", &path("godo.toml"), "--check"]), "good.toml"),
+        (words(&["study", "check", &path("godo.toml")]), "good.toml"),
     ]);
     asked.extend(
-        mistakes
-            .iter()
-            .map(|(name, _, _, meant)| (words(&["study", &path(&format!("{name}.toml")), "--check"]), *meant)),
+        mistakes.iter().map(|(name, _, _, meant)| (words(&["study", "check", &path(&format!("{name}.toml"))]), *meant)),
     );
     for (arguments, meant) in &asked {
         let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
@@ -471,9 +470,9 @@ fn a_name_with_one_wrong_letter_is_answered_with_the_intended_name() {
     }
     // A participant's code, and a setting of a replay.
     let data = path("data");
-    codrive(&["study", &path("good.toml"), "--rehearse", "--out", &data]).assert().success();
+    codrive(&["study", "rehearse", &path("good.toml"), "--out", &data]).assert().success();
     assert_input_error(
-        &["study", &path("good.toml"), "--out", &data, "--exclude", "R10", "--reason", "x"],
+        &["study", "exclude", &path("good.toml"), "R10", "--from", &data, "--reason", "x"],
         &["there is no participant R10", "(did you mean R01?)"],
     );
     let drive = format!("{data}/sourcedata/sub-R01/trial-1-a");

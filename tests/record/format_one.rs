@@ -44,7 +44,7 @@ fn a_study_of_format_1_is_read() {
 #[test]
 fn another_format_is_refused_with_file_place_and_remedy() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, arguments) in [("scenario.toml", ["run", "--scenario"]), ("study.toml", ["study", "--check"])] {
+    for (name, arguments) in [("scenario.toml", ["run", "--scenario"]), ("study.toml", ["study", "check"])] {
         let text = fs::read_to_string(written(name)).unwrap().replace("format = 1\n", "format = 2\n");
         let path = folder.path().join(name);
         fs::write(&path, text).unwrap();

@@ -10,7 +10,7 @@ use codrive::{
     },
     policy::{Observation, PolicySettings, PolicySource},
     rng,
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     settings::{Field, SettingsError},
     sim::{HASH_START, OutsideSettings, World},
     traffic::{Demand, EGO, Flow, VehicleId},
@@ -128,12 +128,8 @@ fn a_controller_outside_the_world_drives_as_inside_to_the_bit() {
             assert_eq!(one.snapshot().first_difference(other.snapshot()), None, "car {:?}, step {step}", one.id());
         }
     }
-    let aims: BTreeSet<u64> = within
-        .world()
-        .agents()
-        .iter()
-        .filter_map(|agent| agent.snapshot().advice.map(|a| a.target_mps.to_bits()))
-        .collect();
+    let aims: BTreeSet<u64> =
+        within.world().agents().filter_map(|agent| agent.snapshot().advice.map(|a| a.target_mps.to_bits())).collect();
     assert!(aims.len() > 1, "they are advised differently: {aims:?}");
 }
 
@@ -147,21 +143,24 @@ struct OfflineDriveFromOutside {
 
 impl OfflineDriveFromOutside {
     fn new(scenario: &Scenario) -> Self {
-        let world = World::advised_from_outside(scenario, OutsideSettings::default()).expect("a world");
+        let world = {
+            let drive = PlannedDrive::new(scenario).expect("a road");
+            World::advised_from_outside(drive, OutsideSettings::default()).expect("a world")
+        };
         let params = codrive::driver::preset(&scenario.driver).expect("a preset");
         let driver =
             codrive::driver::SimulatedDriver::new(&params, world.ego_params(), scenario.seed).expect("a driver");
         let equilibrium_mps = world.expected_speeds().equilibrium_mps;
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps, step_s: 0.1 };
         let source = PolicySource::read(&scenario.policy, &settings).expect("a controller");
-        let policies = world.agents().iter().map(|_| source.engage().expect("it advises")).collect();
+        let policies = world.agents().map(|_| source.engage().expect("it advises")).collect();
         Self { world, driver, policies, steps: 0 }
     }
 
     fn step(&mut self, is_due: bool) {
         self.world.sync_agents_now().expect("the engine goes on");
         let observations: Vec<Observation> =
-            self.world.agents().iter().map(|agent| self.world.complete_observation(agent)).collect();
+            self.world.agents().map(|agent| self.world.complete_observation(agent)).collect();
         for (index, (policy, observation)) in self.policies.iter_mut().zip(&observations).enumerate() {
             policy.watch(observation);
             if is_due {
@@ -335,11 +334,11 @@ fn the_horizon_ends_an_episode_and_so_does_a_contact_with_its_penalty() {
     }
     assert!(outcome.agents.iter().all(|agent| agent.is_terminated) && !outcome.is_truncated, "{outcome:?}");
     let world = episode.world();
-    for (agent, rewarded) in world.agents().iter().zip(&outcome.agents) {
+    for (agent, rewarded) in world.agents().zip(&outcome.agents) {
         let penalty = if agent.contact_count() > 0 { 40.0 } else { 0.0 };
         assert!((rewarded.reward - (outcome.mean_speed_mps - penalty)).abs() < 1e-9, "{rewarded:?}");
     }
-    assert!(world.agents().iter().any(|agent| agent.contact_count() > 0));
+    assert!(world.agents().any(|agent| agent.contact_count() > 0));
     // All vehicles stand for the rest of the hold, which lowers its mean by that part.
     let driven = world.snapshot().tick.0 % 500 / 10;
     assert!(driven > 0 && outcome.mean_speed_mps < world.snapshot().mean_speed_mps.max(15.0) * driven as f64 / 50.0);

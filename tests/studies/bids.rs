@@ -22,7 +22,7 @@ impl BidsFixture {
         let study = place.folder.path().join("short.toml");
         fs::write(&study, crate::common::study(duration_s, 10.0, ["experience", "driving-experience"])).unwrap();
         let participants = participants.to_string();
-        place.codrive(&["study", study.to_str().unwrap(), "--rehearse", "--participants", &participants, "--out"]);
+        place.codrive(&["study", "rehearse", study.to_str().unwrap(), "--participants", &participants, "--out"]);
         place
     }
 

@@ -84,7 +84,7 @@ fn run(arguments: &[&str]) -> (i32, String) {
 
 fn rehearse(folder: &Path, out: &Path, participants: &str, drivers: Option<&Path>) -> (i32, String) {
     let study = folder.join("study.toml");
-    let mut arguments = vec!["study", study.to_str().unwrap(), "--rehearse", "--participants", participants];
+    let mut arguments = vec!["study", "rehearse", study.to_str().unwrap(), "--participants", participants];
     arguments.extend(["--out", out.to_str().unwrap()]);
     if let Some(drivers) = drivers {
         arguments.extend(["--drivers", drivers.to_str().unwrap()]);
@@ -222,6 +222,6 @@ fn a_faulty_driver_file_is_reported_and_nothing_is_written() {
     }
     assert!(!out.exists());
     let study = folder.path().join("study.toml");
-    let (code, printed) = run(&["study", study.to_str().unwrap(), "--check", "--drivers", "slip.toml"]);
-    assert!(code == 2 && printed.contains("--rehearse"), "{printed}");
+    let (code, printed) = run(&["study", "check", study.to_str().unwrap(), "--drivers", "slip.toml"]);
+    assert!(code == 2 && printed.contains("unexpected argument '--drivers'"), "{printed}");
 }

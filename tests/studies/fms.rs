@@ -27,7 +27,7 @@ fn rehearsed(folder: &Path, study: &str) -> String {
     let file = folder.join("sickness.toml");
     fs::write(&file, study).unwrap();
     let [file, out] = [file, folder.join("data")].map(|path| path.to_str().unwrap().to_owned());
-    let output = codrive(&["study", &file, "--rehearse", "--out", &out], "warn");
+    let output = codrive(&["study", "rehearse", &file, "--out", &out], "warn");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output));
     text(&output)
 }

@@ -100,18 +100,18 @@ fn free_texts_stay_texts_in_every_file_that_holds_them() {
     let [file, plan, data] = ["study.toml", "plan.md", "data"].map(|name| all.join(name).to_str().unwrap().to_owned());
     let reason = format!("{HOSTILE}\n\t<hostile>\u{1b}[31m");
     for arguments in [
-        vec!["study", &file, "--plan", "--out", &plan],
-        vec!["study", &file, "--rehearse", "--participants", "3", "--out", &data],
+        vec!["study", "preregister", &file, "--out", &plan],
+        vec!["study", "rehearse", &file, "--participants", "3", "--out", &data],
         vec!["analyse", &data],
-        vec!["study", &file, "--exclude", "R01", "--reason", &reason, "--out", &data],
-        vec!["study", &file, "--erase", "R03", "--reason", &reason, "--out", &data],
+        vec!["study", "exclude", &file, "R01", "--reason", &reason, "--from", &data],
+        vec!["study", "erase", &file, "R03", "--reason", &reason, "--from", &data],
         vec!["analyse", &data],
     ] {
         let output = codrive(&arguments, "warn");
         let printed = text(&output);
         assert!(output.status.success(), "{arguments:?}: {printed}");
         assert!(!printed.contains(|c: char| c.is_control() && c != '\n' && c != '\t'), "{printed:?}");
-        if arguments.contains(&"--erase") {
+        if arguments.contains(&"erase") {
             assert_nowhere(Path::new(&data), "sub-R03");
         }
     }

@@ -2,7 +2,7 @@
 //! plan to its report.
 
 use crate::common::{codrive, study, table, text};
-use codrive::analysis::{
+use codrive::analysis::models::{
     mixed_model::{ContrastEstimate, MixedModel},
     normality::shapiro_wilk,
 };
@@ -81,7 +81,7 @@ const PLAN: &str = r#"
 primary = "mean_speed_mps"
 smallest_effect = 0.1
 secondary = ["speed_error_mps"]
-covariates = ["hand_over_sd_mps"]
+covariates = ["hand_over_speed_sd_over_vehicles_mps"]
 contrasts = [{ condition = "wide", reference = "narrow" }, { condition = "middle", reference = "narrow" }]
 [analysis.exclude]
 least_recorded_share = 0.9
@@ -99,7 +99,7 @@ fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (file, data) = (at("study.toml"), at("data"));
     fs::write(&file, study(20.0, 2.0, ["workload", "raw-tlx"]) + PLAN).unwrap();
-    let rehearse = ["study", &file, "--rehearse", "--population", "people", "--out", &data];
+    let rehearse = ["study", "rehearse", &file, "--population", "people", "--out", &data];
     succeeded(&rehearse);
     // Each participant is drawn from the population; the data set has the true values.
     let people = table(Path::new(&at("data/participants.tsv")));
@@ -110,14 +110,14 @@ fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     assert!(people.iter().all(|row| ["0", "1"].contains(&row["true_compliance"].as_str())), "{people:?}");
     assert!(people.iter().all(|row| row["true_time_gap_factor"].parse::<f64>().unwrap() > 0.6), "{people:?}");
 
-    let plan = succeeded(&["study", &file, "--plan", "--rehearsed", &data]);
+    let plan = succeeded(&["study", "preregister", &file, "--rehearsed", &data]);
     for part in ["# Preregistration: Short", "6 simulated participants", "| **6** | 0.1 m/s |", "* Primary: Mean speed"]
     {
         assert!(plan.contains(part), "{part}\n{plan}");
     }
-    succeeded(&["study", &file, "--plan", "--participants", "12", "--out", &at("plan.md")]);
+    succeeded(&["study", "preregister", &file, "--participants", "12", "--out", &at("plan.md")]);
     assert!(fs::read_to_string(at("plan.md")).unwrap().contains("Every order comes 2 times with 12 participants."));
-    let again = codrive(&["study", &file, "--plan", "--out", &at("plan.md")], "warn");
+    let again = codrive(&["study", "preregister", &file, "--out", &at("plan.md")], "warn");
     assert!(
         !again.status.success() && text(&again).contains("a registered plan is not overwritten"),
         "{}",
@@ -152,21 +152,21 @@ fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     fs::write(at("later.toml"), study(20.0, 2.0, ["workload", "raw-tlx"]) + &PLAN.replace("= 0.1", "= 0.3")).unwrap();
     succeeded(&["analyse", &data, "--study", &at("later.toml")]);
     assert!(report().contains("smallest_effect: planned 0.1, now 0.3."));
-    succeeded(&["study", &at("later.toml"), "--rehearse", "--population", "people", "--out", &data]);
+    succeeded(&["study", "rehearse", &at("later.toml"), "--population", "people", "--out", &data]);
     succeeded(&["analyse", &data]);
     assert!(report().contains("smallest_effect: planned 0.1, now 0.3."));
     succeeded(&rehearse);
     succeeded(&["analyse", &data]);
     assert!(report().contains("The plan is that of the first session."));
     // A participant excluded after the session is reported with the models; the exclusion does not count as an alteration.
-    succeeded(&["study", &file, "--exclude", "R02", "--reason", "fell asleep", "--out", &data]);
+    succeeded(&["study", "exclude", &file, "R02", "--reason", "fell asleep", "--from", &data]);
     succeeded(&["analyse", &data]);
     let left_out = fs::read_to_string(at("data/derivatives/codrive/left_out.csv")).unwrap();
     assert!(left_out.ends_with("\nsub-R02,,,,excluded by the experimenter: fell asleep\n"), "{left_out}");
     assert!(fs::read_to_string(at("data/derivatives/codrive/models.csv")).unwrap().contains(",5,15,"));
     // Any other change makes another study.
     fs::write(at("other.toml"), study(21.0, 2.0, ["workload", "raw-tlx"]) + PLAN).unwrap();
-    let other = codrive(&["study", &at("other.toml"), "--rehearse", "--out", &data], "warn");
+    let other = codrive(&["study", "rehearse", &at("other.toml"), "--out", &data], "warn");
     assert!(!other.status.success() && text(&other).contains("is not the study"), "{}", text(&other));
 }
 
@@ -191,10 +191,10 @@ fn a_wrong_plan_is_refused_with_its_line_and_the_remedy() {
         (PLAN.replace("smallest_effect", "smalest_effect"), "did you mean `smallest_effect`?"),
     ] {
         fs::write(&file, good.clone() + &plan).unwrap();
-        let output = codrive(&["study", file.to_str().unwrap(), "--check"], "warn");
+        let output = codrive(&["study", "check", file.to_str().unwrap()], "warn");
         assert!(!output.status.success() && text(&output).contains(has), "{has}\n{}", text(&output));
     }
     fs::write(&file, good).unwrap();
-    let output = codrive(&["study", file.to_str().unwrap(), "--plan"], "warn");
+    let output = codrive(&["study", "preregister", file.to_str().unwrap()], "warn");
     assert!(!output.status.success() && text(&output).contains("has no [analysis]"), "{}", text(&output));
 }

@@ -58,12 +58,12 @@ fn questionnaires_after_trials_have_trial_and_condition_everywhere() {
     let data = folder.path().join("data");
     let out = data.to_str().unwrap();
 
-    let (code, plan) = printed(&["study", &file, "--check"]);
+    let (code, plan) = printed(&["study", "check", &file]);
     assert!(
         code == 0 && plan.contains("trial-2-wide-nasa-tlx") && plan.contains(" 0.7 min  questions: trust"),
         "{plan}"
     );
-    let (code, words) = printed(&["study", &file, "--rehearse", "--out", out]);
+    let (code, words) = printed(&["study", "rehearse", &file, "--out", out]);
     // Simulated participants consent and pass the screening.
     assert!(code == 0 && words.contains("3 of 3 participants completed the study"), "{words}");
     assert!(table(&data.join("phenotype/consent.tsv")).iter().all(|row| row["agree"] == "true"));
@@ -117,25 +117,25 @@ fn questionnaires_after_trials_have_trial_and_condition_everywhere() {
 
     // One participant's data are exported; another is erased, and the analysis continues with the rest.
     let mine = folder.path().join("mine");
-    let (code, words) = printed(&["study", &file, "--out", out, "--export", "R02", "--to", mine.to_str().unwrap()]);
+    let (code, words) = printed(&["study", "export", &file, "R02", "--from", out, "--to", mine.to_str().unwrap()]);
     assert!(code == 0 && words.contains("all that"), "{words}");
     assert_eq!(table(&mine.join("derivatives/codrive/trials.csv")).len(), 2);
     assert!(
         mine.join("sourcedata/sub-R02/trial-1-narrow/manifest.json").exists()
             || mine.join("sourcedata/sub-R02/trial-1-wide/manifest.json").exists()
     );
-    let (code, words) = printed(&["study", &file, "--out", out, "--erase", "R01", "--reason", "withdrew consent"]);
+    let (code, words) = printed(&["study", "erase", &file, "R01", "--from", out, "--reason", "withdrew consent"]);
     assert!(code == 0 && words.contains("participant R01 erased"), "{words}");
     assert!(!data.join("sub-R01").exists() && !data.join("sourcedata/sub-R01").exists());
     assert_eq!(table(&data.join("erased.tsv"))[0]["reason"], "withdrew consent");
     let (code, words) = printed(&["analyse", out]);
     assert!(code == 0 && words.contains("4 drives"), "{words}");
-    for wrong in [vec!["--erase", "R01", "--reason", "x"], vec!["--export", "P9", "--to", "nowhere"]] {
-        let (code, words) = printed(&[&["study", &file, "--out", out], &wrong[..]].concat());
+    for [step, wrong @ ..] in [["erase", "R01", "--reason", "x"], ["export", "P9", "--to", "nowhere"]] {
+        let (code, words) = printed(&[&["study", step, &file, "--from", out], &wrong[..]].concat());
         assert!(code != 0 && (words.contains("was erased") || words.contains("there are: R02, R03")), "{words}");
     }
-    for (arguments, missing) in [(vec!["--erase", "R02"], "--reason"), (vec!["--export", "R02"], "--to")] {
-        let (code, words) = printed(&[&["study", &file, "--out", out], &arguments[..]].concat());
+    for (step, missing) in [("erase", "--reason"), ("export", "--to")] {
+        let (code, words) = printed(&["study", step, &file, "R02", "--from", out]);
         assert!(code == 2 && words.contains(missing), "{words}");
     }
     let (found, subjects, _) = crate::bids::errors(&data);
@@ -152,7 +152,7 @@ fn a_limit_stops_a_rehearsal_as_it_would_stop_a_participant() {
         "after = [\"trust\"]\nstop_above = { score = \"trust.trust\", value = 0.0 }",
     );
     let data = folder.path().join("data");
-    let (code, words) = printed(&["study", &file, "--rehearse", "--out", data.to_str().unwrap()]);
+    let (code, words) = printed(&["study", "rehearse", &file, "--out", data.to_str().unwrap()]);
     assert!(code == 0 && words.contains("3 of them stopped by a rule of the study"), "{words}");
     let participants = table(&data.join("participants.tsv"));
     assert!(participants.iter().all(|row| row["state"] == "withdrawn"), "{participants:?}");

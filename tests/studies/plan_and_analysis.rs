@@ -43,8 +43,8 @@ fn counted(study: &str) -> [usize; 4] {
         ["study.toml", "data", "plan.md"].map(|name| place.path().join(name).to_str().unwrap().to_owned());
     fs::write(&file, study).unwrap();
     for arguments in [
-        vec!["study", &file, "--plan", "--participants", "4", "--out", &plan],
-        vec!["study", &file, "--rehearse", "--participants", "4", "--out", &data],
+        vec!["study", "preregister", &file, "--participants", "4", "--out", &plan],
+        vec!["study", "rehearse", &file, "--participants", "4", "--out", &data],
         vec!["analyse", &data],
     ] {
         let output = codrive(&arguments, "warn");

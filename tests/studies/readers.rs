@@ -145,14 +145,14 @@ fn export_and_erasure_of_a_participant_include_motion_and_dates() {
         names
     };
     let study = data.with_file_name("short.toml");
-    let study_command = |last: [&str; 4]| {
+    let study_command = |step: &str, last: [&str; 3]| {
         let output = crate::common::codrive(
-            &[&["study", study.to_str().unwrap(), "--out", data.to_str().unwrap()][..], &last].concat(),
+            &[&["study", step, study.to_str().unwrap(), "--from", data.to_str().unwrap()][..], &last].concat(),
             "warn",
         );
         assert!(output.status.success(), "{}", text(&output));
     };
-    study_command(["--export", "R01", "--to", given.to_str().unwrap()]);
+    study_command("export", ["R01", "--to", given.to_str().unwrap()]);
     let names = files_of(&data, "sub-R01");
     // For each of 4 drives: motion, its events and both sidecars, channels, and events with sidecar. For each of 2 questionnaires:
     // responses and sidecar. Then scans and their sidecar.
@@ -170,7 +170,7 @@ fn export_and_erasure_of_a_participant_include_motion_and_dates() {
     let sums = |name: &str| fs::read_to_string(data.join("SHA256SUMS")).unwrap().matches(name).count();
     assert_eq!((sums("sub-R01_task-trial_tracksys-codrive_run-2_motion.tsv"), sums("sub-R01/date-shift.json")), (1, 1));
     let others = files_of(&data, "sub-R02");
-    study_command(["--erase", "R01", "--reason", "asked for it"]);
+    study_command("erase", ["R01", "--reason", "asked for it"]);
     assert!(!data.join("sub-R01").exists() && !data.join("sourcedata/sub-R01").exists());
     assert_eq!((sums("sub-R01"), files_of(&data, "sub-R02")), (0, others));
     let (found, subjects, _) = bids::errors(&data);

@@ -42,7 +42,7 @@ fn place() -> (tempfile::TempDir, PathBuf, PathBuf) {
 
 fn rehearse(file: &Path, out: &Path, participants: &str) -> (i32, String) {
     let [file, out] = [file, out].map(|path| path.to_str().unwrap());
-    codrive(&["study", file, "--rehearse", "--participants", participants, "--out", out])
+    codrive(&["study", "rehearse", file, "--participants", participants, "--out", out])
 }
 
 /// Returns the paths of all files below a folder, sorted.
@@ -325,7 +325,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_resumes() {
     let rehearse = || {
         let [file, out] = [&file, &out].map(|path| path.to_str().unwrap());
         std::process::Command::new(env!("CARGO_BIN_EXE_codrive"))
-            .args(["study", file, "--rehearse", "--participants", "1", "--out", out])
+            .args(["study", "rehearse", file, "--participants", "1", "--out", out])
             .stdout(std::process::Stdio::null())
             .stderr(std::process::Stdio::null())
             .spawn()
@@ -472,7 +472,7 @@ fn other_folders_are_refused_and_left_alone() {
     fs::write(&file, short().replace("seed = 7", "seed = 8")).unwrap();
     let (code, text) = rehearse(&file, &out, "1");
     assert!(code == 2 && text.contains("is not the study that this data set was begun with"), "{text}");
-    let (code, text) = codrive(&["study", file.to_str().unwrap(), "--rehearse"]);
+    let (code, text) = codrive(&["study", "rehearse", file.to_str().unwrap()]);
     assert!(code == 2 && text.contains("--out"), "{text}");
 
     for (path, has) in [(folder.path(), "holds nothing to analyse"), (&out, "holds no drive that came to its end")] {

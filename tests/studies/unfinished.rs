@@ -94,7 +94,7 @@ fn a_rehearsal_that_a_rule_ends_before_the_first_trial_is_valid() {
     );
     fs::write(&file, text_of).unwrap();
     let output = codrive(
-        &["study", file.to_str().unwrap(), "--rehearse", "--participants", "1", "--out", data.to_str().unwrap()],
+        &["study", "rehearse", file.to_str().unwrap(), "--participants", "1", "--out", data.to_str().unwrap()],
         "warn",
     );
     assert!(output.status.success(), "{}", text(&output));

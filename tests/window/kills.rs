@@ -83,7 +83,7 @@ fn a_session_killed_at_its_start_opens_again_by_the_same_command() {
     let saves = (1..=6).map(|save| format!("replace.written:{save}"));
     for point in saves.chain(["replace.renamed:5", "replace.renamed:6", "session.begin:1"].map(str::to_owned)) {
         let out = folder.path().join(point.replace(':', "-"));
-        let arguments = ["study", study.to_str().unwrap(), "--participant", "P03", "--out", out.to_str().unwrap()];
+        let arguments = ["study", "session", study.to_str().unwrap(), "P03", "--out", out.to_str().unwrap()];
         let killed = codrive(&arguments, &server, Some(&point));
         assert_eq!(killed.status.signal(), Some(9), "{point} was not reached: {killed:?}");
         let mut again = Command::new(env!("CARGO_BIN_EXE_codrive"))

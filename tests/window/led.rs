@@ -83,9 +83,9 @@ impl LiveSession {
 
     fn start(&mut self) {
         let program = Command::new(env!("CARGO_BIN_EXE_codrive"))
-            .arg("study")
+            .args(["study", "session"])
             .arg(self.folder.path().join("led.toml"))
-            .args(["--participant", "P03", "--out"])
+            .args(["P03", "--out"])
             .arg(self.folder.path().join("data"))
             .env("DISPLAY", &self.server.display)
             .env("RUST_LOG", "error")

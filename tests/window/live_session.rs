@@ -72,7 +72,7 @@ impl WindowFixture {
 
     fn command(&self) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-        command.arg("study").arg(&self.study).args(["--participant", "P03", "--out"]).arg(&self.out);
+        command.args(["study", "session"]).arg(&self.study).args(["P03", "--out"]).arg(&self.out);
         command.env_remove("WAYLAND_DISPLAY").env("RUST_LOG", "error").stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
@@ -206,9 +206,10 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
 #[test]
 fn invalid_arguments_are_refused_before_a_window_opens() {
     let place = WindowFixture::new();
-    let run = |place: &WindowFixture, arguments: &[&str]| {
+    let run = |place: &WindowFixture, step: &str, arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
-        command.arg("study").arg(&place.study).args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        command.args(["study", step]).arg(&place.study).args(arguments);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
         let output = command.output().unwrap();
         (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
     };
@@ -219,17 +220,17 @@ fn invalid_arguments_are_refused_before_a_window_opens() {
         ("nul", "keeps this name"),
         ("", "is empty"),
     ] {
-        let (exit, text) = run(&place, &["--participant", code, "--out", out]);
+        let (exit, text) = run(&place, "session", &[code, "--out", out]);
         assert!(exit == Some(2) && text.contains(has) && text.contains("for example P03"), "{text}");
     }
-    let (exit, text) = run(&place, &["--participant", "P03"]);
+    let (exit, text) = run(&place, "session", &["P03"]);
     assert!(exit == Some(2) && text.contains("--out"), "{text}");
-    let (exit, text) = run(&place, &["--participant", "P03", "--out", out, "--rehearse"]);
-    assert!(exit == Some(2) && text.contains("cannot be used with"), "{text}");
-    let (exit, text) = run(&place, &["--participant", "P03", "--out", out]);
+    let (exit, text) = run(&place, "session", &["P03", "--out", out, "--participants", "2"]);
+    assert!(exit == Some(2) && text.contains("unexpected argument '--participants'"), "{text}");
+    let (exit, text) = run(&place, "session", &["P03", "--out", out]);
     assert!(exit == Some(1) && text.contains("no window can be opened"), "{text}");
     assert!(!Path::new(out).exists(), "nothing was made");
-    assert_eq!(run(&place, &["--rehearse", "--participants", "1", "--out", out]).0, Some(0));
-    let (exit, text) = run(&place, &["--participant", "P03", "--out", out]);
+    assert_eq!(run(&place, "rehearse", &["--participants", "1", "--out", out]).0, Some(0));
+    let (exit, text) = run(&place, "session", &["P03", "--out", out]);
     assert!(exit == Some(2) && text.contains("holds a rehearsal (R01)"), "{text}");
 }

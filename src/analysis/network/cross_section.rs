@@ -5,9 +5,8 @@
 //! edge. For a line on one lane, the lane of the row nearer to the line counts. Between two rows a vehicle must not drive the
 //! whole edge unseen: edges too short for that have no line.
 
-use super::trips::seconds;
+use crate::analysis::{data::trips::seconds, error::AnalysisError};
 use crate::{
-    analysis::AnalysisError,
     map::{
         RoadMap, RouteLane,
         network::{EdgeId, EdgeKind, LaneId, Network},

@@ -47,17 +47,6 @@ fn a_lane_counts_its_own_vehicles_and_an_edge_those_of_all_lanes() {
 }
 
 #[test]
-fn a_line_without_vehicles_has_no_time_between_rows() {
-    let net = Network::load(GRID).expect("a network");
-    let place: LinePlace = "B0B1:30".parse().expect("a place");
-    let mut drives = crate::analysis::page_tests::mixed_drives();
-    let lines = &mut drives[0].network.as_mut().expect("a network").lines;
-    lines.push(LineCount::new(place.resolve(&net, Path::new("p1")).expect("a line")));
-    let text = crate::analysis::network::tables::lines(&drives[..1]);
-    assert!(text.ends_with(",B0B1:30,asked,0,12,0,\n"), "{text}");
-}
-
-#[test]
 fn a_line_may_lie_at_the_end_of_its_edge_and_not_beyond() {
     let net = Network::load(GRID).expect("a network");
     let resolve = |line: &str| line.parse::<LinePlace>().expect("a place").resolve(&net, Path::new("p1"));

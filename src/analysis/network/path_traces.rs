@@ -5,12 +5,11 @@
 //! A vehicle is on the path in a lane of the path (as in the simulation: `s_m` of the table of the vehicles). Its trace has a
 //! gap where it turns off. The ego's has one where it leaves its path.
 
+use crate::analysis::{
+    data::{RecordedTrial, StepVehicle, ThinnedValues, TrafficStep},
+    error::AnalysisError,
+};
 use crate::{
-    analysis::{
-        AnalysisError, RecordedTrial,
-        traffic_steps::{StepVehicle, TrafficStep},
-        trial::ThinnedValues,
-    },
     map::{
         RoadMap,
         network::{EdgeId, SignalLight},

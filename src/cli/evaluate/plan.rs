@@ -6,8 +6,9 @@ use crate::{
     driver::{self, DriverError, NamedDriver, Population},
     map::RoadMap,
     policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
-    scenario::{AdvisedVehicles, Scenario},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     settings::{Settings, fields_of},
+    sim::WorldError,
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
@@ -225,74 +226,29 @@ impl EvaluationPlan {
     /// # Errors
     /// A hold is no whole number of steps, a policy cannot be read, or the engine cannot take this driver, map or share.
     pub fn new(matches: &ArgMatches, config: &TrainConfig) -> Result<Self, CliError> {
-        let list = |id: &str| matches.get_many::<String>(id).map(|names| names.cloned().collect::<Vec<_>>());
-        let holds_s: Vec<f64> = match matches.get_many::<f64>("holds") {
-            Some(holds) => holds.copied().collect(),
-            None => vec![config.advice.hold_s],
-        };
-        for hold_s in &holds_s {
-            config.held(*hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
-        }
-        let engine = match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
-            "ring" => Engine::FastRing,
-            traffic => Engine::Traffic(traffic.parse().map_err(|e: UnknownEngine| CliError::Input(e.to_string()))?),
-        };
-        let drivers = matches.get_many::<FollowingDriver>("driver").map(|d| d.cloned().collect::<Vec<_>>());
-        let is_configured = says_who_follows(matches);
-        let drivers = match drivers {
-            Some(drivers) => drivers,
-            None if is_configured && engine == Engine::FastRing => vec![FollowingDriver::Configured],
-            // Whole drives take one driver for all rings.
-            None if is_configured => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
-                CliError::Input(format!(
-                    "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
-                     remedy: name one with --driver, or random_driver = false"
-                ))
-            })?))],
-            None => vec![default_driver()?],
-        };
-        if engine != Engine::FastRing && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
-            return Err(CliError::Input(format!(
-                "a population draws a driver for each ring; engine {engine} needs one for all\n  remedy: name one with \
-                 --driver, such as follow, or take the engine ring"
-            )));
-        }
+        let holds_s = holds_s(matches, config)?;
+        let engine = engine(matches)?;
+        let drivers = drivers(matches, config, &engine)?;
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
-        let road = RoadMap::load(&map)?;
-        let is_on_network = Scenario::default().on(&road).is_on_network();
+        let drive =
+            PlannedDrive::new(&Scenario { map: map.clone(), ..Scenario::default() }).map_err(WorldError::from)?;
+        let is_on_network = drive.is_open();
         if is_on_network {
             check_network(matches, &map, &engine)?;
         }
-        let policies = list("policy").unwrap_or_else(|| policy::NAMES.iter().map(|name| (*name).into()).collect());
-        // Tables and figures name the resolved policy.
-        let resolved: Vec<ResolvedPolicy> = policies.iter().map(|name| policy::resolve(name, &road)).collect();
-        let mut policies: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
-        let advised = match is_on_network {
-            true => advised_shares(matches)?,
-            false => advised(matches, &engine, config.ring.vehicles_min)?,
-        };
-        // Results of advice need a baseline without advice; a curve over shares starts with it.
-        if advised.is_none() && !policies.iter().any(|name| name == "none") {
-            policies.push("none".into());
-        }
-        let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
-        let read = |name: &String| {
-            let source = match is_on_network {
-                true => PolicySource::read(name, &settings)?,
-                false => PolicySource::for_rings(name, &settings)?,
-            };
-            Ok((name.clone(), source))
-        };
-        let sources = policies.iter().map(read).collect::<Result<_, PolicyError>>();
+        let vehicles = config.ring.vehicles_min;
+        let advised = advised_curve(matches, &engine, (!is_on_network).then_some(vehicles))?;
+        let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
+        let settings = config.policy_settings(matches.get_one::<f64>("policy-speed").copied().unwrap_or_default());
         Ok(Self {
+            sources: sources(&policies, &settings, is_on_network).map_err(|e| CliError::Input(e.to_string()))?,
             settings,
-            sources: sources.map_err(|e| CliError::Input(e.to_string()))?,
             policies,
             resolved,
             holds_s,
             drivers,
             advised,
-            vehicles: config.ring.vehicles_min,
+            vehicles,
             mixture: mixture(matches, &engine)?,
             engine,
             map,
@@ -374,52 +330,116 @@ impl EvaluationPlan {
     }
 }
 
+/// Returns the holds to drive with, s: a whole number of steps each.
+fn holds_s(matches: &ArgMatches, config: &TrainConfig) -> Result<Vec<f64>, CliError> {
+    let asked = matches.get_many::<f64>("holds");
+    let holds_s: Vec<f64> = asked.map_or_else(|| vec![config.advice.hold_s], |holds| holds.copied().collect());
+    for hold_s in &holds_s {
+        config.held(*hold_s).check().map_err(|(_, fault)| CliError::Input(fault))?;
+    }
+    Ok(holds_s)
+}
+
+fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
+    match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
+        "ring" => Ok(Engine::FastRing),
+        traffic => traffic.parse().map(Engine::Traffic).map_err(|e: UnknownEngine| CliError::Input(e.to_string())),
+    }
+}
+
+/// Returns the drivers. Whole drives take one driver for all rings.
+fn drivers(matches: &ArgMatches, config: &TrainConfig, engine: &Engine) -> Result<Vec<FollowingDriver>, CliError> {
+    let is_ring = *engine == Engine::FastRing;
+    let drivers = match matches.get_many::<FollowingDriver>("driver") {
+        Some(drivers) => drivers.cloned().collect(),
+        None if !says_who_follows(matches) => vec![default_driver()?],
+        None if is_ring => vec![FollowingDriver::Configured],
+        None => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
+            CliError::Input(format!(
+                "the configuration draws a driver for each ring (random_driver); traffic {engine} needs one for all\n  \
+                 remedy: name one with --driver, or random_driver = false"
+            ))
+        })?))],
+    };
+    if !is_ring && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
+        return Err(CliError::Input(format!(
+            "a population draws a driver for each ring; traffic {engine} needs one for all\n  remedy: name one with \
+             --driver, such as follow, or take traffic ring"
+        )));
+    }
+    Ok(drivers)
+}
+
+/// Returns the names of the policies, and what the requested names were resolved to. Tables and figures name the resolved policy.
+fn policies(matches: &ArgMatches, road: &RoadMap, needs_baseline: bool) -> (Vec<String>, Vec<ResolvedPolicy>) {
+    let resolve = |name: &str| policy::resolve(name, road);
+    let resolved: Vec<ResolvedPolicy> = match matches.get_many::<String>("policy") {
+        Some(names) => names.map(|name| resolve(name)).collect(),
+        None => policy::NAMES.into_iter().map(resolve).collect(),
+    };
+    let mut names: Vec<String> = resolved.iter().map(|policy| policy.name.clone()).collect();
+    // Results of advice need a baseline without advice; a curve over shares starts with it.
+    if needs_baseline && !names.iter().any(|name| name == "none") {
+        names.push("none".into());
+    }
+    (names, resolved)
+}
+
+/// Reads each policy once.
+fn sources(
+    policies: &[String],
+    settings: &PolicySettings,
+    is_on_network: bool,
+) -> Result<BTreeMap<String, PolicySource>, PolicyError> {
+    let read = if is_on_network { PolicySource::read } else { PolicySource::for_rings };
+    policies.iter().map(|name| Ok((name.clone(), read(name, settings)?))).collect()
+}
+
 /// Fails if an evaluation on a network lacks a setting for which only rings have a default.
 fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
-        format!("engine {engine} is for closed routes\n  remedy: --engine sumo")
+        format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
     } else if !matches.contains_id("advised") {
         "of those that come a share is advised\n  remedy: --advised 10%,25%".into()
     } else if !matches.contains_id("policy") {
-        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --aim, or a file".into()
+        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --policy-speed, or a file".into()
     } else {
         return Ok(());
     };
     Err(CliError::Input(format!("map {map} is a network where vehicles come and go: {lacks}")))
 }
 
-/// Returns the shares advised on a network, from the command line, starting with none.
-fn advised_shares(matches: &ArgMatches) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
-    let asked = matches.get_many::<AdvisedVehicles>("advised").into_iter().flatten();
-    let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
-    if let Some(count) = advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(_))) {
-        let text =
-            format!("--advised is {count}; allowed on a network, where vehicles come and go: shares, such as 10%");
-        return Err(CliError::Input(text));
-    }
-    advised.sort_by(|a, b| a.of_those_that_come().total_cmp(&b.of_those_that_come()));
-    advised.dedup();
-    advised.insert(0, AdvisedVehicles::Count(0));
-    Ok(Some(advised))
-}
-
-/// Returns the numbers of advised vehicles from the command line, starting with none as the baseline.
-fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
+/// Returns the numbers or shares of a curve of advised vehicles, from none upwards; `None` if only the ego is advised. `vehicles` is the
+/// number of vehicles on a closed route, `None` on a network.
+fn advised_curve(
+    matches: &ArgMatches,
+    engine: &Engine,
+    vehicles: Option<u32>,
+) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
         return Err(CliError::Input(
-            "--advised is for whole drives; engine ring has one advised car\n  remedy: --engine native or --engine sumo".into(),
+            "--advised is for whole drives; traffic ring has one advised car\n  remedy: --traffic native or --traffic sumo".into(),
         ));
     }
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
-    if let Some(AdvisedVehicles::Count(most)) =
-        advised.iter().find(|advised| matches!(advised, AdvisedVehicles::Count(count) if *count > vehicles))
-    {
-        let text = format!("--advised is {most}; allowed: 0 to {vehicles}, as many as there are vehicles, or a share");
-        return Err(CliError::Input(text));
+    let is_too_many = |advised: &&AdvisedVehicles| match advised {
+        AdvisedVehicles::Count(count) => vehicles.is_none_or(|vehicles| *count > vehicles),
+        AdvisedVehicles::Share(_) => false,
+    };
+    if let Some(wrong) = advised.iter().find(is_too_many) {
+        let allowed = match vehicles {
+            Some(vehicles) => format!("allowed: 0 to {vehicles}, as many as there are vehicles, or a share"),
+            None => "allowed on a network, where vehicles come and go: shares, such as 10%".into(),
+        };
+        return Err(CliError::Input(format!("--advised is {wrong}; {allowed}")));
     }
-    advised.sort_by_key(|advised| advised.of(vehicles));
-    advised.dedup_by_key(|advised| advised.of(vehicles));
+    let amount = |advised: &AdvisedVehicles| match vehicles {
+        Some(vehicles) => advised.of(vehicles).into(),
+        None => advised.of_those_that_come(),
+    };
+    advised.sort_by(|a, b| amount(a).total_cmp(&amount(b)));
+    advised.dedup_by_key(|advised| amount(advised));
     advised.insert(0, AdvisedVehicles::Count(0));
     Ok(Some(advised))
 }
@@ -428,13 +448,13 @@ fn advised(matches: &ArgMatches, engine: &Engine, vehicles: u32) -> Result<Optio
 fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
     let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
     let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
-    let share = matches.get_one::<f64>("other-share").copied().unwrap_or(1.0);
+    let share = matches.get_one::<f64>("other-model-share").copied().unwrap_or(1.0);
     if !(0.0..=1.0).contains(&share) {
-        return Err(CliError::Input(format!("--other-share is {share}; allowed: 0 to 1")));
+        return Err(CliError::Input(format!("--other-model-share is {share}; allowed: 0 to 1")));
     }
     if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
         return Err(CliError::Input(format!(
-            "--other-model is {word}; engine {engine} has only idm\n  remedy: --engine sumo"
+            "--other-model is {word}; traffic {engine} has only idm\n  remedy: --traffic sumo"
         )));
     }
     Ok(ModelMixture { model, share })

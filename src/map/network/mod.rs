@@ -60,6 +60,23 @@ pub enum Side {
 }
 
 /// Road network, immutable once read.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::map::network::{LanePosition, Network};
+///
+/// let network = Network::load("ring-250")?;
+/// assert_eq!((network.edges().len(), network.lanes().len()), (4, 4));
+/// let lane = network.lane_named("e0_0").expect("a lane of this file");
+/// assert_eq!(network.lane(lane).length_m, 62.5);
+/// // A pose 10 m along the lane, on its centre line; and from the pose back to the lane.
+/// let at = LanePosition { lane, s_m: 10.0, offset_m: 0.0 };
+/// let pose = network.pose(at);
+/// let found = network.locate_pose(&pose, None).expect("a lane is there");
+/// assert!(found.lane == lane && (found.s_m - 10.0).abs() < 0.01 && found.offset_m.abs() < 0.01);
+/// # Ok::<(), codrive::map::MapError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
     edges: Vec<Edge>,

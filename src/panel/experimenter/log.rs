@@ -76,11 +76,11 @@ impl DriveLog {
 
     /// Adds the world after a tick.
     pub fn watch(&mut self, world: &World) {
-        self.see(world.snapshot(), world.scenario().step_ticks());
+        self.add(world.snapshot(), world.scenario().step_ticks());
     }
 
     /// Adds a snapshot. Advice is counted each tick; vehicles are sampled once a step.
-    pub fn see(&mut self, snapshot: &Snapshot, step_ticks: u64) {
+    pub fn add(&mut self, snapshot: &Snapshot, step_ticks: u64) {
         if let Some(advice) = snapshot.advice {
             self.advised[0] += 1;
             self.advised[1] += u64::from(advice.accepts(snapshot.ego.speed_mps));
@@ -153,11 +153,11 @@ mod tests {
         let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         assert_eq!(log.share_in_range(), None);
         for tick in 0..100 {
-            log.see(&at(tick, 4.2, None), 10);
+            log.add(&at(tick, 4.2, None), 10);
         }
         assert_eq!(log.share_in_range(), None);
         for tick in 100..200 {
-            log.see(&at(tick, if tick < 125 { 4.2 } else { 5.0 }, Some(advice)), 10);
+            log.add(&at(tick, if tick < 125 { 4.2 } else { 5.0 }, Some(advice)), 10);
         }
         assert_eq!(log.share_in_range(), Some(0.25));
     }
@@ -166,7 +166,7 @@ mod tests {
     fn an_hour_of_driving_keeps_the_last_five_minutes() {
         let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         for step in 0..36_000 {
-            log.see(&at(step * 10, 4.0, None), 10);
+            log.add(&at(step * 10, 4.0, None), 10);
         }
         assert!(log.speeds.len() <= 302, "{}", log.speeds.len());
         assert_eq!(log.speeds.back().unwrap().time_s, 3599.0);

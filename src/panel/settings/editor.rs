@@ -104,7 +104,7 @@ impl ScenarioEditor {
     }
 
     /// Takes over all settings of `scenario` as edits.
-    pub fn take(&mut self, scenario: &Scenario) {
+    pub fn edit(&mut self, scenario: &Scenario) {
         self.edited = json(scenario);
     }
 

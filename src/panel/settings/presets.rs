@@ -50,7 +50,7 @@ impl PresetList {
     pub fn in_folder(folder: PathBuf) -> Self {
         let mut presets =
             Self { folder, names: Vec::new(), chosen: String::new(), typed: String::new(), taken: None, message: None };
-        presets.look();
+        presets.read_folder();
         presets
     }
 
@@ -94,7 +94,7 @@ impl PresetList {
     }
 
     /// Reads the folder again.
-    fn look(&mut self) {
+    fn read_folder(&mut self) {
         let name = |path: &Path| {
             let name = path.file_stem()?.to_str()?.to_owned();
             (path.extension()? == "toml").then_some(name)
@@ -125,7 +125,7 @@ impl PresetList {
                 let chosen = self.chosen.clone();
                 self.message = Some(match self.load(&chosen) {
                     Ok(scenario) => {
-                        editor.take(&scenario);
+                        editor.edit(&scenario);
                         (format!("{chosen} is loaded"), false)
                     }
                     Err(why) => (why.to_string(), true),
@@ -164,7 +164,7 @@ impl PresetList {
         self.taken = None;
         self.message = Some(match saved {
             Ok(path) => {
-                self.look();
+                self.read_folder();
                 self.chosen = name;
                 self.typed.clear();
                 (format!("saved as {}", path.display()), false)

@@ -1,19 +1,19 @@
-//! The policy of a drive and the timing of its advice. In: an observation, when the traffic engine is asked for a step. Out: the advice,
-//! when that step begins; and the expected speeds of the drive. m/s.
+//! The policy of a drive, and the timing of each vehicle's advice. In: a planned drive; an observation, when the traffic engine is asked
+//! for a step. Out: the advice, when that step begins; and the expected speeds of the drive. m/s.
 
-use super::{WorldError, lane_beside::lanes_beside, sham};
+use super::WorldError;
 use crate::{
+    driver::manoeuvres::lanes_beside,
     idm::IdmParams,
-    map::{RoadMap, Route},
+    map::Route,
     policy::{
         self, Action, Advice, Advisor, LanesBeside, Observation, Policy, PolicyError, PolicySettings, PolicySource,
-        RoadKind,
+        ReplayedAdvice, RoadKind,
     },
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     space::CAR_LENGTH_M,
     time::Tick,
 };
-use std::sync::Arc;
 
 /// Name in place of a policy's if advice comes from outside.
 const OUTSIDE: &str = "outside";
@@ -29,26 +29,35 @@ pub struct ExpectedSpeeds {
     pub limit_mps: f64,
 }
 
-/// Source of one vehicle's advice, with its next advice.
-pub(super) struct AdviceSource {
+/// Source of the advice of all vehicles of a drive.
+pub(super) struct DriveAdvice {
     /// Name of the policy, and the reason if it differs from the request.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
     /// True if the policy observes the lanes beside; computing them takes memory, which other drives save.
-    pub sees_lanes_beside: bool,
+    sees_lanes_beside: bool,
     /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
-    source: Option<Arc<PolicySource>>,
+    source: Option<PolicySource>,
+    /// Advice of the participant's vehicle in place of the policy's: that of another drive.
+    pub sham: Option<ReplayedAdvice>,
+}
+
+/// Advice of one vehicle.
+pub(super) struct VehicleAdvice {
+    /// True if observations include the lanes beside.
+    pub sees_lanes_beside: bool,
     advisor: Advisor,
     /// Advice to show when the step for which it was asked begins.
     next: Option<Advice>,
 }
 
-impl AdviceSource {
+impl DriveAdvice {
     /// Builds the scenario's policy for this road.
-    pub fn new(scenario: &Scenario, map: &RoadMap) -> Result<Self, WorldError> {
-        let settings = policy_settings(scenario, &map.route);
-        let resolved = resolve(scenario, map);
-        let source = Arc::new(read(&resolved.name, scenario, map, &settings)?);
+    pub fn new(drive: &PlannedDrive) -> Result<Self, WorldError> {
+        let (scenario, map) = (drive.scenario(), drive.map());
+        let settings = policy_settings(drive);
+        let resolved = resolve(drive);
+        let source = read(&resolved.name, drive, &settings)?;
         let policy = source.engage();
         if policy.as_deref().is_some_and(Policy::needs_driver_traits) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
@@ -63,46 +72,50 @@ impl AdviceSource {
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| log::warn!("{warning}"));
         }
-        let expected = expected_speeds(scenario, map, &settings);
-        let policy = match policy {
-            Some(_) if scenario.sham_advice => Some(Box::new(sham::advice(scenario)?) as Box<dyn Policy>),
-            policy => policy,
-        };
-        let advisor = Advisor::new(policy, scenario.hold(), scenario.range_mps());
-        let sees_lanes_beside = source.lacks(RoadKind::Network(LanesBeside::default())).is_some();
-        Ok(Self { policy: resolved, expected, sees_lanes_beside, source: Some(source), advisor, next: None })
+        Ok(Self {
+            policy: resolved,
+            expected: expected_speeds(drive, &settings),
+            sees_lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
+            source: Some(source),
+            sham: None,
+        })
     }
 
     /// Returns a source whose advice is set from outside, without a policy.
-    pub fn from_outside(scenario: &Scenario, map: &RoadMap, sees_lanes_beside: bool) -> Self {
+    pub fn from_outside(drive: &PlannedDrive, sees_lanes_beside: bool) -> Self {
         let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
-        let expected = expected_speeds(scenario, map, &policy_settings(scenario, &map.route));
-        let advisor = Advisor::from_outside(scenario.hold(), scenario.range_mps());
-        Self { policy, expected, sees_lanes_beside, source: None, advisor, next: None }
+        let expected = expected_speeds(drive, &policy_settings(drive));
+        Self { policy, expected, sees_lanes_beside, source: None, sham: None }
     }
 
-    /// Returns a source of the same kind for another vehicle; its policy is newly engaged.
-    pub fn another(&self, scenario: &Scenario) -> Self {
+    /// Returns the advice of the participant's vehicle.
+    pub fn of_participant(&mut self, scenario: &Scenario) -> VehicleAdvice {
+        match self.sham.take() {
+            Some(sham) => self.advised_by(Advisor::new(Some(Box::new(sham)), scenario.hold(), scenario.range_mps())),
+            None => self.of_vehicle(scenario),
+        }
+    }
+
+    /// Returns the advice of a vehicle; its policy is newly engaged.
+    pub fn of_vehicle(&self, scenario: &Scenario) -> VehicleAdvice {
         let (hold, range_mps) = (scenario.hold(), scenario.range_mps());
-        let advisor = match &self.source {
+        self.advised_by(match &self.source {
             Some(source) => Advisor::new(source.engage(), hold, range_mps),
             None => Advisor::from_outside(hold, range_mps),
-        };
-        Self {
-            policy: self.policy.clone(),
-            expected: self.expected,
-            sees_lanes_beside: self.sees_lanes_beside,
-            source: self.source.clone(),
-            advisor,
-            next: None,
-        }
+        })
+    }
+
+    fn advised_by(&self, advisor: Advisor) -> VehicleAdvice {
+        VehicleAdvice { sees_lanes_beside: self.sees_lanes_beside, advisor, next: None }
     }
 
     /// Returns true if the policy is not `none`.
     pub fn advises(&self) -> bool {
         self.policy.name != "none"
     }
+}
 
+impl VehicleAdvice {
     /// Asks the policy for the step that begins at `now`.
     pub fn ask(&mut self, now: Tick, observation: &Observation, limit_mps: f64) {
         self.next = self.advisor.step(now, observation, limit_mps);
@@ -130,23 +143,24 @@ impl AdviceSource {
 }
 
 /// Returns the expected speeds of a drive with these settings of the policy.
-fn expected_speeds(scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> ExpectedSpeeds {
+fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedSpeeds {
     ExpectedSpeeds {
         equilibrium_mps: settings.equilibrium_mps,
-        advised_mps: settings.aim_or_automatic_mps() + scenario.range_mps(),
-        limit_mps: map.route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
+        advised_mps: settings.aim_or_automatic_mps() + drive.scenario().range_mps(),
+        limit_mps: drive.map().route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
     }
 }
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
-fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
+fn resolve(drive: &PlannedDrive) -> policy::ResolvedPolicy {
+    let scenario = drive.scenario();
     if scenario.advises_no_vehicle() && scenario.policy != "none" {
         let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
         let why = format!("{}: nobody is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
-    if !scenario.is_on_network() {
-        return policy::resolve(&scenario.policy, map);
+    if !drive.is_open() {
+        return policy::resolve(&scenario.policy, drive.map());
     }
     if scenario.policy == policy::AUTO {
         let why = format!("{}: no policy is shipped for networks", policy::AUTO);
@@ -156,36 +170,40 @@ fn resolve(scenario: &Scenario, map: &RoadMap) -> policy::ResolvedPolicy {
 }
 
 /// Reads the policy of this name; fails if the scenario's road lacks a property that the policy needs.
-fn read(name: &str, scenario: &Scenario, map: &RoadMap, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
+fn read(name: &str, drive: &PlannedDrive, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
     let source = PolicySource::read(name, settings)?;
-    if !scenario.is_on_network() {
-        return match source.lacks(RoadKind::ClosedRoute) {
+    let road = road_kind(drive);
+    let lacks = source.lacks(road);
+    if road == RoadKind::ClosedRoute {
+        return match lacks {
             Some(why) => Err(WorldError::PolicyNeedsNetwork { policy: name.into(), why }),
             None => Ok(source),
         };
     }
     // Without a set speed these controllers aim for a ring's equilibrium speed.
-    let aims = matches!(name, "constant" | "follower-stopper" | "linear-feedback") && scenario.policy_speed_mps <= 0.0;
-    let aim = || aims.then(|| "aims for the speed at which an even ring flows".to_owned());
-    match source.lacks(RoadKind::Network(lanes_beside(map))).or_else(aim) {
+    let aims =
+        matches!(name, "constant" | "follower-stopper" | "linear-feedback") && drive.scenario().policy_speed_mps <= 0.0;
+    match lacks.or_else(|| aims.then(|| "aims for the speed at which an even ring flows".to_owned())) {
         Some(why) => Err(WorldError::PolicyNeedsRing { policy: name.into(), why }),
         None => Ok(source),
     }
 }
 
-/// Returns the settings that policies are built from: target speed, equilibrium speed of the ring with even gaps, m/s, and step, s.
-pub(super) fn policy_settings(scenario: &Scenario, route: &Route) -> PolicySettings {
-    if scenario.is_on_network() {
-        // A free road is driven at its limit.
-        let equilibrium_mps = limited_idm(scenario, route).v0;
-        return PolicySettings { aim_mps: scenario.policy_speed_mps, equilibrium_mps, step_s: scenario.step_s };
-    }
-    let gap_m = route.length_m() / f64::from(scenario.vehicles) - CAR_LENGTH_M;
-    PolicySettings {
-        aim_mps: scenario.policy_speed_mps,
-        equilibrium_mps: limited_idm(scenario, route).equilibrium_speed_mps(gap_m),
-        step_s: scenario.step_s,
-    }
+/// Returns the kind of road that policies see in this drive.
+pub fn road_kind(drive: &PlannedDrive) -> RoadKind {
+    if drive.is_open() { RoadKind::Network(lanes_beside(drive.map())) } else { RoadKind::ClosedRoute }
+}
+
+/// Returns the settings that policies are built from: target speed, equilibrium speed, m/s, and step, s. The equilibrium speed is that of
+/// the ring with even gaps; where vehicles enter and leave, a free road is driven at its limit.
+pub(super) fn policy_settings(drive: &PlannedDrive) -> PolicySettings {
+    let (scenario, route) = (drive.scenario(), &drive.map().route);
+    let idm = limited_idm(scenario, route);
+    let equilibrium_mps = match drive.fixed_vehicles() {
+        Some(vehicles) => idm.equilibrium_speed_mps(route.length_m() / f64::from(vehicles) - CAR_LENGTH_M),
+        None => idm.v0,
+    };
+    PolicySettings { aim_mps: scenario.policy_speed_mps, equilibrium_mps, step_s: scenario.step_s }
 }
 
 /// Returns the scenario's IDM with the desired speed capped at the road's lowest speed limit; the engines cap it lane by lane.

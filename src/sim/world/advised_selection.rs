@@ -1,8 +1,8 @@
-//! Choice of the vehicles that are advised beside the participant's. In: a scenario. Out: for each vehicle that enters, whether it is one.
+//! Choice of the vehicles that are advised beside the participant's. In: a planned drive. Out: for each vehicle that enters, whether it is one.
 
 use crate::{
     rng,
-    scenario::{AdvisedVehicles, Scenario},
+    scenario::{PlannedDrive, Scenario},
     traffic::VehicleId,
 };
 
@@ -19,12 +19,12 @@ pub(super) enum AdvisedSelection {
 }
 
 impl AdvisedSelection {
-    /// Returns the choice of a scenario, out of a fixed number of vehicles or of those that enter.
-    pub fn new(scenario: &Scenario, fixed: Option<usize>) -> Self {
-        let advised: AdvisedVehicles = scenario.advised;
-        match fixed {
-            Some(vehicles) => Self::Numbers(advised.others(vehicles as u32).collect()),
-            None => Self::Share { share: advised.of_those_that_come(), seed: scenario.seed },
+    /// Returns the choice of a drive, out of a fixed number of vehicles or of those that enter.
+    pub fn new(drive: &PlannedDrive) -> Self {
+        let Scenario { advised, seed, .. } = *drive.scenario();
+        match drive.fixed_vehicles() {
+            Some(vehicles) => Self::Numbers(advised.others(vehicles).collect()),
+            None => Self::Share { share: advised.of_those_that_come(), seed },
         }
     }
 

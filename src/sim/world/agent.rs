@@ -7,7 +7,7 @@
 
 use super::{
     WorldError,
-    advice::AdviceSource,
+    advice::VehicleAdvice,
     contacts::ContactTracker,
     derived_state::{self, LaneMonitor},
     hand_over::STANDS_MPS,
@@ -21,21 +21,18 @@ use crate::{
     ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle},
     map::RoadMap,
     rng,
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     sim::{Event, EventKind, Snapshot, VehicleSnapshot},
-    space::{CAR_LENGTH_M, Pose},
+    space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
     traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, is_on_lane},
 };
-use glam::DVec2;
 use std::{collections::VecDeque, sync::Arc};
 
 /// Distance inside the road's edge at which the ego counts as back on the road, metres: no repeated events at the edge.
 const BACK_INSIDE_M: f64 = 0.2;
 /// Upper limit of drivers' seeds, as of scenarios' seeds.
 const MOST_SEED: usize = 1 << 53;
-/// Parking position of the placeholder ego in drives without a participant, metres south and west of the network's bounds.
-const AWAY_M: f64 = 1000.0;
 
 /// A vehicle with its own physics.
 pub struct Agent {
@@ -43,7 +40,7 @@ pub struct Agent {
     /// Road with this vehicle's path as its route.
     pub(super) map: Arc<RoadMap>,
     pub(super) car: EgoCar,
-    pub(super) advice: AdviceSource,
+    pub(super) advice: VehicleAdvice,
     contacts: ContactTracker,
     contact_count: u32,
     pub(super) lane: LaneMonitor,
@@ -66,49 +63,18 @@ pub struct Agent {
 }
 
 impl Agent {
-    /// Returns the participant's vehicle; its view has no other vehicles yet. Its physics has room for `bodies` others. Without a
-    /// participant the vehicle is parked off all roads and only holds a view of all vehicles.
-    pub(super) fn participant(
+    /// Returns a vehicle at its start on the road; its view has no other vehicles yet. Its physics has room for `bodies` others.
+    pub(super) fn new(
         scenario: &Scenario,
         map: &Arc<RoadMap>,
-        advice: AdviceSource,
-        start: StartPlace,
-        bodies: usize,
-    ) -> Result<Self, WorldError> {
-        if scenario.participant {
-            return Self::on_road(scenario, map, advice, start, bodies);
-        }
-        let beside = map.network.bounds().0.truncate() - DVec2::splat(AWAY_M);
-        let mut away = Self::at(Pose { position: beside, ..Pose::default() }, scenario, map, advice, (start, bodies))?;
-        away.view.is_without_ego = true;
-        Ok(away)
-    }
-
-    /// Returns a vehicle at its start on the road.
-    fn on_road(
-        scenario: &Scenario,
-        map: &Arc<RoadMap>,
-        advice: AdviceSource,
+        advice: VehicleAdvice,
         start: StartPlace,
         bodies: usize,
     ) -> Result<Self, WorldError> {
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
-        let mut agent = Self::at(pose, scenario, map, advice, (start, bodies))?;
-        agent.car.stand_on(agent.network.ground_at(map, start.s_m).shape(pose.position));
-        agent.view = derived_state::first_snapshot(agent.car.state(), start.s_m);
-        Ok(agent)
-    }
-
-    /// Returns a vehicle at a pose.
-    fn at(
-        pose: Pose,
-        scenario: &Scenario,
-        map: &Arc<RoadMap>,
-        advice: AdviceSource,
-        (start, bodies): (StartPlace, usize),
-    ) -> Result<Self, WorldError> {
-        let car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
+        let mut car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
         let network = NetworkView::new(map);
+        car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
         let view = derived_state::first_snapshot(car.state(), start.s_m);
         let image = VehicleSnapshot { id: EGO, pose, pose_before: pose, ..VehicleSnapshot::default() };
         Ok(Self {
@@ -131,22 +97,13 @@ impl Agent {
         })
     }
 
-    /// Returns another advised vehicle on its own road with this simulated driver. The driver's randomness has a random stream of this
-    /// vehicle.
-    pub(super) fn advised(
-        scenario: &Scenario,
-        participant: &Self,
-        new: &NewAgent,
-        (driver, bodies): (&DriverParams, usize),
-    ) -> Result<Self, WorldError> {
-        let NewAgent { id, map, start } = new;
-        let mut agent = Self::on_road(scenario, map, participant.advice.another(scenario), *start, bodies)?;
-        agent.view.tick = participant.view.tick;
-        let seed = rng::stream(scenario.seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
-        let driver = SimulatedDriver::new(driver, agent.car.params(), seed)?;
+    /// Gives the vehicle to a simulated driver, whose randomness has a random stream of this vehicle.
+    pub(super) fn driven_by(self, driver: &DriverParams, id: VehicleId, seed: u64) -> Result<Self, WorldError> {
+        let seed = rng::stream(seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
+        let driver = SimulatedDriver::new(driver, self.car.params(), seed)?;
         // A driver who is stopped in a jam starts with a foot on the brake.
-        let driver = if start.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
-        Ok(Self { id: *id, driver: Some(driver), ..agent })
+        let driver = if self.view.ego.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
+        Ok(Self { id, driver: Some(driver), ..self })
     }
 
     pub fn id(&self) -> VehicleId {
@@ -182,9 +139,9 @@ impl Agent {
     }
 
     /// Asks the policy for the step that begins at this tick.
-    pub(super) fn ask_policy(&mut self, scenario: &Scenario) {
+    pub(super) fn ask_policy(&mut self, drive: &PlannedDrive) {
         let limit_mps = self.map.route.speed_limit_mps(self.view.ego_s_m);
-        self.advice.ask(self.view.tick, &self.observe(scenario), limit_mps);
+        self.advice.ask(self.view.tick, &self.observe(drive), limit_mps);
     }
 
     /// Begins a step: shows or withdraws advice as the policy decided.
@@ -235,9 +192,6 @@ impl Agent {
 
     /// Updates the position on the route and the image for others, after the vehicle was moved.
     pub(super) fn locate(&mut self) {
-        if self.view.is_without_ego {
-            return;
-        }
         let pose = self.car.predict(0.0).0;
         derived_state::locate(&mut self.view, &self.map.route, &pose);
         self.network.locate(&mut self.view, &self.map, &pose);
@@ -264,39 +218,28 @@ impl Agent {
         Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() }
     }
 
-    /// Updates another agent in this view to its image.
-    pub(super) fn insert_image(&mut self, other: &Self) {
-        if let Ok(at) = self.view.cars.binary_search_by_key(&other.id, |car| car.id) {
-            self.view.cars[at] = VehicleSnapshot { s_m: self.s_of(&other.image, &other.map), ..other.image };
-        }
-    }
-
     /// Returns where a vehicle's front is along this one's route; `None` off the route. `seen_on` has the route of its present position: on a
     /// closed route all share one.
-    fn s_of(&self, other: &VehicleSnapshot, seen_on: &Arc<RoadMap>) -> Option<f64> {
+    pub(super) fn s_of(&self, other: &VehicleSnapshot, seen_on: &Arc<RoadMap>) -> Option<f64> {
         match Arc::ptr_eq(&self.map, seen_on) {
             true => other.s_m,
             false => self.network.s_of(&self.map, other, self.view.ego_s_m),
         }
     }
 
-    /// Copies the participant's view, plus the participant's vehicle if present.
-    pub(super) fn copy_view_of(&mut self, participant: &Self) {
+    /// Copies the view of a drive on this map, plus the observer's own vehicle if there is one.
+    pub(super) fn copy_view(&mut self, view: &Snapshot, own: Option<&VehicleSnapshot>, map: &Arc<RoadMap>) {
         let mut cars = std::mem::take(&mut self.view.cars);
         cars.clear();
-        let others = participant.view.cars.iter().filter(|car| car.id != self.id);
-        let all = std::iter::once(&participant.image).filter(|_| !participant.view.is_without_ego).chain(others);
-        cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car, &participant.map), ..*car }));
+        let others = view.cars.iter().filter(|car| car.id != self.id);
+        let all = own.into_iter().chain(others);
+        cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car, map), ..*car }));
         self.view.cars = cars;
-        self.view.signals.clone_from(&participant.view.signals);
+        self.view.signals.clone_from(&view.signals);
     }
 
     /// Updates the state that follows from all vehicles' poses: leader, lane and violations of rules.
     pub(super) fn update_derived(&mut self) {
-        if self.view.is_without_ego {
-            derived_state::look_at_all(&mut self.view);
-            return;
-        }
         let ego = self.image.pose;
         derived_state::update_derived(&mut self.view, &self.map.route);
         let network = &mut self.network;

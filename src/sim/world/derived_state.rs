@@ -5,10 +5,7 @@ use crate::{
     controls::Indicator,
     map::{Route, RoutePosition, network::SignalStates},
     policy::NearVehicle,
-    sim::{
-        Event, EventKind, Snapshot,
-        snapshot::{Leader, VehicleSnapshot},
-    },
+    sim::{Event, EventKind, Leader, Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
     time::Tick,
 };

@@ -1,12 +1,14 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::{lane_change::LaneChanging, path_lanes::PathLanes, right_of_way::RightOfWay, turns::Turns};
 use crate::{
     controls::Indicator,
-    driver::DriverParams,
+    driver::{
+        DriverParams,
+        manoeuvres::{LaneChanging, RightOfWay},
+    },
     map::{
-        RoadMap, StopLine,
+        PathLanes, RoadMap, StopLine, Turns,
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,

@@ -1,15 +1,15 @@
-//! A world with advice from outside, such as from a learner. In: a scenario, the drivers, and at each hold the advice of each agent. Out:
+//! A world with advice from outside, such as from a learner. In: a planned drive, the drivers, and at each hold the advice of each agent. Out:
 //! the agents, and the observation of each when its advice is due. No policy is resolved or asked.
 //!
 //! The caller ticks it by [`World::tick`], as any other world. Where a step begins, the caller updates the agents by
 //! [`World::sync_agents_now`], gets the observation of each of [`World::agents`] from [`World::complete_observation`], and sets advice from this step on by
 //! [`World::advise`].
 
-use super::{Agent, World, WorldError, advice::AdviceSource, present};
+use super::{Agent, World, WorldError, advice::DriveAdvice, agents_mut};
 use crate::{
     driver::{DriverError, DriverParams},
     policy::{Action, Observation},
-    scenario::Scenario,
+    scenario::PlannedDrive,
     traffic::VehicleId,
 };
 use std::sync::Arc;
@@ -27,15 +27,13 @@ pub struct OutsideSettings {
 }
 
 impl World {
-    /// Does the same as [`World::new`] with advice from outside.
+    /// Does the same as [`World::of`] with advice from outside.
     ///
     /// # Errors
     /// See [`WorldError`].
-    pub fn advised_from_outside(scenario: &Scenario, outside: OutsideSettings) -> Result<Self, WorldError> {
-        let OutsideSettings { sees_lanes_beside, drivers } = outside;
-        Self::advised_by(scenario, drivers, |scenario, map| {
-            Ok(AdviceSource::from_outside(scenario, map, sees_lanes_beside))
-        })
+    pub fn advised_from_outside(drive: PlannedDrive, outside: OutsideSettings) -> Result<Self, WorldError> {
+        let advice = DriveAdvice::from_outside(&drive, outside.sees_lanes_beside);
+        Self::advised_by(drive, advice, outside.drivers)
     }
 
     /// Removes agents that have finished their path and makes agents of vehicles that are to be advised, so that they can be advised from
@@ -51,19 +49,19 @@ impl World {
     }
 
     /// Returns all agents: the participant's vehicle first, if present, then the others by ascending id.
-    pub fn agents(&self) -> &[Agent] {
-        &self.agents[usize::from(self.snapshot().is_without_ego)..]
+    pub fn agents(&self) -> impl Iterator<Item = &Agent> {
+        self.observer.participant().into_iter().chain(&self.others)
     }
 
     /// Sets the advice of the `index`th of [`World::agents`] from the next step on; no effect beyond the last.
     pub fn advise(&mut self, index: usize, action: Action) {
-        if let Some(agent) = present(&mut self.agents).get_mut(index) {
+        if let Some(agent) = agents_mut(&mut self.observer, &mut self.others).nth(index) {
             agent.advice.set_action(action);
         }
     }
 
     /// Returns the observation on which the advice of this agent is based; call it where a step begins.
     pub fn complete_observation(&self, agent: &Agent) -> Observation {
-        agent.advice.complete_observation(&agent.observe(&self.scenario))
+        agent.advice.complete_observation(&agent.observe(&self.drive))
     }
 }

@@ -1,13 +1,13 @@
 //! Input of policies, simulated drivers and lane help. In: the world seen from a vehicle. Out: the policy's [`Observation`], a simulated
 //! driver's [`Perception`], and the lane for lane help. Metres, m/s, radians.
 
-use super::{World, agent::Agent, derived_state, lane_beside::lane_beside};
+use super::{World, agent::Agent, derived_state};
 use crate::{
     controls::LaneHint,
-    driver::{Perception, SeenLeader, SimulatedDriver},
+    driver::{Perception, SeenLeader, SimulatedDriver, manoeuvres::lane_beside},
     map::network::Side,
     policy::{FAR_M, Observation, RoadAhead},
-    scenario::Scenario,
+    scenario::PlannedDrive,
     space::{CAR_LENGTH_M, wrap_angle},
 };
 
@@ -18,32 +18,32 @@ pub(super) const LANE_HINT_SPAN_M: f64 = 4.0;
 const BEND_AHEAD_S: f64 = 3.0;
 
 impl World {
-    /// Returns what a simulated driver in the participant's vehicle perceives now.
+    /// Returns what a simulated driver in the participant's vehicle perceives now; nothing without a participant.
     pub fn perceived_by(&self, driver: &SimulatedDriver) -> Perception {
-        self.participant().perceived_by(driver)
+        self.observer.participant().map(|agent| agent.perceived_by(driver)).unwrap_or_default()
     }
 
     /// Returns the participant's lane for lane help: offset and heading error at the ego's centre, curvature `LANE_HINT_AHEAD_S` ahead.
     pub fn lane_hint(&self) -> LaneHint {
-        self.participant().lane_hint()
+        self.observer.participant().map(Agent::lane_hint).unwrap_or_default()
     }
 }
 
 impl Agent {
     /// Returns what the policy observes now.
-    pub(super) fn observe(&self, scenario: &Scenario) -> Observation {
+    pub(super) fn observe(&self, drive: &PlannedDrive) -> Observation {
         let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
         // Without a leader: on a closed route, a stopped one a full lap ahead, as in training; on a network, one far ahead at the ego's
         // speed.
-        let without_leader = if scenario.is_on_network() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
+        let without_leader = if drive.is_open() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
         let (gap_m, leader_speed_mps) = self.view.leader.map_or(without_leader, |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps,
             leader_speed_mps,
             gap_m,
             circumference_m: length_m,
-            vehicles: scenario.vehicles,
+            vehicles: drive.scenario().vehicles,
             road: self.road_ahead(),
             ..Observation::default()
         }

@@ -36,7 +36,7 @@ pub enum NotPutBack {
 impl World {
     /// Returns true if the ego is off its lane or heads away from it.
     pub fn is_astray(&self) -> bool {
-        self.participant().is_astray()
+        self.observer.participant().is_some_and(Agent::is_astray)
     }
 
     /// Puts the ego back on its lane in the next tick.
@@ -47,11 +47,10 @@ impl World {
         if self.ended.is_some() {
             return Err(NotPutBack::Over);
         }
-        if !self.is_astray() {
-            return Err(NotPutBack::OnLane);
-        }
-        self.participant().room().ok_or(NotPutBack::NoRoom)?;
-        self.agents[0].wants_back = true;
+        let astray = self.observer.participant_mut().filter(|agent| agent.is_astray());
+        let participant = astray.ok_or(NotPutBack::OnLane)?;
+        participant.room().ok_or(NotPutBack::NoRoom)?;
+        participant.wants_back = true;
         Ok(())
     }
 }

@@ -6,10 +6,10 @@
 //! * **speeding**: the ego exceeds its lane's limit by [`OVER_MPS`]; ends when the ego keeps the limit.
 //! * **near miss**: the time to collision falls below [`NEAR_MISS_S`]; the same vehicle counts again after it was longer than 3 s.
 
-use super::{path_lanes::is_against, time_to_collision::MovingEgo};
+use super::time_to_collision::MovingEgo;
 use crate::{
     map::{
-        RoadMap,
+        RoadMap, is_against,
         network::{LaneId, LanePosition, Network, SignalId, SignalLight},
     },
     sim::{Event, EventKind, Snapshot},

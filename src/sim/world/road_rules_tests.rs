@@ -5,7 +5,7 @@ use super::*;
 use crate::{
     ego::EgoState,
     map::network::SignalStates,
-    sim::snapshot::VehicleSnapshot,
+    sim::VehicleSnapshot,
     time::Tick,
     traffic::{VehicleBody, VehicleId},
 };

@@ -9,9 +9,10 @@ use crate::{
     driver::{DriverParams, SimulatedDriver},
     policy::ReplayedAdvice,
     rng,
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     traffic::{EngineChoice, FollowingModel},
 };
+use std::sync::Arc;
 
 /// Length of the other drive for a drive without an end, seconds; its advice then repeats.
 const ENDLESS_S: f64 = 600.0;
@@ -20,9 +21,10 @@ const ENDLESS_S: f64 = 600.0;
 const MOST_SEED: usize = 1 << 53;
 
 /// Runs the other drive and returns its advice.
-pub(super) fn advice(scenario: &Scenario) -> Result<ReplayedAdvice, WorldError> {
+pub(super) fn advice(drive: &PlannedDrive) -> Result<ReplayedAdvice, WorldError> {
+    let scenario = drive.scenario();
     let other = other_drive(scenario);
-    let mut world = World::new(&other)?;
+    let mut world = World::of(PlannedDrive::on(&other, Arc::clone(drive.map()))?)?;
     let driver = SimulatedDriver::new(&DriverParams::default(), world.ego_params(), other.seed)?;
     let mut driver = if other.standing_start { driver.with_foot_on_brake() } else { driver };
     let hold_ticks = u64::from(other.hold().steps()) * other.step_ticks();

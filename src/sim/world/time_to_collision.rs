@@ -11,7 +11,7 @@ use crate::{
         RoadMap,
         network::{LanePosition, Network},
     },
-    sim::{Snapshot, snapshot::VehicleSnapshot},
+    sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use glam::{DVec2, DVec3};

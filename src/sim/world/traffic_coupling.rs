@@ -6,21 +6,20 @@
 //! step's end the vehicles are exactly the engine's.
 
 use super::{
-    TOUCHABLE_M, WorldError,
+    WorldError,
     advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
-    path_lanes::{PathLanes, is_against},
     traffic_start::{self, StartPlace, StartedTraffic},
 };
 use crate::{
     ego::Obstacle,
     map::{
-        RoadMap, Route,
+        PathLanes, RoadMap, Route, is_against,
         network::{LanePosition, SignalStates},
     },
-    scenario::Scenario,
-    sim::{Snapshot, snapshot::VehicleSnapshot},
+    scenario::PlannedDrive,
+    sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
@@ -36,6 +35,9 @@ use std::{path::PathBuf, sync::Arc};
 const JUMP_M: f64 = 1.0;
 /// Lateral share of the distance in a step that a bend, or a lane change in a long step, explains.
 const SIDEWAYS: f64 = 0.25;
+
+/// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
+pub(super) const TOUCHABLE_M: f64 = 100.0;
 
 /// A traffic engine, and the two steps around the present tick.
 pub(super) struct TrafficCoupling {
@@ -84,13 +86,13 @@ struct Shown {
 
 impl TrafficCoupling {
     /// Starts the traffic of a scenario and runs it until the ego is put in.
-    pub fn start(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<Self, WorldError> {
+    pub fn start(drive: &PlannedDrive) -> Result<Self, WorldError> {
         let _starting = TrafficStart::begin();
+        let (scenario, map) = (drive.scenario(), drive.map());
         let lanes = PathLanes::new(map);
-        let StartedTraffic { engine, fixed, ego, hand_over } = if scenario.is_on_network() {
-            traffic_start::with_demand(scenario, map, &lanes)?
-        } else {
-            traffic_start::fixed(scenario, map)?
+        let StartedTraffic { engine, ego, hand_over } = match drive.fixed_vehicles() {
+            Some(_) => traffic_start::fixed(drive)?,
+            None => traffic_start::with_demand(drive, &lanes)?,
         };
         let mut coupling = Self {
             description: engine.describe(),
@@ -99,7 +101,7 @@ impl TrafficCoupling {
             lanes,
             step_s: scenario.step_s,
             start: ego,
-            fixed,
+            fixed: drive.fixed_vehicles().map(|vehicles| vehicles as usize),
             from: Vec::new(),
             to: Vec::new(),
             signals: SignalStates::default(),
@@ -107,7 +109,7 @@ impl TrafficCoupling {
             obstacles: Vec::new(),
             arrived: Vec::new(),
             reports: Vec::new(),
-            advised: AdvisedSelection::new(scenario, fixed),
+            advised: AdvisedSelection::new(drive),
             new: Vec::new(),
             hand_over,
         };
@@ -156,12 +158,11 @@ impl TrafficCoupling {
     }
 
     /// Runs the engine's next step with the agents' present and predicted states.
-    pub fn ask(&mut self, agents: &[Agent]) -> Result<(), TrafficError> {
-        // The placeholder ego of a drive without a participant is not in the engine.
-        let is_there = |agent: &&Agent| !agent.snapshot().is_without_ego && !self.arrived.contains(&agent.id());
+    pub fn ask<'a>(&mut self, agents: impl Iterator<Item = &'a Agent>) -> Result<(), TrafficError> {
+        let is_there = |agent: &&Agent| !self.arrived.contains(&agent.id());
         let mut reports = std::mem::take(&mut self.reports);
         reports.clear();
-        reports.extend(agents.iter().filter(is_there).map(|agent| self.report(agent)));
+        reports.extend(agents.filter(is_there).map(|agent| self.report(agent)));
         self.reports = reports;
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
@@ -226,7 +227,7 @@ impl TrafficCoupling {
         let (lanes, map, fixed) = (&self.lanes, &self.map, self.fixed);
         let s_of = |vehicle: &VehicleState| match fixed {
             Some(_) => map.route.s_on(vehicle.lane?, vehicle.s_m),
-            None => lanes.s_of(map, vehicle, ego_s_m),
+            None => vehicle.s_on(map, lanes, ego_s_m),
         };
         let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
         self.to.extend(others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) }));
@@ -298,16 +299,13 @@ impl TrafficCoupling {
         let jumps = is_jump(&fronts[0], &fronts[1], farthest_m);
         let mix = |a: f64, b: f64| a + (b - a) * fraction;
         let nearer = if fraction < 0.5 { from } else { to };
-        let place = |vehicle: &VehicleState| {
-            vehicle.lane.map(|lane| LanePosition { lane, s_m: vehicle.s_m, offset_m: vehicle.offset_m })
-        };
-        let lane = match (place(a), place(b)) {
+        let lane = match (a.lane_position(), b.lane_position()) {
             (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
                 lane: to.lane,
                 s_m: mix(from.s_m, to.s_m),
                 offset_m: mix(from.offset_m, to.offset_m),
             }),
-            _ => place(&nearer.vehicle),
+            _ => nearer.vehicle.lane_position(),
         };
         let on_route = from.s_m.zip(to.s_m).filter(|_| !jumps);
         let s_m = on_route.and_then(|ends| s_between(&self.map.route, ends, farthest_m, fraction)).or(nearer.s_m);
@@ -318,6 +316,11 @@ impl TrafficCoupling {
             lane,
             speed_mps: mix(a.speed_mps, b.speed_mps),
         }
+    }
+
+    /// Returns where a vehicle's front is along the drive's route, metres; `None` off the route.
+    pub fn s_of(&self, car: &VehicleSnapshot) -> Option<f64> {
+        self.lanes.s_at(&self.map, car.lane?, car.pose.front(car.body.length_m), 0.0)
     }
 
     /// Returns the other vehicles near the ego at the poses set by [`TrafficCoupling::move_vehicles`].

@@ -1,19 +1,18 @@
-//! Start of a drive's traffic: a fixed number of vehicles on a closed route, or vehicles that come and go by a demand. In: a scenario
-//! and its road. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
+//! Start of a drive's traffic: a fixed number of vehicles on a closed route, or vehicles that come and go by a demand. In: a planned
+//! drive. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
 
 use super::{
     WorldError,
     ego_insertion::{self, Insertion},
     hand_over::{HandOver, HandOverGate},
-    path_lanes::PathLanes,
 };
 use crate::{
-    map::{MapError, RoadMap},
-    scenario::{Scenario, StartLayout},
+    map::{PathLanes, RoadMap},
+    scenario::{PlannedDrive, Scenario, StartLayout},
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, DemandSetup, EgoStart, EngineChoice, FixedSetup, InitialVehicle, ModelMixture, Traffic,
-        TrafficError, sumo::SumoTraffic,
+        self, Demand, DemandSetup, EgoStart, FixedSetup, InitialVehicle, ModelMixture, Traffic, TrafficError,
+        sumo::SumoTraffic,
     },
 };
 use std::sync::Arc;
@@ -30,8 +29,6 @@ pub(super) struct StartPlace {
 /// Traffic at the hand-over to the driver.
 pub(super) struct StartedTraffic {
     pub engine: Box<dyn Traffic>,
-    /// Number of vehicles, the ego included, where it is fixed.
-    pub fixed: Option<usize>,
     /// Start of the ego; of no meaning without a participant.
     pub ego: StartPlace,
     pub hand_over: HandOver,
@@ -39,7 +36,8 @@ pub(super) struct StartedTraffic {
 
 /// Starts a fixed number of vehicles in the scenario's layout, runs the warm-up and waits until traffic meets the scenario's conditions for
 /// the hand-over.
-pub(super) fn fixed(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<StartedTraffic, TrafficError> {
+pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError> {
+    let (scenario, map) = (drive.scenario(), drive.map());
     let setup = FixedSetup {
         cars: start_cars(scenario, map)?,
         map: Arc::clone(map),
@@ -62,22 +60,15 @@ pub(super) fn fixed(scenario: &Scenario, map: &Arc<RoadMap>) -> Result<StartedTr
         traffic::go_on()?;
         engine.step(&[])?;
     };
-    let vehicles = engine.vehicles();
-    let (n, ego) = (vehicles.len(), vehicles[0]);
+    let ego = engine.vehicles()[0];
     let s_m = ego.lane.and_then(|lane| map.route.s_on(lane, ego.s_m)).unwrap_or_default();
-    Ok(StartedTraffic { engine, fixed: Some(n), ego: StartPlace { s_m, speed_mps: ego.speed_mps }, hand_over })
+    Ok(StartedTraffic { engine, ego: StartPlace { s_m, speed_mps: ego.speed_mps }, hand_over })
 }
 
 /// Starts SUMO with the scenario's demand, runs the warm-up without the ego, and waits until there is room for it at its start. Without a
 /// participant SUMO has no ego, and the path does not matter.
-pub(super) fn with_demand(
-    scenario: &Scenario,
-    map: &Arc<RoadMap>,
-    lanes: &PathLanes,
-) -> Result<StartedTraffic, WorldError> {
-    if scenario.traffic != EngineChoice::Sumo {
-        return Err(TrafficError::NotOnNetworks(scenario.traffic.to_string()).into());
-    }
+pub(super) fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
+    let (scenario, map) = (drive.scenario(), drive.map());
     let ego = if scenario.participant { Some(ego_place(scenario, map, lanes)?) } else { None };
     let before_s = scenario.warm_up_s + if ego.is_some() { scenario.wave_wait_s } else { 0.0 };
     let setup = DemandSetup {
@@ -102,17 +93,13 @@ pub(super) fn with_demand(
         ego_insertion::warm_up_alone(scenario, &mut engine)?;
     }
     let hand_over = ego_insertion::hand_over(engine.vehicles(), start.speed_mps, waited_s);
-    Ok(StartedTraffic { engine: Box::new(engine), fixed: None, ego: start, hand_over })
+    Ok(StartedTraffic { engine: Box::new(engine), ego: start, hand_over })
 }
 
 /// Returns the ego's start: its front bumper along the path, metres, and the start as reported to SUMO.
 fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
     let route = &map.route;
-    let s_m = scenario.path_start_m.max(CAR_LENGTH_M);
-    if s_m >= route.length_m() {
-        let (file, start_m) = (map.net_file.clone(), scenario.path_start_m);
-        return Err(MapError::PathStart { file, start_m, length_m: route.length_m() }.into());
-    }
+    let s_m = scenario.path_start_m();
     let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
     let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
     let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;

@@ -1,0 +1,182 @@
+//! Recordings in a folder. In: a recording, a participant's folder or a whole data set. Out: the recordings to analyse, with
+//! participant, condition and baseline. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
+
+use super::people::StudyParticipants;
+use crate::analysis::error::AnalysisError;
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    record::{self, RecordError},
+    toml_text::did_you_mean,
+};
+use std::path::{Path, PathBuf};
+
+/// A recording to analyse.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FoundRecording {
+    /// `sub-P03`; empty outside of a study.
+    pub participant: String,
+    /// Segment of the study.
+    pub segment: String,
+    /// Place among the trials, as in the table.
+    pub place: String,
+    /// Condition; empty for a drive that is the same for everyone.
+    pub condition: String,
+    /// Place of the condition in the study, from 0; behind all conditions if it is none of them.
+    pub rank: usize,
+    /// Level of each factor.
+    pub levels: Vec<(String, String)>,
+    /// Folder of the recording.
+    pub recording: PathBuf,
+    /// Folder of the same drive without advice.
+    pub baseline: Option<PathBuf>,
+}
+
+impl FoundRecording {
+    /// Returns participant, segment, place and condition; for a recording alone, the folder's name.
+    pub fn title(&self) -> String {
+        if self.participant.is_empty() {
+            return self.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        }
+        let parts = [&self.participant, &self.segment, &self.place, &self.condition];
+        parts.into_iter().filter(|part| !part.is_empty()).cloned().collect::<Vec<_>>().join(" ")
+    }
+}
+
+/// Contents of a folder.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FolderContents {
+    /// Recordings, in the order of participants and places.
+    pub found: Vec<FoundRecording>,
+    /// Folder of the data set; `None` for a recording alone.
+    pub root: Option<PathBuf>,
+    /// Output folder of tables and report.
+    pub out: PathBuf,
+    /// Title of the report: the study's name, the participant or the recording.
+    pub title: String,
+    /// Participants, including those with excluded drives.
+    pub people: StudyParticipants,
+    /// A whole data set, not one participant or one recording.
+    pub is_whole: bool,
+}
+
+/// Finds the recordings in a folder.
+///
+/// # Errors
+/// The folder holds nothing to analyse, or a table cannot be read.
+pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
+    if folder.join("manifest.json").exists() {
+        let name = folder.file_name().unwrap_or_default().to_owned();
+        let beside = |ending: &str| {
+            let mut name = name.clone();
+            name.push(ending);
+            folder.with_file_name(name)
+        };
+        let baseline = Some(beside("-baseline")).filter(|path| path.exists());
+        let found = FoundRecording { recording: folder.into(), baseline, ..FoundRecording::default() };
+        let title = found.title();
+        return Ok(FolderContents {
+            found: vec![found],
+            root: None,
+            out: folder.join("analysis"),
+            title,
+            people: StudyParticipants::default(),
+            is_whole: false,
+        });
+    }
+    let nothing = || {
+        AnalysisError::Input(format!(
+            "{} holds nothing to analyse; name a recording, a participant of a study (.../sub-P03) or the study's folder",
+            folder.display()
+        ))
+    };
+    let is_root = |path: &Path| path.join("dataset_description.json").exists();
+    let name = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (root, subjects) = if is_root(folder) {
+        (folder, subjects(folder)?)
+    } else {
+        let root = folder.ancestors().skip(1).find(|path| is_root(path)).ok_or_else(nothing)?;
+        if !name.starts_with("sub-") {
+            return Err(nothing());
+        }
+        (root, vec![name.clone()])
+    };
+    let people = StudyParticipants::of(root, &subjects)?;
+    let mut found = Vec::new();
+    for subject in subjects.iter().filter(|subject| !people.is_excluded(subject)) {
+        found.extend(scans(root, subject)?);
+    }
+    if found.is_empty() {
+        return Err(AnalysisError::Input(format!(
+            "{} holds no drive that came to its end and is not excluded; look into participants.tsv",
+            folder.display()
+        )));
+    }
+    let whole = is_root(folder);
+    let out = root.join("derivatives").join("codrive");
+    let title = if whole { study_title(root) } else { name.clone() };
+    let out = if whole { out } else { out.join(name) };
+    Ok(FolderContents { found, root: Some(root.into()), out, title, people, is_whole: whole })
+}
+
+fn subjects(root: &Path) -> Result<Vec<String>, RecordError> {
+    let entries = record::entries(root)?;
+    let names = entries.iter().map(|path| path.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let mut names: Vec<String> = names.filter(|name| name.starts_with("sub-")).collect();
+    names.sort();
+    Ok(names)
+}
+
+fn study_title(root: &Path) -> String {
+    let text = read_text(&root.join("dataset_description.json"), SETTINGS_BYTES).unwrap_or_default();
+    let value: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    value["Name"].as_str().unwrap_or("Study").to_owned()
+}
+
+/// Returns the drives of one participant.
+fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisError> {
+    let path = root.join(subject).join(format!("{subject}_scans.tsv"));
+    let Ok(text) = read_text(&path, SETTINGS_BYTES) else { return Ok(Vec::new()) };
+    let mut lines = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
+    let names = lines.next().unwrap_or_default();
+    let fault = |what: &str| AnalysisError::Input(format!("{}: {what}", path.display()));
+    let column = |name: &str| {
+        names
+            .iter()
+            .position(|n| *n == name)
+            .ok_or_else(|| fault(&format!("there is no column \"{name}\"{}", did_you_mean(name, &names))))
+    };
+    let known = [column("segment")?, column("place")?, column("condition")?, column("recording")?, column("baseline")?];
+    let (seed, condition) = (column("seed")?, known[2]);
+    let sidecar = read_text(&path.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
+    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
+    let order: Vec<&String> =
+        sidecar["condition"]["Levels"].as_object().map(|l| l.keys().collect()).unwrap_or_default();
+    lines
+        .enumerate()
+        .filter_map(|(i, cells)| {
+            if cells.len() != names.len() {
+                let text = format!("line {} has {} cells instead of {}", i + 2, cells.len(), names.len());
+                return Some(Err(fault(&text)));
+            }
+            let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
+            let [segment, place, condition_cell, recording, baseline] = known.map(cell);
+            // Questionnaire rows have no recording.
+            (!recording.is_empty()).then(|| {
+                Ok(FoundRecording {
+                    rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
+                    participant: subject.into(),
+                    segment,
+                    place,
+                    condition: condition_cell,
+                    levels: (condition + 1..seed).map(|at| (names[at].to_owned(), cell(at))).collect(),
+                    recording: root.join(recording),
+                    baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
+                })
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+#[path = "found_tests.rs"]
+mod tests;

@@ -1,0 +1,39 @@
+//! Contents of recordings and data sets. In: a folder. Out: the recordings in it, the rows of each from front to back, and the
+//! participants of a study. Nothing here reads a whole table, so that a drive of days fits into memory. SI units.
+//!
+//! * [`found`]: the recordings in a folder, each with its condition.
+//! * [`trial`]: one recorded drive; [`ego_samples`], [`advice`], [`road_events`], [`traffic_steps`], [`trips`]: its tables;
+//!   [`setup`]: its manifest and scenario.
+//! * [`trajectories`]: data for the figures of a drive; [`driver_moments`]: data for the fit of its driver; `thinned_values`:
+//!   evenly spaced values out of many.
+//! * [`people`]: participants, and exclusions; [`sickness_ratings`]: their ratings of sickness while driving; `tsv`: tables of
+//!   a data set.
+
+pub mod advice;
+pub mod driver_moments;
+pub mod ego_samples;
+pub mod found;
+pub mod people;
+pub mod road_events;
+pub mod setup;
+pub mod sickness_ratings;
+mod thinned_values;
+pub mod traffic_steps;
+pub mod trajectories;
+pub mod trial;
+pub mod trips;
+mod tsv;
+
+pub use advice::{AdviceChange, ChangeFinder, IssuedAdvice};
+pub use driver_moments::DriverStretches;
+pub use ego_samples::EgoSample;
+pub use found::{FolderContents, FoundRecording, find};
+pub use people::{StudyParticipant, StudyParticipants};
+pub use road_events::RoadEvents;
+pub use setup::DriveSetup;
+pub use sickness_ratings::SicknessRating;
+pub(super) use thinned_values::ThinnedValues;
+pub use traffic_steps::{StepVehicle, TrafficStep};
+pub use trajectories::DriveTrajectories;
+pub use trial::RecordedTrial;
+pub use trips::{Trip, TripEnd, TripTable};

@@ -1,0 +1,179 @@
+//! One recorded drive, read from front to back. In: a recording's folder. Out: a [`RecordedTrial`], and its rows one by one: a
+//! drive of days takes no more memory than one of minutes. SI units; seconds since the start of the drive.
+
+use super::{
+    advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
+    ego_samples::{EGO, EgoSamples, Headways},
+    road_events::RoadEvents,
+    setup::DriveSetup,
+    thinned_values::ThinnedValues,
+    traffic_steps::TrafficSteps,
+    trips::TripTable,
+};
+use crate::analysis::error::AnalysisError;
+use crate::{
+    map::RoadMap,
+    record::{self, RecordError, Table, TableParts, TableReader, tables::PUT_BACK},
+    time::{TICKS_PER_S, Tick},
+};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+/// Largest number of latencies that are kept: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is kept.
+const MOST_LATENCIES: usize = 2_000_000;
+/// Time after a contact, or after the car was put back, in which the speed is not the driver's choice, seconds.
+pub const AFTER_CONTACT_S: f64 = 2.0;
+/// Largest number of contacts, red lights and marks that are listed one by one.
+const MOST_MOMENTS: usize = 100;
+
+/// A recorded drive: short facts in memory, rows on disk.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordedTrial {
+    /// Folder of the recording.
+    pub recording: PathBuf,
+    /// Setup: manifest, scenario and length of the route.
+    pub setup: DriveSetup,
+    /// Map of the drive; `None` if it is missing.
+    pub map: Option<Arc<RoadMap>>,
+    /// First advice of the drive; `None` without advice.
+    pub first_advice: Option<IssuedAdvice>,
+    /// Changes of the advice.
+    pub changes: Vec<AdviceChange>,
+    /// Number of contacts with other vehicles.
+    pub contacts: usize,
+    /// Time, seconds, and closing speed, m/s, of the first contacts.
+    pub contacts_at: Vec<[f64; 2]>,
+    /// Violations of traffic rules by the ego on a network.
+    pub road_events: RoadEvents,
+    /// Times of the first red lights that the ego drove over, seconds.
+    pub red_lights_at: Vec<f64>,
+    /// Times of the first marks of the experimenter, seconds.
+    pub marks_at: Vec<f64>,
+    /// Spans from a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, ticks; sorted and disjoint.
+    pub after_contacts: Vec<[u64; 2]>,
+    /// Number of times that the middle of the car left its lane.
+    pub left_road: usize,
+    /// Latencies from an input to the frame that showed it, seconds, if the device has time stamps; sorted.
+    pub latencies_s: Vec<f64>,
+    /// Simulated time given up because frames came too late, seconds; `None` if no frame was shown.
+    pub dropped_s: Option<f64>,
+    /// Reason of the end, one word.
+    pub ended: String,
+}
+
+impl RecordedTrial {
+    /// Opens a recording.
+    ///
+    /// # Errors
+    /// There is none, it was cut, it does not have this program's format, it has no participant, or its advice changes more
+    /// often than [`MOST_CHANGES`](super::advice::MOST_CHANGES).
+    pub fn open(recording: &Path) -> Result<Self, AnalysisError> {
+        let manifest = record::open(recording)?;
+        let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
+        if !scenario.participant {
+            let text = format!(
+                "{}: a drive without a participant, and what is analysed is how a participant drives\n  remedy: its tables cars and advised",
+                recording.display()
+            );
+            return Err(AnalysisError::Input(text));
+        }
+        let map = scenario.load_map().ok().map(Arc::new);
+        let route_m = map.as_ref().map_or(0.0, |map| map.route.length_m());
+        let mut trial = Self {
+            recording: recording.into(),
+            ended: manifest.ended.clone().unwrap_or_default(),
+            setup: DriveSetup { route_m, manifest, scenario },
+            map,
+            ..Self::default()
+        };
+        for part in trial.parts(Table::Events, &["tick", "event", "value"])? {
+            let part = part?;
+            let rows = part.wholes("tick").into_iter().zip(part.words("event").into_iter().zip(part.numbers("value")));
+            for (tick, (kind, value)) in rows {
+                trial.contacts += usize::from(kind == "contact");
+                trial.left_road += usize::from(kind == "left_road");
+                trial.road_events.add(tick, &kind);
+                let time_s = Tick(tick).seconds();
+                if kind == "contact" || kind == PUT_BACK {
+                    trial.collided(tick);
+                }
+                if kind == "contact" && trial.contacts_at.len() < MOST_MOMENTS {
+                    trial.contacts_at.push([time_s, value.unwrap_or_default()]);
+                } else if kind == "red_light" && trial.red_lights_at.len() < MOST_MOMENTS {
+                    trial.red_lights_at.push(time_s);
+                } else if kind == "mark" && trial.marks_at.len() < MOST_MOMENTS {
+                    trial.marks_at.push(time_s);
+                }
+            }
+        }
+        let mut finder = ChangeFinder::default();
+        let mut frames = ShownFrames::new(trial.parts(Table::Frames, &["frame", "tick"])?);
+        for part in
+            trial.parts(Table::Advice, &["tick", "target_mps", "range_low_mps", "range_high_mps", "shown_frame"])?
+        {
+            for advice in frames.advice(&part?)? {
+                trial.first_advice.get_or_insert(advice);
+                finder.add(&advice).map_err(|why| {
+                    AnalysisError::Input(format!("{}: {why}", Table::Advice.parquet(recording).display()))
+                })?;
+            }
+        }
+        trial.changes = finder.changes;
+        (trial.latencies_s, trial.dropped_s) = trial.frame_times()?;
+        Ok(trial)
+    }
+
+    /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].
+    pub(crate) fn collided(&mut self, tick: u64) {
+        let until = tick + (AFTER_CONTACT_S * f64::from(TICKS_PER_S)) as u64;
+        match self.after_contacts.last_mut().filter(|last| last[1] >= tick) {
+            Some(last) => last[1] = until,
+            None => self.after_contacts.push([tick, until]),
+        }
+    }
+
+    fn parts(&self, table: Table, columns: &[&str]) -> Result<TableParts, RecordError> {
+        TableReader::parts(&table.parquet(&self.recording), columns)
+    }
+
+    /// Returns the sorted latencies, and the time given up, seconds.
+    fn frame_times(&self) -> Result<(Vec<f64>, Option<f64>), RecordError> {
+        let (mut kept, mut dropped_s) = (ThinnedValues::new(MOST_LATENCIES), None);
+        for part in self.parts(Table::Frames, &["latency_s", "dropped_s"])? {
+            let part = part?;
+            part.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
+            let dropped = part.numbers("dropped_s").into_iter().flatten();
+            dropped.for_each(|one_s| *dropped_s.get_or_insert(0.0) += one_s);
+        }
+        kept.values.sort_by(f64::total_cmp);
+        Ok((kept.values, dropped_s))
+    }
+
+    /// Reads the ego's rows at every tick, in order.
+    ///
+    /// # Errors
+    /// The table cannot be read, or does not have this program's format; each row can fail in the same way.
+    pub fn ego(&self) -> Result<EgoSamples, RecordError> {
+        let path = Table::Ego.parquet(&self.recording);
+        let columns = if self.setup.is_open() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
+        let headways = if !self.setup.is_open() {
+            Headways::Recorded
+        } else {
+            let vehicles = TripTable::read(&self.recording)?.trips;
+            Headways::ByLength(vehicles.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
+        };
+        let parts = TableReader::parts(&path, columns)?;
+        Ok(EgoSamples::new(path, parts, headways))
+    }
+
+    /// Reads all vehicles with a row, at every step in order.
+    ///
+    /// # Errors
+    /// The table cannot be read; each step can fail in the same way.
+    pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
+        let map = self.map.as_ref().filter(|_| self.setup.is_open());
+        TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
+    }
+}

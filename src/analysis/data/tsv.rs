@@ -1,0 +1,52 @@
+//! Tab-separated tables of a BIDS data set. In: a file. Out: its rows, and its columns by name.
+
+use crate::analysis::error::AnalysisError;
+use crate::{
+    file::{SETTINGS_BYTES, read_text},
+    toml_text::did_you_mean,
+};
+use std::path::{Path, PathBuf};
+
+/// Mark of a missing value in BIDS.
+pub(super) const MISSING: &str = "n/a";
+
+/// A tab-separated table of a BIDS data set.
+pub(super) struct TsvFile {
+    path: PathBuf,
+    pub names: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl TsvFile {
+    /// Reads a table; `None` if there is no such file.
+    pub fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
+        if !path.exists() {
+            return Ok(None);
+        }
+        let text = read_text(path, SETTINGS_BYTES)
+            .map_err(|why| AnalysisError::Input(format!("{}: cannot be read: {why}", path.display())))?;
+        let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned).collect::<Vec<_>>());
+        let names = lines.next().unwrap_or_default();
+        let rows: Vec<Vec<String>> = lines.collect();
+        if let Some(i) = rows.iter().position(|row| row.len() != names.len()) {
+            return Err(AnalysisError::Input(format!(
+                "{}: line {} has {} cells instead of {}",
+                path.display(),
+                i + 2,
+                rows[i].len(),
+                names.len()
+            )));
+        }
+        Ok(Some(Self { path: path.into(), names, rows }))
+    }
+
+    pub fn column(&self, name: &str) -> Result<usize, AnalysisError> {
+        let fault = || {
+            AnalysisError::Input({
+                let near = did_you_mean(name, &self.names);
+                format!("{}: there is no column \"{name}\"{near}", self.path.display())
+            })
+        };
+        self.names.iter().position(|n| n == name).ok_or_else(fault)
+    }
+}

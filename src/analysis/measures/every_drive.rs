@@ -1,0 +1,85 @@
+//! Measures of every drive. In: the sums of a drive. Out: a number, or `None` where there is nothing to measure. SI units.
+
+use super::{
+    MeasuredValue,
+    inputs::{all_cars, enough},
+};
+use crate::{
+    analysis::{
+        responses::{OnsetKind, ResponseTime},
+        statistics::middle,
+    },
+    metrics::registry::measure,
+};
+
+/// Measures in the order of the tables.
+pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
+    (measure("mean_speed_mps"), |s| s.totals.ticks.mean_speed_mps.get()),
+    (measure("baseline_speed_mps"), |s| s.baseline?.ticks.mean_speed_mps.get()),
+    (measure("speed_gain_mps"), |s| {
+        Some(s.totals.ticks.mean_speed_mps.get()? - s.baseline?.ticks.mean_speed_mps.get()?)
+    }),
+    (measure("speed_sd_over_vehicles_mps"), |s| Some(all_cars(s.totals)?.speed_sd_over_vehicles_mps())),
+    (measure("speed_sd_over_time_mps"), |s| Some(all_cars(s.totals)?.speed_sd_over_time_mps())),
+    (measure("ego_speed_sd_over_time_mps"), |s| Some(enough(&s.totals.ego_traffic)?.speed_sd_over_time_mps())),
+    (measure("passages_per_h"), |s| {
+        s.per_hour(s.totals.passages as f64).filter(|_| all_cars(s.totals).is_some() && s.trial.setup.route_m > 0.0)
+    }),
+    (measure("stops"), |s| s.per_car(s.totals.traffic.stops as f64)),
+    (measure("stopped_s"), |s| s.per_car(s.totals.traffic.stopped_s)),
+    (measure("ego_stops"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.stops as f64)),
+    (measure("ego_stopped_s"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.stopped_s)),
+    (measure("hard_brakings"), |s| s.per_car(s.totals.traffic.hard_brakings as f64)),
+    (measure("hard_braking_s"), |s| s.per_car(s.totals.traffic.hard_braking_s)),
+    (measure("ego_hard_brakings"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.hard_brakings as f64)),
+    (measure("ego_hard_braking_s"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.hard_braking_s)),
+    (measure("last_disturbance_s"), |s| all_cars(s.totals)?.last_disturbance_s()),
+    (measure("ego_mean_speed_mps"), |s| s.totals.ticks.ego_mean_speed_mps.get()),
+    (measure("time_in_range"), |s| s.totals.ticks.time_in_range.get()),
+    (measure("speed_error_mps"), |s| s.totals.absolute_error_mps.get()),
+    (measure("speed_bias_mps"), |s| s.totals.error_mps.get()),
+    (measure("time_in_range_by_driver"), |s| s.totals.in_range_by_driver.get()),
+    (measure("time_in_range_by_collision"), |s| {
+        Some(s.totals.ticks.time_in_range.get()? - s.totals.in_range_by_driver.get()?)
+    }),
+    (measure("changes"), |s| Some(s.count(OnsetKind::Change) + s.count(OnsetKind::Event))),
+    (measure("events"), |s| Some(s.count(OnsetKind::Event))),
+    (measure("responded"), |s| ResponseTime::Reaction.share_with_response(s.responses)),
+    (measure("responded_by_chance"), |s| ResponseTime::Chance.share_with_response(s.responses)),
+    (measure("reaction_s"), |s| s.median_s(ResponseTime::Reaction)),
+    (measure("movement_s"), |s| s.median_s(ResponseTime::Movement)),
+    (measure("enter_range_s"), |s| s.median_s(ResponseTime::Compliance)),
+    (measure("enter_range_steps"), |s| Some(s.median_s(ResponseTime::Compliance)? / s.totals.step_s())),
+    (measure("idle_movement"), |s| s.responses.first().map(|response| response.threshold)),
+    (measure("min_gap_m"), |s| s.totals.ticks.min_gap_m.0),
+    (measure("min_headway_m"), |s| s.totals.headway_m.0),
+    (measure("min_ttc_s"), |s| s.totals.ttc_s.0),
+    (measure("max_drac_mps2"), |s| s.totals.most_drac_mps2),
+    (measure("time_gap_s"), |s| s.totals.time_gap_s.get()),
+    (measure("min_time_gap_s"), |s| s.totals.min_time_gap_s.0),
+    (measure("time_headway_s"), |s| s.totals.time_headway_s.get()),
+    (measure("min_time_headway_s"), |s| s.totals.min_time_headway_s.0),
+    (measure("sdlp_m"), |s| s.totals.sdlp_m()),
+    (measure("reversals_per_min"), |s| {
+        let minutes = s.totals.duration_s / 60.0;
+        (minutes > 0.0).then(|| s.totals.reversals.count as f64 / minutes)
+    }),
+    (measure("pedal_reversals_per_min"), |s| Some(s.per_hour(s.totals.pedal_reversals.count as f64)? / 60.0)),
+    (measure("rms_jerk_mps3"), |s| Some(s.totals.square_jerk.get()?.sqrt())),
+    (measure("ego_fuel_l_100km"), |s| enough(&s.totals.ego_traffic)?.fuel_l_100km()),
+    (measure("fuel_l_100km"), |s| all_cars(s.totals)?.fuel_l_100km()),
+    (measure("ego_fuel_sumo_l_100km"), |s| s.totals.sumo_fuel[1].l_100km()),
+    (measure("fuel_sumo_l_100km"), |s| s.totals.sumo_fuel[0].l_100km()),
+    (measure("fuel_saved_l_100km"), |s| {
+        Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?)
+    }),
+    (measure("hand_over_speed_sd_over_vehicles_mps"), |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps)),
+    (measure("contact_count"), |s| Some(s.trial.contacts as f64)),
+    (measure("left_road"), |s| Some(s.trial.left_road as f64)),
+    (measure("dropped_s"), |s| s.trial.dropped_s),
+    (measure("latency_median_s"), |s| middle(&s.trial.latencies_s)),
+    (measure("latency_p99_s"), |s| {
+        let sorted = &s.trial.latencies_s;
+        sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
+    }),
+];

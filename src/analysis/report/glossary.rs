@@ -1,0 +1,84 @@
+//! Definitions of all columns, as the tables declare them. In: analysed drives. Out: for each column of each table the quantity
+//! in words, its unit and its definition; the data dictionary.
+
+use crate::analysis::{
+    columns::{ColumnDefinition, TableColumns},
+    drives::AnalysedRecording,
+    tables as csv,
+};
+use crate::metrics::RoadKinds;
+use serde_json::{Map, Value, json};
+
+/// Returns all tables with their columns, for these drives.
+pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
+    let mut tables = vec![
+        csv::trials_columns(drives),
+        csv::advice_columns(drives),
+        csv::response_times_columns(),
+        csv::speed_columns(drives),
+        csv::by_condition_columns(),
+        csv::drivers_columns(),
+        csv::scores_columns(),
+        csv::sickness_columns(),
+    ];
+    if RoadKinds::of(drives).networks {
+        tables.extend([csv::trips_columns(drives), csv::lines_columns(drives)]);
+    }
+    tables
+}
+
+/// Returns the data dictionary as JSON: the columns of each table, with the keys of BIDS.
+pub fn dictionary(drives: &[AnalysedRecording]) -> String {
+    let table = |table: TableColumns| {
+        let columns: Map<String, Value> = table.columns.into_iter().map(ColumnDefinition::entry).collect();
+        (table.file.to_owned(), json!({ "Row": table.row, "Columns": columns }))
+    };
+    let all: Map<String, Value> = tables(drives).into_iter().map(table).collect();
+    format!("{:#}\n", Value::Object(all))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::{data::StudyParticipants, drives::test_drives::mixed_drives};
+
+    #[test]
+    fn every_column_has_a_title_and_a_definition_in_the_dictionary() {
+        let drives = mixed_drives();
+        let written = [
+            ("trials.csv", csv::trials(&drives)),
+            ("advice.csv", csv::advice(&drives)),
+            ("reactions.csv", csv::response_times(&drives)),
+            ("speed.csv", csv::speed(&drives)),
+            ("conditions.csv", csv::by_condition(&drives)),
+            ("drivers.csv", csv::drivers(&[])),
+            ("scores.csv", csv::scores(&StudyParticipants::default())),
+            ("fms.csv", csv::sickness(&StudyParticipants::default())),
+            ("trips.csv", csv::trips(&drives)),
+            ("lines.csv", csv::lines(&drives)),
+        ];
+        let dictionary: Value = serde_json::from_str(&dictionary(&drives)).unwrap();
+        assert_eq!(dictionary.as_object().unwrap().len(), written.len());
+        let tables = tables(&drives);
+        for (file, text) in written {
+            let head: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+            assert!(head.len() >= 6, "{file}: {head:?}");
+            let of = tables.iter().find(|table| table.file == file).unwrap();
+            assert_eq!(of.columns.iter().map(|column| column.name.as_str()).collect::<Vec<_>>(), head, "{file}");
+            for column in &of.columns {
+                let entry = &dictionary[file]["Columns"][&column.name];
+                assert_eq!(entry["LongName"], column.title.as_str());
+                assert_eq!(entry.get("Units").and_then(Value::as_str).unwrap_or_default(), column.unit);
+                // Words, not the name again, and no other column's name within a definition.
+                assert!(column.title.chars().next().is_some_and(|sign| !sign.is_lowercase()), "{column:?}");
+                assert!(
+                    column.about.len() > 5 && !column.about.contains('_') && !column.title.contains('_'),
+                    "{column:?}"
+                );
+                let has_unit =
+                    column.name.ends_with("_s") || column.name.ends_with("_mps") || column.name.ends_with("_m");
+                assert!(!has_unit || !column.unit.is_empty(), "{column:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,415 @@
+//! Methods section of a paper, to copy. In: analysed drives with their manifests, and the participants. Out: paragraphs of
+//! plain text in the past tense. They state only the content of manifests and tables, and the differences between drives.
+
+use super::{
+    drivers_section, network_text,
+    setup_facts::{SetupValue, condition_differences, fact, joined_values},
+    sickness_section,
+    words::interval,
+};
+use crate::analysis::{
+    data::{StudyParticipants, people::STATES},
+    drivers::ParticipantDriver,
+    drives::{AnalysedRecording, conditions, is_of_several_people},
+    measures::MEASURES,
+    text::{count, joined_with_and, number_text},
+};
+use crate::metrics::{Measure, RoadKinds, registry::unit_text};
+use crate::{sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Returns the paragraphs that are not empty.
+pub fn paragraphs(
+    drives: &[AnalysedRecording],
+    people: &StudyParticipants,
+    drivers: &[ParticipantDriver],
+) -> Vec<String> {
+    let trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+    let all: Vec<&AnalysedRecording> = drives.iter().collect();
+    // Drives that are the same for everyone, such as practice, are described apart from the trials.
+    let main = if trials.is_empty() { &all } else { &trials };
+    let others: Vec<&AnalysedRecording> =
+        all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
+    let on_rings: Vec<&AnalysedRecording> = main.iter().filter(|drive| drive.network.is_none()).copied().collect();
+    let mut text =
+        vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_text::traffic(main), advice(main)];
+    text.push(design(drives, main, &others));
+    text.push(measures(&all));
+    text.push(sickness_section::paragraph(people));
+    text.push(drivers_section::paragraph(drivers));
+    text.push(statistics(drives, people));
+    text.retain(|paragraph| !paragraph.is_empty());
+    text
+}
+
+fn joined_texts(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
+    joined_values(drives.iter().map(|drive| SetupValue::Word(of(drive))))
+}
+
+/// Returns the verb of `1 drive was`, `3 drives were`.
+fn were(n: usize) -> &'static str {
+    if n == 1 { "was" } else { "were" }
+}
+
+fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> String {
+    let codes: BTreeSet<&str> =
+        drives.iter().map(|drive| drive.found.participant.as_str()).filter(|code| !code.is_empty()).collect();
+    let is_simulated = drives.iter().all(|drive| drive.setup.is_simulated());
+    let (n, kind) = (codes.len(), if is_simulated { "simulated participant" } else { "participant" });
+    let plural = if n == 1 { "" } else { "s" };
+    let mut text = match (n, is_simulated) {
+        (0, true) => format!(
+            "{} {} driven by a simulated driver ({}); no person took part.",
+            capital(&count(drives.len())),
+            were(drives.len()),
+            joined_texts(drives, |drive| drive.setup.manifest.driver.replace("simulated: ", "model "))
+        ),
+        (0, false) => format!(
+            "{} {} analysed; the driver's controls were: {}.",
+            capital(&count(drives.len())),
+            were(drives.len()),
+            joined_texts(drives, |drive| drive.setup.manifest.driver.clone())
+        ),
+        _ => format!("{} of {n} {kind}{plural} {} analysed.", capital(&count(drives.len())), were(drives.len())),
+    };
+    if n > 0 && is_simulated {
+        text += " The study was a rehearsal: every participant was a simulated driver with parameters of its own, and no person took part.";
+    } else if n > 0 {
+        text += &format!(
+            " Participants drove with: {}.",
+            joined_texts(drives, |drive| drive.setup.manifest.driver.clone())
+        );
+    }
+    let states: Vec<String> = STATES
+        .iter()
+        .filter_map(|state| {
+            let n = people.all.iter().filter(|person| person.state == *state).count();
+            (n > 0).then(|| format!("{n} {}", state.replace('_', " ")))
+        })
+        .collect();
+    if !states.is_empty() {
+        text += &format!(" Sessions by state: {}.", joined_with_and(&states));
+    }
+    let excluded: Vec<String> =
+        people.all.iter().filter(|person| person.is_excluded()).map(|person| person.id.clone()).collect();
+    if !excluded.is_empty() {
+        let s = if excluded.len() == 1 { "" } else { "s" };
+        text += &format!(
+            " Drives and answers of {} participant{s} ({}) were excluded from the analysis.",
+            excluded.len(),
+            joined_with_and(&excluded)
+        );
+    } else if !people.all.is_empty() {
+        text += " No participant was excluded.";
+    }
+    text
+}
+
+fn capital(text: &str) -> String {
+    let mut signs = text.chars();
+    signs.next().map_or(String::new(), |first| first.to_uppercase().collect::<String>() + signs.as_str())
+}
+
+fn apparatus(drives: &[&AnalysedRecording]) -> String {
+    let mut text = format!(
+        "The drive{} made with {} and analysed with codrive {}.",
+        if drives.len() == 1 { " was" } else { "s were" },
+        joined_texts(drives, |drive| drive.setup.manifest.program.clone()),
+        env!("CARGO_PKG_VERSION")
+    );
+    let screens: Vec<&AnalysedRecording> =
+        drives.iter().filter(|drive| drive.setup.manifest.screen.is_some()).copied().collect();
+    if screens.is_empty() {
+        text += " No picture was shown.";
+    } else {
+        let screen = |drive: &AnalysedRecording| {
+            let screen = drive.setup.manifest.screen.clone().unwrap_or_default();
+            let rate = screen.refresh_hz.map_or(String::new(), |hz| format!(" at {} Hz", number_text(hz)));
+            let name = screen.monitor.unwrap_or_else(|| "a monitor".into());
+            format!("{name}, {} × {} pixels{rate}", screen.size[0], screen.size[1])
+        };
+        let view = |drive: &AnalysedRecording| {
+            let [wide_m, away_m] = drive.setup.manifest.display_m;
+            format!("{} m wide at {} m from the eyes", number_text(wide_m), number_text(away_m))
+        };
+        text += &format!(
+            " The road was shown on {}; the visible picture was {}.",
+            joined_texts(&screens, screen),
+            joined_texts(&screens, view)
+        );
+        text += &slow_motion(&screens);
+    }
+    let steps = joined_values(drives.iter().map(|drive| SetupValue::Number(1.0 / drive.setup.scenario.step_s, "Hz")));
+    text + &format!(
+        " The ego vehicle and its controls were simulated and recorded at {} Hz, all vehicles at {steps}.",
+        number_text(1.0 / TICK_S)
+    )
+}
+
+/// Share of a drive's length lost to late frames above which the text mentions slow motion.
+const SLOW_SHARE: f64 = 0.01;
+
+/// Returns the sentence on drives that ran in slow motion; empty if there are none.
+fn slow_motion(drives: &[&AnalysedRecording]) -> String {
+    let share =
+        |drive: &&&AnalysedRecording| drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
+    let slow: Vec<f64> = drives.iter().map(|drive| share(&drive)).filter(|share| *share > SLOW_SHARE).collect();
+    if slow.is_empty() {
+        return String::new();
+    }
+    format!(
+        " In {} of {} pictures came too late and more than {} % of the time was given up, {:.0} % at the most: these drives were seen in slow motion.",
+        slow.len(),
+        count(drives.len()),
+        100.0 * SLOW_SHARE,
+        100.0 * slow.iter().copied().fold(0.0, f64::max)
+    )
+}
+
+fn traffic(drives: &[&AnalysedRecording]) -> String {
+    if drives.is_empty() {
+        return String::new();
+    }
+    let lengths = joined_values(
+        drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| SetupValue::Number(m.round(), "m")),
+    );
+    let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
+    let noise = fact(drives, "acceleration noise");
+    let engine = joined_texts(drives, |drive| match drive.setup.manifest.traffic.as_str() {
+        "native IDM" => "codrive's own engine".into(),
+        named => named.replace(" in process", ", run within codrive"),
+    });
+    let mut text = format!(
+        "The road was {}{length}, with {} vehicles, the ego vehicle included. The traffic was computed by {engine}. The other \
+         vehicles followed the Intelligent Driver Model with a desired speed v0 = {}, a desired time gap T = {}, a maximum acceleration a = {}, a comfortable deceleration \
+         b = {}, an exponent δ = {} and a minimum gap s0 = {}, and noise of the acceleration of √Δt · N(0, {noise}) with a step Δt of {}.",
+        fact(drives, "road"),
+        fact(drives, "number of vehicles"),
+        fact(drives, "desired speed v0"),
+        fact(drives, "desired time gap T"),
+        fact(drives, "maximum acceleration a"),
+        fact(drives, "comfortable deceleration b"),
+        fact(drives, "acceleration exponent δ"),
+        fact(drives, "minimum gap s0"),
+        joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.step_s, "s"))),
+    );
+    let bends = joined_values(
+        drives.iter().filter_map(|d| Some(SetupValue::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))),
+    );
+    if !bends.is_empty() {
+        text += &format!(" In bends their speed was bounded by a lateral acceleration of {bends}.");
+    }
+    let warm_up = if drives.iter().all(|drive| drive.setup.scenario.warm_up_s == 0.0) {
+        String::new()
+    } else {
+        format!(
+            ", and the traffic ran for {} before the drive, the ego vehicle driven by the same model",
+            fact(drives, "warm-up")
+        )
+    };
+    text + &format!(
+        " At the start the vehicles stood {}{warm_up}.{}",
+        fact(drives, "start of the vehicles"),
+        gate(drives)
+    )
+}
+
+/// Returns the conditions for handing the car over to the driver, and the number of drives that began without them.
+fn gate(drives: &[&AnalysedRecording]) -> String {
+    let with_wave = drives.iter().filter(|drive| drive.setup.scenario.wave_sd_mps > 0.0);
+    let wave = joined_values(with_wave.map(|drive| SetupValue::Number(drive.setup.scenario.wave_sd_mps, "m/s")));
+    let stands = drives.iter().any(|drive| drive.setup.scenario.standing_start);
+    let mut conditions = Vec::new();
+    if !wave.is_empty() {
+        conditions.push(format!(
+            "the standard deviation of speed over the vehicles had been {wave} or more for {} s",
+            number_text(WAVE_STANDS_S)
+        ));
+    }
+    if stands {
+        conditions.push("the ego vehicle stood still".into());
+    }
+    if conditions.is_empty() {
+        return String::new();
+    }
+    let longest = joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.wave_wait_s, "s")));
+    let late = drives.iter().filter(|drive| !drive.setup.manifest.hand_over.is_as_asked).count();
+    let late = match late {
+        0 => "no drive began without".to_owned(),
+        n => format!("{} began without", count(n)),
+    };
+    format!(
+        " The driver then took over as soon as {}, or after {longest} more at the latest; {late}.",
+        joined_with_and(&conditions)
+    )
+}
+
+fn advice(drives: &[&AnalysedRecording]) -> String {
+    let advised: Vec<&AnalysedRecording> =
+        drives.iter().filter(|d| d.setup.manifest.policy.name != "none").copied().collect();
+    if advised.is_empty() {
+        return "No speed was advised.".into();
+    }
+    let hashes: BTreeSet<&str> =
+        advised.iter().filter_map(|drive| drive.setup.manifest.policy.sha256.as_deref()).collect();
+    let sum = match hashes.len() {
+        1 => format!(" (SHA-256 {}…)", hashes.iter().next().map_or("", |hash| &hash[..hash.len().min(12)])),
+        _ => String::new(),
+    };
+    let asked = joined_texts(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
+    let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
+    let mps =
+        joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
+    let dial = joined_texts(&advised, |drive| {
+        let (units, dial) = (drive.setup.scenario.display.units.label(), &drive.setup.manifest.dial);
+        format!("{units} (full scale {} {})", number_text(dial.full), dial.unit)
+    });
+    let mut text = format!(
+        "A speed was advised by the policy {}{sum}{asked}; an advice was held for {}. The acceptable range reached {} ({mps}) to either \
+         side of the advised speed. The speedometer showed {dial}.",
+        fact(&advised, "policy"),
+        fact(&advised, "hold"),
+        fact(&advised, "half width of the advised range"),
+    );
+    if advised.len() < drives.len() {
+        text += &format!(" In {} of {} no speed was advised.", drives.len() - advised.len(), count(drives.len()));
+    }
+    text
+}
+
+fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&AnalysedRecording]) -> String {
+    let kind = if others.is_empty() && conditions(drives).is_empty() { "drive" } else { "trial" };
+    let lasted =
+        joined_values(main.iter().map(|drive| SetupValue::Number((10.0 * drive.duration_s).round() / 10.0, "s")));
+    let mut text = match main.len() {
+        1 => format!("The {kind} lasted {lasted}."),
+        _ => format!("The {kind}s lasted {lasted}."),
+    };
+    let conditions = conditions(drives);
+    if conditions.len() > 1 {
+        let each = condition_differences(drives);
+        let names: Vec<String> = conditions.iter().map(|(name, _)| name.clone()).collect();
+        text += &format!(" There were {} conditions", names.len());
+        text += &if each.is_empty() {
+            format!(": {}.", joined_with_and(&names))
+        } else {
+            format!(" ({}).", each.join("; "))
+        };
+        let orders: BTreeSet<Vec<(&str, &str)>> = by_place(drives).into_values().collect();
+        text += &match orders.len() {
+            1 => " They came in the same order for everyone.".into(),
+            n => format!(" They came in {n} different orders."),
+        };
+    } else if let [(name, _)] = &conditions[..] {
+        text += &format!(" There was one condition ({name}).");
+    }
+    let seeds: BTreeSet<u64> = main.iter().map(|drive| drive.setup.scenario.seed).collect();
+    text += &match (seeds.len(), main.len()) {
+        (1, 1) => format!(" Its seed was {}.", seeds.first().unwrap_or(&0)),
+        (1, _) => format!(" All had the seed {}.", seeds.first().unwrap_or(&0)),
+        (n, drives) if n == drives => format!(
+            " Each had a seed of its own, from {} to {}.",
+            seeds.first().unwrap_or(&0),
+            seeds.last().unwrap_or(&0)
+        ),
+        (n, _) => {
+            format!(" They had {n} seeds, from {} to {}.", seeds.first().unwrap_or(&0), seeds.last().unwrap_or(&0))
+        }
+    };
+    let paired = main.iter().filter(|drive| drive.found.baseline.is_some()).count();
+    if paired > 0 {
+        let all =
+            if paired == main.len() { "each of them".into() } else { format!("{paired} of {}", count(main.len())) };
+        text += &format!(
+            " For comparison, {} computed again without advice from the same seed, with the car-following model in the place of \
+             the driver.",
+            if main.len() == 1 { "it was".into() } else { format!("{all} was") }
+        );
+    }
+    if !others.is_empty() {
+        let mut segments: Vec<&str> = others.iter().map(|drive| drive.found.segment.as_str()).collect();
+        segments.dedup();
+        let segments: BTreeSet<&str> = segments.into_iter().collect();
+        for segment in segments {
+            let of: Vec<&AnalysedRecording> =
+                others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
+            text += &format!(
+                " The segment {segment} ({}) was the same for everyone: {} on {}{} and the policy {}.",
+                count(of.len()),
+                joined_values(of.iter().map(|drive| SetupValue::Number(drive.duration_s.round(), "s"))),
+                fact(&of, "road"),
+                vehicles(&of),
+                fact(&of, "policy"),
+            );
+        }
+    }
+    let hit = drives.iter().filter(|drive| drive.measures.get("contact_count").is_some_and(|n| n > 0.0)).count();
+    text += &match (hit, drives.len()) {
+        (0, 1) => " There was no contact with another vehicle.".into(),
+        (0, _) => " There was no contact with another vehicle in any drive.".into(),
+        (_, 1) => " There was contact with another vehicle.".into(),
+        (hit, all) => format!(" Contacts with other vehicles happened in {hit} of {}.", count(all)),
+    };
+    text
+}
+
+/// Returns ` with 22 vehicles`; empty on networks, where vehicles enter and leave.
+fn vehicles(drives: &[&AnalysedRecording]) -> String {
+    if drives.iter().any(|drive| drive.network.is_some()) {
+        return String::new();
+    }
+    format!(" with {} vehicles", fact(drives, "number of vehicles"))
+}
+
+/// Returns the trials of each participant in the order of their places: segment and condition.
+fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
+    let mut trials: Vec<&AnalysedRecording> = drives.iter().filter(|drive| !drive.found.condition.is_empty()).collect();
+    trials.sort_by_key(|drive| (&drive.found.segment, drive.found.place.parse::<usize>().unwrap_or(0)));
+    let mut orders: BTreeMap<&str, Vec<(&str, &str)>> = BTreeMap::new();
+    for drive in trials {
+        let found = &drive.found;
+        orders.entry(&found.participant).or_default().push((&found.segment, &found.condition));
+    }
+    orders
+}
+
+fn measures(drives: &[&AnalysedRecording]) -> String {
+    let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
+    let roads = RoadKinds::of(drives.iter().copied());
+    let each = |(k, measure): (usize, &Measure)| {
+        let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
+        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition(roads)))
+    };
+    let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
+    if defined.is_empty() {
+        return String::new();
+    }
+    format!("The measures of a drive were defined as follows. {}", defined.join(" "))
+}
+
+fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {
+    let mut text = String::new();
+    let conditions = conditions(drives);
+    if is_of_several_people(drives) && !conditions.is_empty() {
+        text = format!(
+            "For each condition the mean over participants was computed with the {}; of a participant with several drives in a \
+             condition the mean of these counted once.",
+            interval()
+        );
+        if conditions.len() > 1 {
+            text += " Differences between conditions were taken within participants, and the smallest difference that would be \
+                     detected with a power of 80 % at a two-sided level of 5 % was 2.80 standard errors of the difference (normal \
+                     approximation, no correction for several comparisons).";
+        }
+    }
+    let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
+    asked.dedup();
+    if !asked.is_empty() {
+        text += &format!(" Questionnaires were scored by their own rules: {}.", joined_with_and(&asked));
+    }
+    text.trim_start().to_owned()
+}
+
+#[cfg(test)]
+#[path = "methods_tests.rs"]
+mod tests;

@@ -1,0 +1,140 @@
+//! Report of an analysis. In: analysed drives. Out: HTML that opens off-line, with style and figures inside, and the methods as
+//! plain text. Quantities have their titles; column names occur only in the data dictionary.
+
+use super::{
+    by_condition,
+    dictionary::dictionary,
+    drive_section, drivers_section, every_drive, methods, models_section,
+    page::{ReportPage, STYLE},
+    scores_section::scores,
+    sickness_section,
+};
+use crate::analysis::{
+    data::StudyParticipants,
+    drivers::ParticipantDriver,
+    drives::{AnalysedRecording, conditions, is_of_several_people, participants},
+    error::AnalysisError,
+    measures::index,
+    models::planned::PlannedAnalysis,
+    text::count,
+};
+use crate::plot::escaped;
+
+/// Page of a report with its methods and figures.
+pub struct StudyReport {
+    /// Page as one HTML text.
+    pub html: String,
+    /// Methods as plain text.
+    pub methods: String,
+    /// File names and SVG texts of the figures.
+    pub figures: Vec<(String, String)>,
+}
+
+/// Agreement of the analysed files with their checksums, and with a signature.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FileProof {
+    /// Sentences on files that have changed or are not in their place.
+    pub changed: Vec<String>,
+    /// Sentence on the signer of the files, or on a missing signature; `None` if parts have changed and no signer was asked
+    /// for.
+    pub signature: Option<String>,
+}
+
+/// Makes the page.
+///
+/// # Errors
+/// A recording whose figures are drawn cannot be read.
+pub fn report(
+    title: &str,
+    drives: &[AnalysedRecording],
+    study_participants: &StudyParticipants,
+    proof: &FileProof,
+    drivers: &[ParticipantDriver],
+    planned: Option<&PlannedAnalysis>,
+) -> Result<StudyReport, AnalysisError> {
+    let mut page = ReportPage::default();
+    page.put(&format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
+         <body>\n<h1>{0}</h1>",
+        escaped(title)
+    ));
+    let all: Vec<&AnalysedRecording> = drives.iter().collect();
+    let is_study = is_of_several_people(drives);
+    let of = if is_study { format!(" of {} participants", participants(&all)) } else { String::new() };
+    page.paragraph(
+        "note",
+        &format!(
+            "{}{of}, analysed with codrive {}. The <a href=\"#methods\">methods</a> are ready to be copied; every quantity is \
+             defined in the <a href=\"#data-dictionary\">data dictionary</a>.",
+            count(drives.len()),
+            env!("CARGO_PKG_VERSION")
+        ),
+    );
+    if !proof.changed.is_empty() {
+        page.put("<p class=\"warning\"><b>What follows is not as it was written, or not where it belongs, and was analysed all the same:</b></p><ul>");
+        proof.changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
+        page.put("</ul>");
+    }
+    if let Some(signature) = &proof.signature {
+        page.paragraph("note", &format!("Files: {}.", escaped(signature)));
+    }
+    took_part(&mut page, study_participants);
+    contacts(&mut page, drives);
+    if let Some(planned) = planned {
+        models_section::section(&mut page, planned);
+    }
+    let is_compared = is_study && !conditions(drives).is_empty();
+    if is_compared {
+        by_condition::study(&mut page, drives);
+    }
+    drive_section::one_by_one(&mut page, drives, is_compared)?;
+    scores(&mut page, study_participants);
+    sickness_section::section(&mut page, study_participants);
+    drivers_section::section(&mut page, drivers);
+    every_drive::every(&mut page, drives);
+    let mut methods = methods::paragraphs(drives, study_participants, drivers);
+    methods.extend(planned.map(models_section::paragraph));
+    page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
+    page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");
+    methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
+    page.put("</section>");
+    dictionary(&mut page, drives);
+    page.put("</body></html>");
+    Ok(StudyReport { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
+}
+
+/// Adds a paragraph on the participants by state, with a warning about simulated ones.
+pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
+    if people.is_rehearsal() {
+        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
+    }
+    if !people.all.is_empty() {
+        let left_out = people.all.iter().any(|person| person.is_excluded());
+        let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
+        page.paragraph("note", &format!("Participants: {}{left_out}.", escaped(&people.to_string())));
+    }
+}
+
+/// Adds a warning that names the drives with contacts with other vehicles.
+pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
+    const MOST: usize = 20;
+    let k = index("contact_count");
+    let of = |drive: &AnalysedRecording| drive.measures.values[k].filter(|count| *count > 0.0);
+    let hit: Vec<String> = drives
+        .iter()
+        .filter_map(|drive| Some(format!("{} ({:.0})", escaped(&drive.found.title()), of(drive)?)))
+        .collect();
+    if hit.is_empty() {
+        return;
+    }
+    let more = if hit.len() > MOST { format!(" and {} more", hit.len() - MOST) } else { String::new() };
+    page.paragraph(
+        "warning",
+        &format!(
+            "Contacts with other vehicles in {} of {}: {}{more}.",
+            hit.len(),
+            count(drives.len()),
+            hit[..hit.len().min(MOST)].join(", ")
+        ),
+    );
+}

@@ -1,0 +1,137 @@
+//! A scenario with its road: all that a drive is started from. In: a [`Scenario`] as written. Out: a [`PlannedDrive`]: the road, loaded
+//! once, the settings that follow from it, and whether the number of vehicles is fixed.
+
+use super::Scenario;
+use crate::map::{MapError, RoadMap};
+use std::sync::Arc;
+
+/// Reason why a scenario cannot be driven on its road.
+#[derive(Debug, thiserror::Error)]
+pub enum PlanError {
+    /// The map cannot be used.
+    #[error(transparent)]
+    Map(#[from] MapError),
+    /// A setting is not allowed on this road.
+    #[error("{message}")]
+    Setting {
+        /// Key of the setting in the scenario.
+        key: &'static str,
+        /// Value, allowed values and remedy.
+        message: String,
+    },
+}
+
+/// A scenario resolved with its road. Clones share the road.
+#[derive(Clone, Debug)]
+pub struct PlannedDrive {
+    scenario: Scenario,
+    map: Arc<RoadMap>,
+    fixed_vehicles: Option<u32>,
+}
+
+impl PlannedDrive {
+    /// Loads the road of a scenario and sets what follows from it.
+    ///
+    /// # Errors
+    /// The road cannot be loaded, or it does not allow a setting.
+    pub fn new(scenario: &Scenario) -> Result<Self, PlanError> {
+        Self::on(scenario, Arc::new(scenario.load_map()?))
+    }
+
+    /// Returns the drive of a scenario on its road, which is loaded already. The road's own demand is added if neither path nor demand is
+    /// set. The path of an open road is set, as it is driven as a network.
+    ///
+    /// # Errors
+    /// The road does not allow a setting.
+    pub fn on(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
+        let mut scenario = written.clone();
+        if !scenario.has_path_or_demand() {
+            scenario.demand.files.extend(map.demand_file());
+        }
+        if scenario.path.is_empty() && !map.route.is_closed() {
+            let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
+            scenario.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
+        }
+        let fixed_vehicles = (!scenario.has_path_or_demand()).then_some(scenario.vehicles);
+        let fault = |(key, message)| PlanError::Setting { key, message };
+        written.check_on(fixed_vehicles).map_err(fault)?;
+        if !scenario.participant && scenario.demand.is_empty() {
+            let message = "participant is false; allowed without a demand: true; nobody else comes\n  remedy: a [demand], a map that has \
+                           one, such as merge, or the participant";
+            return Err(PlanError::Setting { key: "participant", message: message.into() });
+        }
+        let (start_m, length_m) = (scenario.path_start_m, map.route.length_m());
+        if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
+            return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
+        }
+        Ok(Self { scenario, map, fixed_vehicles })
+    }
+
+    /// Returns the scenario with the settings that follow from its road.
+    pub fn scenario(&self) -> &Scenario {
+        &self.scenario
+    }
+
+    /// Returns the road, with the route along the scenario's path.
+    pub fn map(&self) -> &Arc<RoadMap> {
+        &self.map
+    }
+
+    /// Returns the number of vehicles of a closed route, the ego included; `None` on a network, where vehicles enter and leave.
+    pub fn fixed_vehicles(&self) -> Option<u32> {
+        self.fixed_vehicles
+    }
+
+    /// Returns true if vehicles enter and leave; their number is fixed otherwise.
+    pub fn is_open(&self) -> bool {
+        self.fixed_vehicles.is_none()
+    }
+
+    /// Extends the drive by `seconds`; no effect on a drive without an end.
+    pub fn extend(&mut self, seconds: f64) {
+        if self.scenario.duration_s > 0.0 {
+            self.scenario.duration_s += seconds;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::EngineChoice;
+
+    fn planned(map: &str) -> PlannedDrive {
+        PlannedDrive::new(&Scenario { map: map.into(), ..Scenario::default() }).expect("a shipped map")
+    }
+
+    #[test]
+    fn the_number_of_vehicles_is_fixed_on_closed_routes_alone() {
+        assert_eq!([planned("ring-250").fixed_vehicles(), planned("practice").fixed_vehicles()], [Some(22); 2]);
+        let merge = planned("merge");
+        assert!(merge.is_open() && merge.scenario().demand.files.len() == 1 && !merge.scenario().path.is_empty());
+    }
+
+    #[test]
+    fn a_planned_scenario_is_planned_to_itself() {
+        let merge = planned("merge");
+        let again = PlannedDrive::new(merge.scenario()).expect("its own scenario");
+        assert_eq!(again.scenario(), merge.scenario());
+    }
+
+    #[test]
+    fn a_refusal_names_what_made_the_drive_open() {
+        let native = |map: &str, path: &str| {
+            let (map, path) = (map.into(), path.into());
+            let scenario = Scenario { map, path, traffic: EngineChoice::Native, ..Scenario::default() };
+            PlannedDrive::new(&scenario).unwrap_err().to_string()
+        };
+        let of_map = native("merge", "");
+        assert!(
+            of_map.starts_with("traffic is native; allowed on map merge, where vehicles enter and leave: sumo"),
+            "{of_map}"
+        );
+        let merge = planned("merge");
+        let of_path = native("merge", &merge.scenario().path);
+        assert!(of_path.starts_with("traffic is native; allowed with a path or a demand: sumo"), "{of_path}");
+    }
+}

@@ -1,0 +1,215 @@
+//! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
+
+use crate::{
+    controls::Indicator,
+    ego::EgoState,
+    map::network::{LanePosition, SignalStates},
+    policy::Advice,
+    rng,
+    space::{CAR_WIDTH_M, Pose},
+    time::Tick,
+    traffic::{VehicleBody, VehicleId, VehicleLamps},
+};
+
+/// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct VehicleSnapshot {
+    /// Id of the vehicle; never the ego's.
+    pub id: VehicleId,
+    /// Pose of the vehicle's centre now.
+    pub pose: Pose,
+    /// Pose one tick earlier, so that a frame can be drawn in between.
+    pub pose_before: Pose,
+    /// Front bumper along the ego's route, metres; `None` beside the route. On a closed route with a fixed number of vehicles, never
+    /// `None`.
+    pub s_m: Option<f64>,
+    /// Position along and beside its lane; `None` off all lanes.
+    pub lane: Option<LanePosition>,
+    /// Speed along the heading, m/s; negative is backwards.
+    pub speed_mps: f64,
+    /// Acceleration along the heading, m/s².
+    pub accel_mps2: f64,
+    /// Distance driven since the start, metres, for the rotation of the wheels.
+    pub odometer_m: f64,
+    /// Length, width and kind of the body.
+    pub body: VehicleBody,
+    /// Height of the road under the vehicle, metres.
+    pub height_m: f64,
+    /// Lamps that are on.
+    pub lamps: VehicleLamps,
+    /// Pitch of the body, for the picture only.
+    pub pitch: Pitch,
+}
+
+/// Pitch of a vehicle's body on its suspension, radians, positive nose up.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pitch {
+    /// Pitch at this tick.
+    pub now_rad: f32,
+    /// Pitch one tick earlier.
+    pub before_rad: f32,
+    rate_radps: f32,
+}
+
+impl Pitch {
+    /// Advances by `dt_s` under a longitudinal acceleration. Damped spring: 2 degrees at 1 g, 1.3 Hz, 0.45 of critical damping (the middle
+    /// of the values of saloons: Gillespie 1992, chapter 5).
+    #[must_use]
+    pub fn step(self, accel_mps2: f64, dt_s: f64) -> Self {
+        const RAD_PER_MPS2: f32 = 0.0356 / 9.81;
+        const NATURAL_RADPS: f32 = 1.3 * std::f32::consts::TAU;
+        const DAMPING: f32 = 0.45;
+        let dt_s = dt_s as f32;
+        let rest_rad = accel_mps2.clamp(-9.0, 9.0) as f32 * RAD_PER_MPS2;
+        let pull =
+            NATURAL_RADPS * NATURAL_RADPS * (rest_rad - self.now_rad) - 2.0 * DAMPING * NATURAL_RADPS * self.rate_radps;
+        let rate_radps = self.rate_radps + pull * dt_s;
+        Self { now_rad: self.now_rad + rate_radps * dt_s, before_rad: self.now_rad, rate_radps }
+    }
+}
+
+/// The world at one tick, seen from one vehicle, the ego.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Snapshot {
+    pub tick: Tick,
+    /// True in a drive without a participant: the ego is parked far from all roads and its values are meaningless.
+    pub is_without_ego: bool,
+    /// State of the ego at this tick.
+    pub ego: EgoState,
+    /// State of the ego one tick earlier.
+    pub ego_before: EgoState,
+    /// Ego's front bumper along the route, metres.
+    pub ego_s_m: f64,
+    /// Lane of the ego's front bumper; `None` off all lanes.
+    pub ego_lane: Option<LanePosition>,
+    /// Ego's indicators that are on.
+    pub ego_indicator: Indicator,
+    /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
+    pub lane_offset_m: f64,
+    /// All other vehicles, by ascending id.
+    pub cars: Vec<VehicleSnapshot>,
+    /// States of the network's signals; empty without signals.
+    pub signals: SignalStates,
+    /// Vehicle ahead; `None` if the ego is alone.
+    pub leader: Option<Leader>,
+    /// Advice in force, if there is any.
+    pub advice: Option<Advice>,
+    /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
+    pub mean_speed_mps: f64,
+}
+
+/// The vehicle ahead in the lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Leader {
+    /// Id of the leader.
+    pub id: VehicleId,
+    /// Gap, ego's front bumper to the leader's rear bumper, metres.
+    pub gap_m: f64,
+    /// Speed of the leader, m/s.
+    pub speed_mps: f64,
+}
+
+/// Returns true if a car with this lateral offset, metres, overlaps one in the middle of the lane.
+pub fn is_in_lane(lane_offset_m: f64) -> bool {
+    lane_offset_m.abs() < CAR_WIDTH_M
+}
+
+/// Start value of a chain of [`Snapshot::hash`] (FNV-1a's offset).
+pub const HASH_START: u64 = rng::FNV_START;
+
+impl Snapshot {
+    /// Returns the leader if the ego overlaps its lateral range: less than a car's width from the middle of the lane. [`Snapshot::leader`]
+    /// does not depend on the ego's lateral offset.
+    pub fn leader_in_lane(&self) -> Option<Leader> {
+        self.leader.filter(|_| is_in_lane(self.lane_offset_m))
+    }
+
+    /// Returns the speeds of all vehicles, m/s, the ego's last; negative is backwards.
+    pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
+        let ego = (!self.is_without_ego).then_some(self.ego.speed_mps);
+        self.cars.iter().map(|car| car.speed_mps).chain(ego)
+    }
+
+    /// Returns the ego's lamps as other drivers see them.
+    pub fn ego_lamps(&self) -> VehicleLamps {
+        VehicleLamps {
+            brake: self.ego.braking,
+            left: self.ego_indicator == Indicator::Left,
+            right: self.ego_indicator == Indicator::Right,
+            emergency: false,
+        }
+    }
+
+    /// Returns a hash of this snapshot, chained to the hash `before`. Two hashes are equal if and only if, except by chance, every bit of
+    /// every number that matters to a drive is equal.
+    pub fn hash(&self, before: u64) -> u64 {
+        let mut hash = before;
+        self.visit(&mut |_, _, value| hash = rng::fnv_1a(hash, &value.to_bits().to_le_bytes()));
+        hash
+    }
+
+    /// Returns the first number in which two snapshots differ: its name with the vehicle's id, and both values. `None` if all bits are
+    /// equal.
+    pub fn first_difference(&self, other: &Self) -> Option<(String, f64, f64)> {
+        let list = |snapshot: &Self| {
+            let mut list = Vec::new();
+            snapshot.visit(&mut |name, car, value| list.push((name, car, value)));
+            list
+        };
+        let (mine, theirs) = (list(self), list(other));
+        if mine.len() != theirs.len() {
+            return Some(("count of numbers".into(), mine.len() as f64, theirs.len() as f64));
+        }
+        let pair = mine.iter().zip(&theirs).find(|(a, b)| a.2.to_bits() != b.2.to_bits())?;
+        Some((format!("{} of car {}", pair.0.0, pair.0.1), pair.0.2, pair.1.2))
+    }
+
+    /// Visits every number that a drive depends on, with its name and the vehicle's id (0 for the ego).
+    fn visit(&self, put: &mut dyn FnMut(&'static str, u32, f64)) {
+        let ego = &self.ego;
+        put("tick", 0, self.tick.seconds());
+        for (name, value) in [("x", ego.position.x), ("y", ego.position.y), ("z", ego.position.z)] {
+            put(name, 0, value);
+        }
+        ego.rotation.to_array().iter().for_each(|value| put("rotation", 0, (*value).into()));
+        put("speed", 0, ego.speed_mps);
+        put("acceleration", 0, ego.accel_mps2);
+        put("yaw rate", 0, ego.yaw_rate);
+        put("gear", 0, ego.gear.into());
+        put("engine speed", 0, ego.engine_rpm.into());
+        put("steering torque", 0, ego.steering_torque_nm.into());
+        put("lane offset", 0, self.lane_offset_m);
+        for car in &self.cars {
+            // On a closed route this alone defines the position.
+            if let Some(s_m) = car.s_m {
+                put("place", car.id.0, s_m);
+            }
+            if car.lane.is_some() || car.s_m.is_none() {
+                let (place, lamps) = (car.pose, car.lamps);
+                let numbers = [("x", place.position.x), ("y", place.position.y), ("heading", place.yaw_rad)];
+                numbers.iter().for_each(|(name, value)| put(name, car.id.0, *value));
+                put("indicators", car.id.0, f64::from(u8::from(lamps.left) + 2 * u8::from(lamps.right)));
+            }
+            put("speed", car.id.0, car.speed_mps);
+            put("acceleration", car.id.0, car.accel_mps2);
+            put("brake lamps", car.id.0, f64::from(u8::from(car.lamps.brake)));
+        }
+        self.signals.all_letters().iter().for_each(|letter| put("signal", 0, (*letter).into()));
+        if let Some(advice) = self.advice {
+            put("target", 0, advice.target_mps);
+            put("issue time", 0, advice.issued.seconds());
+        }
+    }
+}
+
+impl VehicleSnapshot {
+    /// Returns this vehicle as an obstacle for the physics of another.
+    pub fn obstacle(&self) -> crate::ego::Obstacle {
+        let VehicleBody { length_m, width_m, .. } = self.body;
+        let Self { pose, speed_mps, height_m, .. } = *self;
+        crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
+    }
+}
+
+#[cfg(test)]
+mod tests;
