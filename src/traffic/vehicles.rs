@@ -3,7 +3,10 @@
 
 use super::VehicleId;
 use crate::{
-    map::network::{LaneId, LanePosition},
+    map::{
+        PathLanes, RoadMap,
+        network::{LaneId, LanePosition},
+    },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use serde::{Deserialize, Serialize};
@@ -123,6 +126,11 @@ impl VehicleState {
     /// Returns the position of the front bumper in its lane; `None` off all lanes.
     pub fn lane_position(&self) -> Option<LanePosition> {
         Some(LanePosition { lane: self.lane?, s_m: self.s_m, offset_m: self.offset_m })
+    }
+
+    /// Returns where the front bumper is along a map's route, metres; of several places the one nearest to `near_s_m`. `None` off the route.
+    pub fn s_on(&self, map: &RoadMap, lanes: &PathLanes, near_s_m: f64) -> Option<f64> {
+        lanes.s_at(map, self.lane_position()?, self.pose.front(self.body.length_m), near_s_m)
     }
 }
 

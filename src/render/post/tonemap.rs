@@ -35,7 +35,7 @@ pub struct ToneMapPipelines {
 #[derive(Debug)]
 struct ToneMapVariants {
     plain: wgpu::RenderPipeline,
-    /// With smoothed edges.
+    /// Tone mapping with smoothed edges.
     smooth: wgpu::RenderPipeline,
     /// Before the edges are smoothed: the picture, or the flat mirror alone, is as large as its light.
     exact: wgpu::RenderPipeline,
