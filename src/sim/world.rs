@@ -44,10 +44,7 @@ use crate::{
 use advice::DriveAdvice;
 use observer::Observer;
 use std::{path::PathBuf, sync::Arc};
-use traffic_coupling::TrafficCoupling;
-
-/// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
-const TOUCHABLE_M: f64 = 100.0;
+use traffic_coupling::{TOUCHABLE_M, TrafficCoupling};
 
 /// A drive in progress.
 pub struct World {
@@ -94,7 +91,10 @@ impl World {
     /// # Errors
     /// See [`WorldError`]; the messages name the remedy.
     pub fn of(drive: PlannedDrive) -> Result<Self, WorldError> {
-        let advice = DriveAdvice::new(&drive)?;
+        let mut advice = DriveAdvice::new(&drive)?;
+        if drive.scenario().sham_advice && advice.advises() {
+            advice.sham = Some(sham::advice(&drive)?);
+        }
         Self::advised_by(drive, advice, None)
     }
 
@@ -241,7 +241,7 @@ impl World {
             self.observer.insert_image(agent, &self.traffic);
         }
         for agent in new {
-            agent.copy_view_of(&self.observer, self.drive.map());
+            self.observer.copy_view_to(agent, self.drive.map());
             agent.update_derived();
         }
         Ok(())
@@ -285,7 +285,7 @@ impl World {
             self.observer.insert_image(other, &self.traffic);
         }
         for other in &mut self.others {
-            other.copy_view_of(&self.observer, self.drive.map());
+            self.observer.copy_view_to(other, self.drive.map());
         }
         self.observer.update_derived();
         self.others.iter_mut().for_each(Agent::update_derived);

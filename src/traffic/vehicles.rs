@@ -1,12 +1,22 @@
 //! Vehicles on a road network: their states, departures and arrivals. In: the records of an engine. Out: plain data, by ascending id.
 //! Metres, m/s, world axes.
 
-use super::VehicleId;
 use crate::{
-    map::network::{LaneId, LanePosition},
+    map::{
+        PathLanes, RoadMap,
+        network::{LaneId, LanePosition},
+    },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use serde::{Deserialize, Serialize};
+
+/// Number of a vehicle. On a ring the ego is 0, vehicle 1 starts ahead of it (its leader), and so on in driving direction; the last is the
+/// ego's follower.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+pub struct VehicleId(pub u32);
+
+/// Number of the participant's vehicle, in every engine.
+pub const EGO: VehicleId = VehicleId(0);
 
 /// Kind of a vehicle, which selects its model in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -123,6 +133,11 @@ impl VehicleState {
     /// Returns the position of the front bumper in its lane; `None` off all lanes.
     pub fn lane_position(&self) -> Option<LanePosition> {
         Some(LanePosition { lane: self.lane?, s_m: self.s_m, offset_m: self.offset_m })
+    }
+
+    /// Returns where the front bumper is along a map's route, metres; of several places the one nearest to `near_s_m`. `None` off the route.
+    pub fn s_on(&self, map: &RoadMap, lanes: &PathLanes, near_s_m: f64) -> Option<f64> {
+        lanes.s_at(map, self.lane_position()?, self.pose.front(self.body.length_m), near_s_m)
     }
 }
 

@@ -220,7 +220,7 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     // Only a share of the entering vehicles can be advised: a number would select none.
     let several = Scenario { advised: AdvisedVehicles::Count(3), ..merge(0.0) };
     let printed = World::new(&several).map(drop).expect_err("a number").to_string();
-    assert!(printed.starts_with("advised is 3; allowed with a path or a demand"), "{printed}");
+    assert!(printed.starts_with("advised is 3; allowed on map merge, where vehicles enter and leave: a share"), "{printed}");
     let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
     assert!(alone.policy().to_string().contains("the participant's alone, which is not there"), "{}", alone.policy());
 }

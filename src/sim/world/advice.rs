@@ -1,7 +1,7 @@
 //! The policy of a drive, and the timing of each vehicle's advice. In: a planned drive; an observation, when the traffic engine is asked
 //! for a step. Out: the advice, when that step begins; and the expected speeds of the drive. m/s.
 
-use super::{WorldError, sham};
+use super::WorldError;
 use crate::{
     driver::manoeuvres::lanes_beside,
     idm::IdmParams,
@@ -39,7 +39,7 @@ pub(super) struct DriveAdvice {
     /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
     source: Option<PolicySource>,
     /// Advice of the participant's vehicle in place of the policy's: that of another drive.
-    sham: Option<ReplayedAdvice>,
+    pub sham: Option<ReplayedAdvice>,
 }
 
 /// Advice of one vehicle.
@@ -72,13 +72,12 @@ impl DriveAdvice {
             static SAID: std::sync::Once = std::sync::Once::new();
             SAID.call_once(|| log::warn!("{warning}"));
         }
-        let has_sham = policy.is_some() && scenario.sham_advice;
         Ok(Self {
             policy: resolved,
             expected: expected_speeds(drive, &settings),
             sees_lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
             source: Some(source),
-            sham: if has_sham { Some(sham::advice(drive)?) } else { None },
+            sham: None,
         })
     }
 

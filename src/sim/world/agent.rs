@@ -12,7 +12,6 @@ use super::{
     derived_state::{self, LaneMonitor},
     hand_over::STANDS_MPS,
     network_view::NetworkView,
-    observer::Observer,
     road_rules::RoadRules,
     traffic_start::StartPlace,
 };
@@ -228,15 +227,15 @@ impl Agent {
         }
     }
 
-    /// Copies the observer's view, plus the observer's own vehicle if it has one. The view is that of a drive on this map.
-    pub(super) fn copy_view_of(&mut self, observer: &Observer, map: &Arc<RoadMap>) {
+    /// Copies the view of a drive on this map, plus the observer's own vehicle if there is one.
+    pub(super) fn copy_view(&mut self, view: &Snapshot, own: Option<&VehicleSnapshot>, map: &Arc<RoadMap>) {
         let mut cars = std::mem::take(&mut self.view.cars);
         cars.clear();
-        let others = observer.view().cars.iter().filter(|car| car.id != self.id);
-        let all = observer.participant().map(|agent| &agent.image).into_iter().chain(others);
+        let others = view.cars.iter().filter(|car| car.id != self.id);
+        let all = own.into_iter().chain(others);
         cars.extend(all.map(|car| VehicleSnapshot { s_m: self.s_of(car, map), ..*car }));
         self.view.cars = cars;
-        self.view.signals.clone_from(&observer.view().signals);
+        self.view.signals.clone_from(&view.signals);
     }
 
     /// Updates the state that follows from all vehicles' poses: leader, lane and violations of rules.

@@ -4,7 +4,7 @@
 //! No vehicle is removed to make room: the ego waits off the road until there is room, as SUMO's own vehicles wait. There is room if the
 //! ego touches no vehicle, vehicles behind can slow down to its speed comfortably, and the ego need not brake hard.
 
-use super::{hand_over::HandOver, traffic_coupling::place_on_route};
+use super::hand_over::HandOver;
 use crate::{
     driver::{DriverParams, bend_speed_mps},
     map::{PathLanes, RoadMap, network::LaneId},
@@ -103,7 +103,7 @@ impl Insertion<'_> {
 
     /// Returns the gap to a vehicle ahead on the route, metres.
     fn gap_ahead_m(&self, vehicle: &VehicleState) -> Option<f64> {
-        let s_m = place_on_route(self.lanes, self.map, vehicle, self.s_m)?;
+        let s_m = vehicle.s_on(self.map, self.lanes, self.s_m)?;
         let ahead_m = self.map.route.difference(self.s_m, s_m);
         (ahead_m >= 0.0).then_some(ahead_m - vehicle.body.length_m)
     }
@@ -111,7 +111,7 @@ impl Insertion<'_> {
     /// Returns the gap to a vehicle behind, metres, on the route or on a lane that leads to its start; the latter in a straight line.
     fn gap_behind_m(&self, vehicle: &VehicleState) -> Option<f64> {
         let route = &self.map.route;
-        if let Some(s_m) = place_on_route(self.lanes, self.map, vehicle, self.s_m) {
+        if let Some(s_m) = vehicle.s_on(self.map, self.lanes, self.s_m) {
             let behind_m = -route.difference(self.s_m, s_m);
             return (behind_m > 0.0).then_some(behind_m - CAR_LENGTH_M);
         }

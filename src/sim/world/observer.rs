@@ -1,13 +1,14 @@
 //! The observer of a drive, whose view of all vehicles is recorded and drawn, and from which the other agents' views are copied: the
-//! participant's vehicle, or nobody's. In: the vehicles of the traffic, and the agents. Out: a [`Snapshot`] and events.
+//! participant's vehicle, or none. In: the vehicles of the traffic, and the agents. Out: a [`Snapshot`] and events.
 
-use super::{Agent, derived_state, traffic_coupling::TrafficCoupling};
+use super::{agent::Agent, derived_state, traffic_coupling::TrafficCoupling};
 use crate::{
     ego::EgoState,
     map::RoadMap,
     sim::{Event, Snapshot, VehicleSnapshot},
 };
 use glam::DVec2;
+use std::sync::Arc;
 
 /// Position of the ego in views without a participant, metres south and west of the network's bounds.
 const AWAY_M: f64 = 1000.0;
@@ -20,9 +21,9 @@ pub(super) struct Spectator {
 
 /// Observer of a drive.
 pub(super) enum Observer {
-    /// The participant's vehicle.
+    /// Vehicle of the participant, with its view.
     Participant(Box<Agent>),
-    /// Nobody's vehicle.
+    /// View of a drive without a participant, from no vehicle.
     Spectator(Spectator),
 }
 
@@ -88,6 +89,11 @@ impl Observer {
         if let Ok(at) = cars.binary_search_by_key(&other.id(), |car| car.id) {
             cars[at] = VehicleSnapshot { s_m, ..other.image };
         }
+    }
+
+    /// Copies the view, plus the participant's vehicle if present, to an agent of a drive on this map.
+    pub fn copy_view_to(&self, agent: &mut Agent, map: &Arc<RoadMap>) {
+        agent.copy_view(self.view(), self.participant().map(|participant| &participant.image), map);
     }
 
     /// Updates the state that follows from all vehicles' poses.

@@ -6,7 +6,7 @@
 //! step's end the vehicles are exactly the engine's.
 
 use super::{
-    TOUCHABLE_M, WorldError,
+    WorldError,
     advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
@@ -35,6 +35,9 @@ use std::{path::PathBuf, sync::Arc};
 const JUMP_M: f64 = 1.0;
 /// Lateral share of the distance in a step that a bend, or a lane change in a long step, explains.
 const SIDEWAYS: f64 = 0.25;
+
+/// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
+pub(super) const TOUCHABLE_M: f64 = 100.0;
 
 /// A traffic engine, and the two steps around the present tick.
 pub(super) struct TrafficCoupling {
@@ -224,7 +227,7 @@ impl TrafficCoupling {
         let (lanes, map, fixed) = (&self.lanes, &self.map, self.fixed);
         let s_of = |vehicle: &VehicleState| match fixed {
             Some(_) => map.route.s_on(vehicle.lane?, vehicle.s_m),
-            None => place_on_route(lanes, map, vehicle, ego_s_m),
+            None => vehicle.s_on(map, lanes, ego_s_m),
         };
         let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
         self.to.extend(others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) }));
@@ -346,11 +349,6 @@ impl TrafficCoupling {
     pub fn describe(&self) -> String {
         self.description.clone()
     }
-}
-
-/// Returns where a vehicle's front is along a route, metres, near `near_s_m`; `None` off the route.
-pub(super) fn place_on_route(lanes: &PathLanes, map: &RoadMap, vehicle: &VehicleState, near_s_m: f64) -> Option<f64> {
-    lanes.s_at(map, vehicle.lane_position()?, vehicle.pose.front(vehicle.body.length_m), near_s_m)
 }
 
 /// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its
