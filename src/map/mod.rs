@@ -10,6 +10,7 @@
 mod canonical;
 mod catalog;
 pub mod circuit;
+mod circuit_fault;
 mod edge_path;
 mod error;
 pub mod import;

@@ -19,7 +19,7 @@ pub use stop_lines::{StopLine, stop_lines};
 pub use turns::Turns;
 pub use yield_lines::{StopRule, YieldLine};
 
-use super::network::{LaneId, Network};
+use super::network::{LaneId, Network, rounded_m};
 use crate::space::{Pose, wrap_angle};
 use glam::DVec2;
 
@@ -31,13 +31,6 @@ fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
     let scale = drawn_m / declared_m;
     let is_let_be = declared_m.min(drawn_m) < SHORT_M || (scale - 1.0).abs() <= CUT_OFF;
     if is_let_be { 1.0 } else { scale }
-}
-
-/// Returns the distance on either side of a corner over which a line is rounded at most, metres. An arc that begins there passes the
-/// corner at 1.5 m; drivers do not cut more of a lane. Without this bound, a corner between two long pieces would look like a wide bend.
-pub(super) fn rounded_m(turn_rad: f64) -> f64 {
-    const CUT_M: f64 = 1.5;
-    CUT_M / (turn_rad.abs() / 4.0).tan()
 }
 
 /// Position of a point of the world relative to the route.

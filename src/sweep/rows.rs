@@ -117,7 +117,7 @@ pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
         column("hold_s", "s", "how long one advice stood", Number(|row| Some(row.hold_s))),
     ]);
     columns.extend(EVALUATED.iter().zip(evaluated()).map(|((measure, _), get)| match measure.name {
-        "crashed" => measured(measure.name, Flag(|row| Some(row.result.crashed))),
+        "crashed" => measured(measure.name, Flag(|row: &DriveRow| Some(row.result.crashed))),
         name => measured(name, get),
     }));
     columns

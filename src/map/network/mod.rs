@@ -26,6 +26,7 @@ mod vehicle_classes;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;
+pub(super) use centre_line::rounded_m;
 pub use connection::{Connection, ConnectionOptions, LinkState, SignalLink, TurnDirection};
 pub use edge::{Edge, EdgeKind, Lane, LaneSpread};
 pub use ids::{ConnectionId, EdgeId, JunctionId, LaneId, SignalId};
@@ -97,10 +98,9 @@ pub struct Network {
     /// Lanes that lead into each lane, grouped by that lane; `incoming_starts` holds the start of each group.
     incoming: Vec<LaneId>,
     incoming_starts: Vec<u32>,
-    /// Lanes, edges and junctions in the order of their ids, for lookup by id.
+    /// Lanes and edges in the order of their ids, for lookup by id.
     lanes_by_id: Vec<LaneId>,
     edges_by_id: Vec<EdgeId>,
-    junctions_by_id: Vec<JunctionId>,
     grid: SegmentGrid,
 }
 
@@ -195,12 +195,6 @@ impl Network {
     pub fn edge_named(&self, id: &str) -> Option<EdgeId> {
         let found = self.edges_by_id.binary_search_by_key(&id, |edge| &self.edge(*edge).id);
         found.ok().map(|k| self.edges_by_id[k])
-    }
-
-    /// Returns the junction with a SUMO id.
-    pub fn junction_named(&self, id: &str) -> Option<JunctionId> {
-        let found = self.junctions_by_id.binary_search_by_key(&id, |junction| &self.junction(*junction).id);
-        found.ok().map(|k| self.junctions_by_id[k])
     }
 
     /// Returns the edge that a lane belongs to.
