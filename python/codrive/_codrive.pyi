@@ -98,7 +98,7 @@ def evaluate_policy(
     configuration: Configuration,
     name: str,
     map: str,
-    aim_mps: float,
+    policy_speed_mps: float,
     rings: int,
     done: Callable[[int], object],
 ) -> tuple[str, str | None, str]: ...

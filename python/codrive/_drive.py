@@ -28,7 +28,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         self,
         name: str = "ring-250",
         *,
-        engine: str | None = None,
+        traffic: str | None = None,
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
@@ -40,7 +40,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         """See ``codrive.make``."""
         camera = Camera(render_mode, view, size)
         check_one_advised(settings)
-        setup = Setup(name, engine, hold, advice, driver, settings)
+        setup = Setup(name, traffic, hold, advice, driver, settings)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
         self.observation_space, self.action_space = spaces(self.settings)

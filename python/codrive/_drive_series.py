@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from codrive._codrive import HAS_DESKTOP
 from codrive._drives import HoldResult, LocalDrive, Observed
-from codrive._settings import drive_configuration, engine_of, sumo_variables
+from codrive._settings import drive_configuration, sumo_variables, traffic_of
 from codrive._spaces import ENDED, NEVER, SEEDS, check_open
 from codrive._words import did_you_mean
 from codrive._workers import WorkerDrive
 
 #: Engines of whole drives.
-DRIVE_ENGINES = ("native", "sumo")
+DRIVE_TRAFFIC = ("native", "sumo")
 #: Views of pictures, and their largest side, pixels.
 VIEWS = ("driver", "mirror", "birdseye", "chase")
 _MOST_PIXELS = 8192
@@ -37,17 +37,17 @@ class Setup:
     def __init__(
         self,
         name: str,
-        engine: str | None,
+        traffic: str | None,
         hold: float | None,
         advice: str | None,
         driver: str | None,
         settings: dict[str, Any],
     ) -> None:
-        engine = engine_of(name, engine, DRIVE_ENGINES)
+        traffic = traffic_of(name, traffic, DRIVE_TRAFFIC)
         # Each drive begins with its own seed, so the setting applies to the series.
         self.own_seed = _checked_seed(settings.get("seed"))
         settings = {key: value for key, value in settings.items() if key != "seed"}
-        self.configuration, self.arguments = drive_configuration(name, engine, hold, advice, driver, settings)
+        self.configuration, self.arguments = drive_configuration(name, traffic, hold, advice, driver, settings)
         self.variables = sumo_variables() if self.configuration.needs_sumo else {}
         self.folder = os.getcwd()
         self.hold_s: float = json.loads(self.configuration.json())["hold_s"]

@@ -47,7 +47,7 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         name: str = "ring-250",
         num_envs: int = 1,
         *,
-        engine: str | None = None,
+        traffic: str | None = None,
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
@@ -62,7 +62,7 @@ class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         self._camera = Camera(render_mode, view, size)
         self.num_envs = checked_count(num_envs, _MOST)
         check_one_advised(settings)
-        self._setup = Setup(name, engine, hold, advice, driver, settings)
+        self._setup = Setup(name, traffic, hold, advice, driver, settings)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = self._setup.configuration
         self.single_observation_space, self.single_action_space = spaces(self.settings)

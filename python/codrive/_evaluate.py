@@ -17,9 +17,6 @@ from codrive._frames import Frames, library
 from codrive._settings import configuration
 from codrive._words import in_words_of_python
 
-#: Columns that have clearer names in ``codrive evaluate``'s tables than in the results.
-_COLUMNS = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
-
 _ELSEWHERE = "codrive.evaluate drives rings of training; codrive.make drives on other maps, and so does a plan of codrive.sweep"
 
 
@@ -37,7 +34,7 @@ def evaluate(
     hold: float | Sequence[float] | None = None,
     driver: str | None = "follow",
     advice: str | None = None,
-    aim: float = 0.0,
+    policy_speed: float = 0.0,
     as_: Frames = "pandas",
     progress: bool | None = None,
     **settings: Any,
@@ -54,7 +51,7 @@ def evaluate(
         hold: Duration of one advice, s; or a list of these.
         driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings.
         advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``.
-        aim: Target speed of the built-in policies, m/s; 0 takes 98.5 % of the equilibrium speed.
+        policy_speed: Target speed of the built-in policies, m/s; 0 is 98.5 % of the equilibrium speed.
         as_: ``"pandas"`` or ``"polars"``.
         progress: Shows progress on standard error; None: if it is a terminal.
         **settings: As ``codrive.make``.
@@ -62,8 +59,9 @@ def evaluate(
     Returns:
         A data frame with one row for each policy, hold and ring: ``policy``, ``hold_s``, ``driver``, ``seed``, ``ring``, then
         the results of ``codrive evaluate --json`` for a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all vehicles, over the
-        horizon and over its last quarter), ``sd_over_cars_mps``, ``sd_in_time_mps``, ``last_disturbance_s``, ``least_gap_m``,
-        ``crashed``, ``crash_s``, ``fuel_l_100km``, ``throughput_per_h``, ``in_range`` and the measures of conflicts.
+        horizon and over its last quarter), ``speed_sd_over_vehicles_mps``, ``speed_sd_over_time_mps``, ``last_disturbance_s``,
+        ``min_gap_to_neighbours_m``, ``crashed``, ``crash_s``, ``fuel_l_100km``, ``flow_per_h``, ``time_in_range`` and the measures of
+        conflicts; docs/measures.md defines all of them.
 
     Raises:
         TypeError: There is no setting of that name, or ``policy`` is not a policy.
@@ -72,11 +70,11 @@ def evaluate(
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
         raise ValueError(f"over is {over!r}; allowed: a whole number from 1 to 100000")
-    if isinstance(aim, bool) or not isinstance(aim, (int, float, np.integer, np.floating)):
-        raise TypeError(f"aim is {aim!r}; allowed: a number, m/s")
-    aim = float(aim)
-    if not (np.isfinite(aim) and aim >= 0.0):
-        raise ValueError(f"aim is {aim}; allowed: 0 or more, m/s")
+    if isinstance(policy_speed, bool) or not isinstance(policy_speed, (int, float, np.integer, np.floating)):
+        raise TypeError(f"policy_speed is {policy_speed!r}; allowed: a number, m/s")
+    policy_speed = float(policy_speed)
+    if not (np.isfinite(policy_speed) and policy_speed >= 0.0):
+        raise ValueError(f"policy_speed is {policy_speed}; allowed: 0 or more, m/s")
     if not isinstance(name, str):
         raise TypeError(f"name is {name!r}; allowed: a text")
     asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
@@ -86,27 +84,23 @@ def evaluate(
     rows: list[dict[str, Any]] = []
     meter = _Meter(len(cases) * int(over), progress)
     for one, case in cases:
-        own, results = _results(one, case, name, aim, int(over), meter)
+        own, results = _results(one, case, name, policy_speed, int(over), meter)
         config = json.loads(case.json())
         head = {"policy": own, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
-        rows += [{**head, "ring": ring, **_row(result)} for ring, result in enumerate(results)]
+        rows += [{**head, "ring": ring, **result} for ring, result in enumerate(results)]
     meter.end()
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     more = {"infer_schema_length": None} if as_ == "polars" else {}
     return frames.DataFrame(columns, **more)
 
 
-def _row(result: dict[str, Any]) -> dict[str, Any]:
-    return {_COLUMNS.get(key, key): value for key, value in result.items()}
-
-
 def _results(
-    policy: Any, case: Configuration, name: str, aim: float, over: int, meter: _Meter
+    policy: Any, case: Configuration, name: str, policy_speed: float, over: int, meter: _Meter
 ) -> tuple[str, list[dict[str, Any]]]:
     """Returns the name of a policy, and its result on each ring."""
     if isinstance(policy, (str, os.PathLike)):
         with in_words_of_python():
-            own, warning, text = evaluate_policy(case, os.fspath(policy), name, aim, over, meter.at)
+            own, warning, text = evaluate_policy(case, os.fspath(policy), name, policy_speed, over, meter.at)
         if warning:
             warnings.warn(f"{own}: {warning}", stacklevel=3)
     else:

@@ -21,8 +21,8 @@ from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
 from codrive._words import did_you_mean
 
 _ONE_EACH = (
-    "engine is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
-    "intelligent driver model alone; engine='native' drives the same ring with several advised vehicles"
+    "traffic is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
+    "intelligent driver model alone; traffic='native' drives the same ring with several advised vehicles"
 )
 
 
@@ -41,7 +41,7 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         name: str = "ring-250",
         *,
         advised: str | float,
-        engine: str | None = None,
+        traffic: str | None = None,
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
@@ -54,9 +54,9 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         camera = Camera(render_mode, view, size)
         if isinstance(advised, bool) or not isinstance(advised, (str, int, float, np.integer, np.floating)):
             raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
-        if engine == "ring":
+        if traffic == "ring":
             raise ValueError(_ONE_EACH)
-        setup = Setup(name, engine, hold, advice, driver, {**settings, "advised": str(advised)})
+        setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": str(advised)})
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
         self.metadata = {"name": "codrive_drive", "is_parallelizable": True, **drive_metadata(setup.hold_s)}

@@ -10,7 +10,7 @@ from gymnasium.envs.registration import registry
 from codrive._drive import DriveEnv
 from codrive._drive_vector import DriveVectorEnv
 from codrive._ring import RingEnv, RingVectorEnv
-from codrive._settings import engine_of
+from codrive._settings import traffic_of
 
 if TYPE_CHECKING:
     from codrive._parallel import DriveParallelEnv
@@ -41,7 +41,7 @@ def make(
     hold: float | None = None,
     advice: str | None = None,
     driver: str | None = None,
-    engine: str | None = None,
+    traffic: str | None = None,
     render_mode: str | None = None,
     **settings: Any,
 ) -> gymnasium.Env:
@@ -55,13 +55,13 @@ def make(
         driver: Driver who follows the advice. ``"follow"``, ``"perfect"``, ``"sloppy"``, ``"idm"``, ``"exact"`` and ``"guarded"`` are the
             same in each episode; ``"late"``, ``"people"``, ``"perp"`` and ``"anyone"`` are drawn for each. Or parameters,
             ``"reaction=1,error=0.5"`` (s, m/s). None: as in the settings; on rings the driver follows exactly.
-        engine: Engine of the traffic: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with vehicle physics in SUMO's
+        traffic: Engine of the traffic: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with vehicle physics in SUMO's
             traffic, in a process of its own; ``"native"``, the same in the traffic of the native engine, on closed single lanes.
             None: ``"ring"`` for rings, ``"sumo"`` for all else.
         render_mode: ``"rgb_array"`` draws whole drives in ``view`` (``"driver"``, ``"mirror"``, ``"birdseye"``, ``"chase"``) and
             ``size`` (pixels), if the package is built with its renderer; None: nothing is drawn.
         **settings: Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
-            (``codrive.settings(name, engine=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
+            (``codrive.settings(name, traffic=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
             and change it, too.
 
     Returns:
@@ -72,9 +72,9 @@ def make(
         ValueError: A value is not allowed; the message lists the allowed ones.
         gymnasium.error.DependencyNotInstalled: SUMO or the renderer is needed and not installed.
     """
-    engine = engine_of(name, engine)
-    own = settings if engine == "ring" else {**settings, "engine": engine}
-    kind = RingEnv if engine == "ring" else DriveEnv
+    traffic = traffic_of(name, traffic)
+    own = settings if traffic == "ring" else {**settings, "traffic": traffic}
+    kind = RingEnv if traffic == "ring" else DriveEnv
     return kind(name, hold=hold, advice=advice, driver=driver, render_mode=render_mode, **own)
 
 
@@ -85,7 +85,7 @@ def make_vec(
     hold: float | None = None,
     advice: str | None = None,
     driver: str | None = None,
-    engine: str | None = None,
+    traffic: str | None = None,
     copy: bool = True,
     render_mode: str | None = None,
     **settings: Any,
@@ -98,7 +98,7 @@ def make_vec(
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``.
-        engine: As ``make``.
+        traffic: As ``make``.
         copy: False: ``step`` and ``reset`` of rings return the same arrays each time, and the next call overwrites them.
         render_mode: As ``make``.
         **settings: As ``make``.
@@ -111,9 +111,9 @@ def make_vec(
         ValueError: A value is not allowed; the message lists the allowed ones.
         gymnasium.error.DependencyNotInstalled: SUMO or the renderer is needed and not installed.
     """
-    engine = engine_of(name, engine)
-    own = settings if engine == "ring" else {**settings, "engine": engine}
-    kind = RingVectorEnv if engine == "ring" else DriveVectorEnv
+    traffic = traffic_of(name, traffic)
+    own = settings if traffic == "ring" else {**settings, "traffic": traffic}
+    kind = RingVectorEnv if traffic == "ring" else DriveVectorEnv
     return kind(name, num_envs, hold=hold, advice=advice, driver=driver, copy=copy, render_mode=render_mode, **own)
 
 
@@ -124,7 +124,7 @@ def make_parallel(
     hold: float | None = None,
     advice: str | None = None,
     driver: str | None = None,
-    engine: str | None = None,
+    traffic: str | None = None,
     render_mode: str | None = None,
     **settings: Any,
 ) -> DriveParallelEnv:
@@ -137,7 +137,7 @@ def make_parallel(
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``; each agent has a driver of its own.
-        engine: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has only one advised
+        traffic: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has only one advised
             vehicle in each ring.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.
@@ -151,5 +151,5 @@ def make_parallel(
     from codrive._parallel import DriveParallelEnv
 
     return DriveParallelEnv(
-        name, advised=advised, hold=hold, advice=advice, driver=driver, engine=engine, render_mode=render_mode, **settings
+        name, advised=advised, hold=hold, advice=advice, driver=driver, traffic=traffic, render_mode=render_mode, **settings
     )

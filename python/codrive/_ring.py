@@ -30,7 +30,7 @@ from codrive._spaces import (
 
 def _check_render_mode(render_mode: object) -> None:
     if render_mode is not None:
-        raise ValueError(f"render_mode is {render_mode!r}; allowed: None; engine='native' and engine='sumo' draw rings")
+        raise ValueError(f"render_mode is {render_mode!r}; allowed: None; traffic='native' and traffic='sumo' draw rings")
 
 
 class _Episodes:

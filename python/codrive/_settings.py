@@ -16,23 +16,23 @@ from codrive._words import did_you_mean, in_words_of_python
 
 #: Names of the rings of training.
 RINGS = ("ring-250", "ring-641")
-#: Names of the traffic engines.
-ENGINES = ("ring", "native", "sumo")
+#: Engines of the traffic.
+TRAFFIC = ("ring", "native", "sumo")
 
 _NO_SUMO = (
-    "engine='sumo' needs SUMO, and neither SUMO_HOME nor the package sumo has it: pip install eclipse-sumo==1.28.0; "
-    "engine='native' drives rings and other closed lanes without it"
+    "traffic='sumo' needs SUMO, and neither SUMO_HOME nor the package sumo has it: pip install eclipse-sumo==1.28.0; "
+    "traffic='native' drives rings and other closed lanes without it"
 )
 
 #: Arguments of some functions that others do not take, with the reason.
 _MISPLACED = {
     "num_envs": "there is one here; codrive.make_vec has many environments, and codrive.evaluate drives as many rings as over says",
     "copy": "codrive.make_vec alone can give the same arrays each time",
-    "render_mode": "nothing is drawn here; codrive.make with engine='native' or engine='sumo' draws",
-    "view": "fast rings are not drawn; engine='native' and engine='sumo' are",
-    "size": "fast rings are not drawn; engine='native' and engine='sumo' are",
+    "render_mode": "nothing is drawn here; codrive.make with traffic='native' or traffic='sumo' draws",
+    "view": "fast rings are not drawn; traffic='native' and traffic='sumo' are",
+    "size": "fast rings are not drawn; traffic='native' and traffic='sumo' are",
     "advised": "a fast ring has one advised vehicle; codrive.make_parallel has several",
-    "engine": "codrive.evaluate drives fast rings alone; codrive.make drives with other engines",
+    "traffic": "codrive.evaluate drives fast rings alone; codrive.make drives with other engines",
     "over": "it is an argument of codrive.evaluate; codrive.make_vec has num_envs",
 }
 
@@ -42,18 +42,18 @@ def is_ring(name: object) -> bool:
     return isinstance(name, str) and (name in RINGS or name.endswith(".toml"))
 
 
-def engine_of(name: str, engine: str | None, allowed: tuple[str, ...] = ENGINES) -> str:
-    """Returns the requested engine; without one, that of the name: rings and training configurations are rings if these are allowed,
+def traffic_of(name: str, traffic: str | None, allowed: tuple[str, ...] = TRAFFIC) -> str:
+    """Returns the requested traffic; without one, that of the name: rings and training configurations are rings if these are allowed,
     all else is driven in SUMO.
 
     Raises:
         ValueError: There is no such engine.
     """
-    if engine is None:
+    if traffic is None:
         return ("ring" if "ring" in allowed else "native") if is_ring(name) else "sumo"
-    if isinstance(engine, str) and engine in allowed:
-        return engine
-    raise ValueError(f"engine is {engine!r}{did_you_mean(engine, allowed)}; allowed: {', '.join(allowed)}")
+    if isinstance(traffic, str) and traffic in allowed:
+        return traffic
+    raise ValueError(f"traffic is {traffic!r}{did_you_mean(traffic, allowed)}; allowed: {', '.join(allowed)}")
 
 
 def configuration(
@@ -62,7 +62,7 @@ def configuration(
     advice: str | None,
     driver: str | None,
     settings: dict[str, Any],
-    elsewhere: str = "engine='sumo' drives other maps",
+    elsewhere: str = "traffic='sumo' drives other maps",
 ) -> Configuration:
     """Returns the checked settings for these arguments of ``make``; ``elsewhere`` is the remedy for roads other than rings.
 
@@ -82,7 +82,7 @@ def configuration(
 
 def drive_configuration(
     name: str,
-    engine: str,
+    traffic: str,
     hold: float | None,
     advice: str | None,
     driver: str | None,
@@ -94,9 +94,7 @@ def drive_configuration(
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
         ValueError: A value is not allowed.
     """
-    if "traffic" in settings:
-        raise TypeError("engine and traffic are the same setting: give engine")
-    arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": engine})
+    arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": traffic}, ("traffic", "advised"))
     with in_words_of_python(_given(hold=hold, advice=advice)):
         return DriveConfiguration(*arguments), arguments
 
@@ -106,8 +104,14 @@ def _given(**shorter: Any) -> list[str]:
 
 
 def _arguments(
-    name: str, hold: float | None, advice: str | None, driver: str | None, settings: dict[str, Any]
+    name: str,
+    hold: float | None,
+    advice: str | None,
+    driver: str | None,
+    settings: dict[str, Any],
+    allowed: tuple[str, ...] = (),
 ) -> Arguments:
+    """Returns the arguments; ``allowed`` are the misplaced ones that are not misplaced here."""
     for short, given, long in (("hold", hold, "hold_s"), ("advice", advice, "action")):
         if given is not None:
             if long in settings:
@@ -117,7 +121,7 @@ def _arguments(
         if text is not None and not isinstance(text, str):
             raise TypeError(f"{what} is {text!r}; allowed: a text")
     for argument, why in _MISPLACED.items():
-        if argument in settings and not (argument == "advised" and "traffic" in settings):
+        if argument in settings and argument not in allowed:
             raise TypeError(f"{argument}: {why}")
     return Arguments(name, driver, settings)
 
@@ -129,13 +133,13 @@ def settings(name: str = "ring-250", **changes: Any) -> dict[str, Any]:
         TypeError: There is no setting of that name.
         ValueError: A value is not allowed.
     """
-    engine = engine_of(name, changes.pop("engine", None))
+    traffic = traffic_of(name, changes.pop("traffic", None))
     arguments = {key: changes.pop(key, None) for key in ("hold", "advice", "driver")}
-    if engine == "ring":
+    if traffic == "ring":
         return json.loads(configuration(name, **arguments, settings=changes).json())
     changes.pop("seed", None)
-    own = json.loads(drive_configuration(name, engine, **arguments, settings=changes)[0].json())
-    own = {"engine": engine, **{key: value for key, value in own.items() if key not in ("map", "traffic")}}
+    own = json.loads(drive_configuration(name, traffic, **arguments, settings=changes)[0].json())
+    del own["map"]
     # The settings do not contain the driver drawn for each drive.
     return own if arguments["driver"] is None else {**own, "driver": arguments["driver"]}
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator
 #: at the beginning of a line.
 _LONGER = {"hold": r"\bhold_s\b", "advice": r"^action\b"}
 #: Options of ``codrive run`` in messages, and the arguments that they correspond to here.
-_OPTIONS = {"traffic": "engine", **{name: name.replace("-", "_") for name in ("other-model", "participant", "path", "path-start", "wave-wait")}}
+_OPTIONS = {name: name.replace("-", "_") for name in ("traffic", "other-model", "participant", "path", "path-start", "wave-wait")}
 _OPTION = re.compile(rf"(?<![\w-])--({'|'.join(sorted(_OPTIONS, key=len, reverse=True))})(?![\w-])(?: (\w+))?")
-_ENGINE = re.compile(r"\btraffic (sumo|native)\b")
+_TRAFFIC = re.compile(r"\btraffic (sumo|native)\b")
 _COMMAND = re.compile(r"\bcodrive (map|run|policy|train) ?\w*")
 _PROGRAM = "; codrive is also a program, which scripts/drive of a checkout builds"
 
@@ -35,7 +35,7 @@ def of_python(message: str, shorter: Iterable[str] = ()) -> str:
     for argument in shorter:
         message = re.sub(_LONGER[argument], argument, message, flags=re.MULTILINE)
     message = _OPTION.sub(lambda option: _argument(option[1], option[2]), message)
-    message = _ENGINE.sub(r"engine='\1'", message)
+    message = _TRAFFIC.sub(r"traffic='\1'", message)
     return message + _PROGRAM if _COMMAND.search(message) else message
 
 

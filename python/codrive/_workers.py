@@ -192,7 +192,7 @@ class WorkerDrive:
 
     def _start(self) -> None:
         if not sys.executable:
-            raise RuntimeError("sys.executable is empty, so that no process with Python can be started; engine='native' needs none")
+            raise RuntimeError("sys.executable is empty, so that no process with Python can be started; traffic='native' needs none")
         # The process finds modules in the same places and order as this one.
         variables = {
             **os.environ,

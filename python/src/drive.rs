@@ -36,8 +36,8 @@ pub const HAS_DESKTOP: bool = cfg!(feature = "desktop");
 /// Name of the setting for the vehicles that enter a network, which is not a plain value.
 const DEMAND: &str = "demand";
 
-/// Name of the setting that Python calls `engine`.
-const ENGINE: &str = "traffic";
+/// Name of the setting that chooses the engine of the traffic.
+const TRAFFIC: &str = "traffic";
 
 /// Checked settings of whole drives. See `codrive.make` for the arguments.
 #[pyclass(frozen, module = "codrive._codrive")]
@@ -55,7 +55,7 @@ impl DriveConfiguration {
         let Value::Object(named) = json(settings.as_any(), "settings")? else {
             return Err(PyTypeError::new_err("settings: a dict"));
         };
-        let asked_engine = named.get(ENGINE).and_then(Value::as_str).map(str::to_string);
+        let asked_engine = named.get(TRAFFIC).and_then(Value::as_str).map(str::to_string);
         let (demand, changes) = changes(named)?;
         let made = || {
             let config = EpisodeConfig::new(map, driver, demand, &changes)
@@ -159,12 +159,12 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
     Ok((demand, flat))
 }
 
-/// Returns the message for a fault of this setting in terms of Python's `engine`, if it is caused by the chosen engine.
+/// Returns the message for a fault of this setting in terms of Python, if it is caused by the chosen engine.
 fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
-    let engine = engine.filter(|engine| key == ENGINE && *engine == "native")?;
+    let engine = engine.filter(|engine| key == TRAFFIC && *engine == "native")?;
     Some(format!(
-        "engine is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', which alone moves vehicles that come and \
-         go\n  remedy: engine='sumo', or a closed route such as \"ring-250\" or \"practice\""
+        "traffic is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', which alone moves vehicles that come and \
+         go\n  remedy: traffic='sumo', or a closed route such as \"ring-250\" or \"practice\""
     ))
 }
 

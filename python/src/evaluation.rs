@@ -38,7 +38,7 @@ pub fn evaluate_policy(
     configuration: &Configuration,
     name: &str,
     map: &str,
-    aim_mps: f64,
+    policy_speed_mps: f64,
     rings: usize,
     done: &Bound<'_, PyAny>,
 ) -> PyResult<(String, Option<String>, String)> {
@@ -48,7 +48,7 @@ pub fn evaluate_policy(
         policy::AUTO => policy::resolve(name, &RoadMap::load(map).map_err(refused)?).name,
         other => other.to_owned(),
     };
-    let source = PolicySource::for_rings(&name, &config.policy_settings(aim_mps)).map_err(refused)?;
+    let source = PolicySource::for_rings(&name, &config.policy_settings(policy_speed_mps)).map_err(refused)?;
     let hold = Hold::nearest(config.advice.hold_s, config.ring.step_s);
     let warning = source.engage().and_then(|policy| policy::untrained_hold(policy.as_ref(), hold));
     let mut results: Vec<EvaluationResult> = Vec::new();

@@ -17,8 +17,8 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
     [
         ({"name": "ring-25"}, ValueError, r"ring-25.*did you mean .*ring-250"),
         ({"name": 3}, TypeError, "name is 3"),
-        ({"name": "ring-25", "engine": "ring"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
-        ({"name": "merge", "engine": "ring"}, ValueError, r"no ring \"merge\"(?s:.*)remedy: engine='sumo' drives other maps"),
+        ({"name": "ring-25", "traffic": "ring"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
+        ({"name": "merge", "traffic": "ring"}, ValueError, r"no ring \"merge\"(?s:.*)remedy: traffic='sumo' drives other maps"),
         ({"name": "no-such-map"}, ValueError, r"remedy: name one of these(?s:.*)codrive is also a program, which scripts/drive of a checkout builds"),
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"num_env": 4}, TypeError, "unknown key `num_env`; did you mean `num_envs`"),
@@ -28,7 +28,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
         ({"driver": "reaction=soon"}, ValueError, "reaction is \"soon\""),
         ({"driver": 1}, TypeError, "driver is 1"),
-        ({"engine": "rings"}, ValueError, r"engine is 'rings' \(did you mean ring\?\)"),
+        ({"traffic": "rings"}, ValueError, r"traffic is 'rings' \(did you mean ring\?\)"),
         ({"hold": 0.25}, ValueError, "^hold is 0.25; allowed: a whole number"),
         ({"hold_s": 0.25}, ValueError, "^hold_s is 0.25; allowed: a whole number"),
         ({"hold": -1}, ValueError, "^hold is -1"),
@@ -45,8 +45,8 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"idm": 3}, TypeError, "unknown key `idm`"),
         ({"sees": "sped"}, ValueError, r"sees names `sped` \(did you mean speed\?\)"),
         ({"sees": ""}, ValueError, "sees"),
-        ({"engine": "sumoo"}, ValueError, r"engine is 'sumoo' \(did you mean sumo\?\); allowed: ring, native, sumo"),
-        ({"engine": ["sumo"]}, ValueError, r"engine is \['sumo'\]"),
+        ({"traffic": "sumoo"}, ValueError, r"traffic is 'sumoo' \(did you mean sumo\?\); allowed: ring, native, sumo"),
+        ({"traffic": ["sumo"]}, ValueError, r"traffic is \['sumo'\]"),
         ({"render_mode": "human"}, ValueError, "render_mode is 'human'; allowed: None"),
         ({"seed": -1}, ValueError, "seed is -1"),
     ],
@@ -67,8 +67,8 @@ def test_what_make_refuses(arguments, error, words):
         ({"hold": 0.25}, ValueError, "^hold is 0.25; allowed: a whole number"),
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"hold": 1.0, "hold_s": 1.0}, TypeError, "hold and hold_s are the same setting"),
-        ({"other_model": "krauss"}, ValueError, "allowed: idm with engine='native'; only engine='sumo' has other models"),
-        ({"traffic": "sumo"}, TypeError, "engine and traffic are the same setting"),
+        ({"other_model": "krauss"}, ValueError, "allowed: idm with traffic='native'; only traffic='sumo' has other models"),
+        ({"engine": "sumo"}, TypeError, "unknown key `engine`"),
         ({"advice": "sped"}, ValueError, "^advice is .*sped.*acceleration"),
         ({"vehicle": 22}, TypeError, "unknown key `vehicle`; did you mean `vehicles`"),
         ({"vehicles": 1}, ValueError, "vehicles is 1; allowed: a whole number from 2 to 1000"),
@@ -80,7 +80,7 @@ def test_what_make_refuses(arguments, error, words):
         ({"sees": "signal_distance"}, ValueError, "signal_distance"),
         ({"sees": "speed,reaction"}, ValueError, "`reaction`, which whole drives tell nobody: who drives"),
         ({"residual_over": "pi"}, TypeError, "residual_over: a whole drive asks no controller"),
-        ({"name": "merge"}, ValueError, "engine is 'native'; allowed on a road network.*'sumo'(?s:.*)remedy: engine='sumo'"),
+        ({"name": "merge"}, ValueError, "traffic is 'native'; allowed on a road network.*'sumo'(?s:.*)remedy: traffic='sumo'"),
         ({"name": "practice", "sees": "speed,circumference"}, ValueError, "circumference(?s:.*)remedy: scaling"),
         ({"name": "practice", "sees": "speed,spacing"}, ValueError, "`spacing`, which is .* m here(?s:.*)remedy: scaling.spacing_from_m"),
         ({"seed": -1}, ValueError, "seed is -1"),
@@ -97,14 +97,14 @@ def test_what_make_refuses(arguments, error, words):
 def test_what_makers_of_whole_drives_refuse(arguments, error, words):
     for make in (codrive.make, codrive.make_vec):
         with pytest.raises(error, match=words):
-            make(**{"engine": "native", **arguments})
+            make(**{"traffic": "native", **arguments})
 
 
 @pytest.mark.parametrize("count", [0, -1, 65_537, 2**70, 1.5, "4", None, True])
 def test_numbers_of_environments_that_cannot_be(count):
-    for engine in ("ring", "native"):
+    for traffic in ("ring", "native"):
         with pytest.raises(ValueError, match="num_envs"):
-            codrive.make_vec(num_envs=count, engine=engine)
+            codrive.make_vec(num_envs=count, traffic=traffic)
 
 
 BAD_ACTIONS = [
@@ -123,9 +123,9 @@ BAD_ACTIONS = [
 ]
 
 
-@pytest.mark.parametrize("engine", ["ring", "native"])
-def test_actions_that_cannot_be(engine):
-    envs, again = (codrive.make_vec(num_envs=4, engine=engine, **SHORT) for _ in range(2))
+@pytest.mark.parametrize("traffic", ["ring", "native"])
+def test_actions_that_cannot_be(traffic):
+    envs, again = (codrive.make_vec(num_envs=4, traffic=traffic, **SHORT) for _ in range(2))
     for one in (envs, again):
         one.reset(seed=1)
     for actions, error, words in BAD_ACTIONS:
@@ -153,8 +153,8 @@ def test_the_native_part_takes_no_arrays_of_another_length():
     [(3, ValueError, "is 3; allowed: 0 to 2"), (-1, ValueError, "is -1"), (1.0, TypeError, "whole numbers"), ([1], ValueError, "shape")],
 )
 def test_levels_that_are_not_there(action, error, words):
-    for engine in ("ring", "native"):
-        env = codrive.make(levels=3, engine=engine, **SHORT)
+    for traffic in ("ring", "native"):
+        env = codrive.make(levels=3, traffic=traffic, **SHORT)
         env.reset(seed=1)
         with pytest.raises(error, match=words):
             env.step(action)
@@ -162,7 +162,7 @@ def test_levels_that_are_not_there(action, error, words):
 
 def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
     one, many = codrive.make(**SHORT), codrive.make_vec(num_envs=2, **SHORT)
-    drive, drives = codrive.make(engine="native", **SHORT), codrive.make_vec(num_envs=2, engine="native", **SHORT)
+    drive, drives = codrive.make(traffic="native", **SHORT), codrive.make_vec(num_envs=2, traffic="native", **SHORT)
     for env, action in ((one, np.zeros(1)), (many, np.zeros((2, 1))), (drive, np.zeros(1)), (drives, np.zeros((2, 1)))):
         with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
             env.step(action)
@@ -177,16 +177,16 @@ def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
 
 @pytest.mark.parametrize("seed", [[1, 2], "1", 1.5])
 def test_seeds_that_cannot_be(seed):
-    for engine in ("ring", "native"):
+    for traffic in ("ring", "native"):
         with pytest.raises(TypeError, match="seed"):
-            codrive.make_vec(num_envs=2, engine=engine, **SHORT).reset(seed=seed)
+            codrive.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(seed=seed)
 
 
 @pytest.mark.parametrize("mask", [np.ones(3, bool), np.ones(2), "yes", np.ones((2, 1), bool)])
 def test_masks_that_cannot_be(mask):
-    for engine in ("ring", "native"):
+    for traffic in ("ring", "native"):
         with pytest.raises(ValueError, match="reset_mask"):
-            codrive.make_vec(num_envs=2, engine=engine, **SHORT).reset(options={"reset_mask": mask})
+            codrive.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(options={"reset_mask": mask})
 
 
 @pytest.mark.parametrize(
@@ -198,13 +198,13 @@ def test_masks_that_cannot_be(mask):
         ({"policy": 3}, TypeError, "policy is 3; allowed"),
         ({"policy": "pi", "name": None}, TypeError, "name is None; allowed: a text"),
         ({"policy": "pi", "name": "practice"}, ValueError, r"no ring \"practice\"(?s:.*)remedy: codrive.evaluate drives rings of training"),
-        ({"policy": "pi", "engine": "sumo"}, TypeError, "engine: codrive.evaluate drives fast rings alone"),
+        ({"policy": "pi", "traffic": "sumo"}, TypeError, "traffic: codrive.evaluate drives fast rings alone"),
         ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive.evaluate drives as many rings as over says"),
         ({"policy": "pi", "hold": -1}, ValueError, "^hold is -1"),
-        ({"policy": "pi", "aim": "fast"}, TypeError, "aim is 'fast'; allowed: a number"),
+        ({"policy": "pi", "policy_speed": "fast"}, TypeError, "policy_speed is 'fast'; allowed: a number"),
         ({"policy": "none", "over": 0}, ValueError, "over is 0"),
         ({"policy": "none", "as_": "arrow"}, ValueError, "as_ is 'arrow'"),
-        ({"policy": "none", "aim": float("nan")}, ValueError, "aim is nan"),
+        ({"policy": "none", "policy_speed": float("nan")}, ValueError, "policy_speed is nan"),
         ({"policy": lambda seen: np.zeros(3), "over": 2}, ValueError, r"shape \(3,\); allowed"),
         ({"policy": lambda seen: np.full(len(seen), np.nan), "over": 2}, ValueError, "ring 0 is nan"),
         ({"policy": lambda seen: "fast", "over": 2}, ValueError, "the policy gave <U4"),
@@ -219,9 +219,9 @@ def test_what_evaluate_refuses(arguments, error, words):
 def test_a_table_that_holds_itself_is_refused():
     endless = {}
     endless["v0"] = endless
-    for engine in ("ring", "native"):
+    for traffic in ("ring", "native"):
         with pytest.raises(TypeError, match="v0 is nested too deeply"):
-            codrive.make(engine=engine, idm=endless)
+            codrive.make(traffic=traffic, idm=endless)
     with pytest.raises(ValueError, match="demand"):
         codrive.make("merge", demand={"flows": [{"from": "a", "to": ["b"], "per_hour": 1.0}]})
 
@@ -236,7 +236,7 @@ _numbers = st.one_of(
     st.dictionaries(st.text(max_size=4), st.floats(), max_size=2),
     st.binary(max_size=3),
 )
-_names = st.one_of(st.sampled_from([*codrive.settings(), "hold", "advice", "name", "engine"]), st.text(max_size=12))
+_names = st.one_of(st.sampled_from([*codrive.settings(), "hold", "advice", "name", "traffic"]), st.text(max_size=12))
 #: All failures raise one of these.
 ALLOWED = (TypeError, ValueError, OverflowError, gymnasium.error.Error, gymnasium.error.ClosedEnvironmentError)
 
@@ -288,7 +288,7 @@ def test_any_order_of_calls_gives_numbers_or_an_error(calls):
 
 
 _drive_names = st.one_of(
-    st.sampled_from([*codrive.settings(engine="native"), "hold", "advice", "name", "engine", "advised", "view", "size"]), st.text(max_size=12)
+    st.sampled_from([*codrive.settings(traffic="native"), "hold", "advice", "name", "traffic", "advised", "view", "size"]), st.text(max_size=12)
 )
 #: Upper bounds of settings that would take long.
 DEAR = {"warm_up_s": 20.0, "vehicles": 40, "wave_wait_s": 20.0, "horizon_s": 100.0, "trees": 100}
@@ -297,7 +297,7 @@ DEAR = {"warm_up_s": 20.0, "vehicles": 40, "wave_wait_s": 20.0, "horizon_s": 100
 @settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(st.dictionaries(_drive_names, _numbers, max_size=3))
 def test_any_settings_make_a_drive_or_an_error(arguments):
-    arguments = {"warm_up_s": 1.0, "engine": "native", **arguments}
+    arguments = {"warm_up_s": 1.0, "traffic": "native", **arguments}
     for key, most in DEAR.items():
         if isinstance(arguments.get(key), (int, float)):
             arguments[key] = min(arguments[key], most)
@@ -313,8 +313,8 @@ def test_any_settings_make_a_drive_or_an_error(arguments):
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(_calls)
 def test_any_order_of_calls_of_a_drive_gives_numbers_or_an_error(calls):
-    env = codrive.make(engine="native", **SHORT)
-    several = codrive.make_parallel(engine="native", advised=3, **SHORT)
+    env = codrive.make(traffic="native", **SHORT)
+    several = codrive.make_parallel(traffic="native", advised=3, **SHORT)
     for call, value in calls:
         try:
             if call == "reset":

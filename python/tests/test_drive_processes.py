@@ -50,7 +50,7 @@ def nobody_is_left():
 def begun(**arguments):
     """Returns an environment in a process, and the process."""
     before = children()
-    env = codrive.make("ring-250", engine="sumo", **{**SHORT, **arguments})
+    env = codrive.make("ring-250", traffic="sumo", **{**SHORT, **arguments})
     env.reset(seed=1)
     (process,) = children() - before
     return env, process
@@ -64,7 +64,7 @@ def test_its_end_ends_the_process():
     del env
     gc.collect()
     assert process not in children()
-    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
     before = children()
     envs.reset(seed=1)
     assert len(children() - before) == 3
@@ -102,7 +102,7 @@ def test_that_folder_goes_with_the_python_that_made_it():
 def test_the_end_of_python_ends_the_process():
     program = """if True:
         import codrive
-        env = codrive.make("ring-250", engine="sumo", warm_up_s=1.0)
+        env = codrive.make("ring-250", traffic="sumo", warm_up_s=1.0)
         env.reset(seed=1)
         print(env._series._drive.pid)
     """
@@ -149,7 +149,7 @@ def test_a_process_that_is_gone_is_said_and_reset_starts_another(fatal):
 
 def test_one_of_many_that_is_gone_is_named_and_reset_begins_all_anew():
     before = children()
-    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
     first = envs.reset(seed=1)[0]
     processes = sorted(children() - before)
     os.kill(processes[1], signal.SIGKILL)
@@ -187,7 +187,7 @@ def interrupt_reset(env, after_s):
 @pytest.mark.parametrize("many", [False, True])
 def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
     before = children()
-    long = {"engine": "sumo", **ENDLESS}
+    long = {"traffic": "sumo", **ENDLESS}
     env = codrive.make_vec("ring-641", 2, **long) if many else codrive.make("ring-641", **long)
     took_s = interrupt_reset(env, 2.0)
     # The process is killed, without a wait for its own end.
@@ -198,7 +198,7 @@ def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
 
 
 def test_ctrl_c_ends_the_warm_up_of_a_drive_in_this_process_within_a_second():
-    env = codrive.make("ring-641", engine="native", **ENDLESS)
+    env = codrive.make("ring-641", traffic="native", **ENDLESS)
     assert interrupt_reset(env, 1.0) < 1.0
     env.close()
 
@@ -266,8 +266,8 @@ def test_without_sumo_it_is_said_what_to_install_and_the_native_engine_drives(tm
     monkeypatch.setenv("CODRIVE_SUMO_HOME", str(tmp_path))
     for make in (codrive.make, codrive.make_vec):
         with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install eclipse-sumo==1.28.0"):
-            make("ring-250", engine="sumo")
-    env = codrive.make("ring-250", engine="native", **SHORT)
+            make("ring-250", traffic="sumo")
+    env = codrive.make("ring-250", traffic="native", **SHORT)
     env.reset(seed=1)
     env.step(STILL)
 

@@ -18,8 +18,8 @@ NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
 SHORT = {"warm_up_s": 2.0, "horizon_s": 4.0}
 
 
-def made(engine, **arguments):
-    return codrive.make("ring-250", engine=engine, **{**SHORT, **arguments})
+def made(traffic, **arguments):
+    return codrive.make("ring-250", traffic=traffic, **{**SHORT, **arguments})
 
 
 def random_drive(env, holds, seed):
@@ -32,45 +32,45 @@ def random_drive(env, holds, seed):
     return b"".join(part.tobytes() for part in given), env.fingerprint()
 
 
-@pytest.mark.parametrize("engine", ["native", "sumo"])
-def test_gymnasiums_checker_passes(engine):
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_gymnasiums_checker_passes(traffic):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         # The checker always warns of infinite bounds, and of missing pictures.
         warnings.filterwarnings("ignore", message=".*infinity.*")
         warnings.filterwarnings("ignore", message=".*render.*")
-        env = gymnasium.make("codrive/Drive-v0", engine=engine, **SHORT).unwrapped
+        env = gymnasium.make("codrive/Drive-v0", traffic=traffic, **SHORT).unwrapped
         check_env(env)
     env.close()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*render.*")
-        check_env(made(engine, levels=5))
+        check_env(made(traffic, levels=5))
 
 
 def test_what_moves_the_cars_is_as_asked_or_as_the_name_says():
     assert isinstance(codrive.make("ring-250"), codrive.RingEnv)
     assert isinstance(codrive.make_vec("ring-641", 2), codrive.RingVectorEnv)
-    for name, engine, traffic in (("ring-250", "native", "native"), ("ring-250", "sumo", "sumo"), ("practice", None, "sumo")):
-        env = codrive.make(name, engine=engine)
+    for name, asked, traffic in (("ring-250", "native", "native"), ("ring-250", "sumo", "sumo"), ("practice", None, "sumo")):
+        env = codrive.make(name, traffic=asked)
         assert isinstance(env, codrive.DriveEnv) and json.loads(env.settings.json())["traffic"] == traffic
-    envs = gymnasium.make_vec("codrive/Drive-v0", num_envs=2, vectorization_mode="vector_entry_point", engine="native")
+    envs = gymnasium.make_vec("codrive/Drive-v0", num_envs=2, vectorization_mode="vector_entry_point", traffic="native")
     assert isinstance(envs.unwrapped, codrive.DriveVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
 
 
 def test_the_settings_are_those_that_were_asked_for():
     settings = codrive.settings("merge", hold=2.0, advice="speed", idm={"v0": 20.0})
-    assert (settings["engine"], settings["hold_s"], settings["action"], settings["idm"]["v0"]) == ("sumo", 2.0, "speed", 20.0)
-    assert codrive.settings("ring-250", engine="native", driver="people")["driver"] == "people"
+    assert (settings["traffic"], settings["hold_s"], settings["action"], settings["idm"]["v0"]) == ("sumo", 2.0, "speed", 20.0)
+    assert codrive.settings("ring-250", traffic="native", driver="people")["driver"] == "people"
     # make takes all of them.
-    for name, asked in (("merge", settings), ("ring-250", codrive.settings("ring-250", engine="native", driver="people"))):
+    for name, asked in (("merge", settings), ("ring-250", codrive.settings("ring-250", traffic="native", driver="people"))):
         assert codrive.settings(name, **asked) == asked
         codrive.make(name, **asked)
 
 
-@pytest.mark.parametrize("engine", ["native", "sumo"])
-def test_a_seed_makes_the_same_drive_to_the_bit_and_another_seed_another(engine):
-    env, again = made(engine), made(engine)
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_a_seed_makes_the_same_drive_to_the_bit_and_another_seed_another(traffic):
+    env, again = made(traffic), made(traffic)
     first = random_drive(env, 4, seed=3)
     assert random_drive(env, 4, seed=3) == first and random_drive(again, 4, seed=3) == first
     assert random_drive(env, 4, seed=4)[1] != first[1]
@@ -86,9 +86,9 @@ def test_a_seed_begins_a_series_of_drives():
     assert all(np.array_equal(one, own.reset()[0]) for one in series)
 
 
-@pytest.mark.parametrize("engine", ["native", "sumo"])
-def test_an_episode_ends_at_its_horizon(engine):
-    env = made(engine, hold=2.0)
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_an_episode_ends_at_its_horizon(traffic):
+    env = made(traffic, hold=2.0)
     env.reset(seed=1)
     # Two holds of 2 s in 4 s.
     assert [env.step(np.zeros(1))[2:4] for _ in range(2)] == [(False, False), (False, True)]
@@ -122,11 +122,11 @@ def test_any_map_is_driven(name):
     assert truncated
 
 
-@pytest.mark.parametrize("engine", ["native", "sumo"])
-def test_many_drives_are_the_same_as_one_by_one(engine):
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_many_drives_are_the_same_as_one_by_one(traffic):
     # One of the processes drives the same drive as here, to the bit; endings are in the same step.
-    envs = codrive.make_vec("ring-250", 3, engine=engine, **SHORT)
-    singles = [made(engine) for _ in range(3)]
+    envs = codrive.make_vec("ring-250", 3, traffic=traffic, **SHORT)
+    singles = [made(traffic) for _ in range(3)]
     seen, _ = envs.reset(seed=8)
     assert seen.shape == (3, len(envs.inputs)) and seen.dtype == np.float32
     assert np.array_equal(seen, [env.reset(seed=8 + number)[0] for number, env in enumerate(singles)])
@@ -148,7 +148,7 @@ def test_many_drives_are_the_same_as_one_by_one(engine):
 
 
 def test_a_mask_resets_those_alone():
-    envs = codrive.make_vec("ring-250", 3, engine="native", **SHORT)
+    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
     before = envs.reset(seed=1)[0]
     after = envs.reset(options={"reset_mask": np.array([False, True, False])})[0]
     assert list((after != before).any(axis=1)) == [False, True, False]
@@ -168,13 +168,13 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
     if not HAS_DESKTOP:
         for make in (codrive.make, codrive.make_vec):
             with pytest.raises(gymnasium.error.DependencyNotInstalled, match="features desktop"):
-                make("ring-250", engine="native", **arguments)
+                make("ring-250", traffic="native", **arguments)
         env = made("native")
         env.reset(seed=1)
         assert env.render() is None and env.metadata["render_modes"] == []
         return
-    for engine in ("native", "sumo"):
-        env = codrive.make("ring-250", engine=engine, **arguments)
+    for traffic in ("native", "sumo"):
+        env = codrive.make("ring-250", traffic=traffic, **arguments)
         with pytest.raises(gymnasium.error.ResetNeeded):
             env.render()
         env.reset(seed=1)
@@ -182,6 +182,6 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
         assert first.shape == (90, 160, 3) and first.dtype == np.uint8 and first.std() > 5.0
         env.step(np.ones(1))
         assert not np.array_equal(env.render(), first)
-    pictures = codrive.make_vec("ring-250", 2, engine="native", **arguments)
+    pictures = codrive.make_vec("ring-250", 2, traffic="native", **arguments)
     pictures.reset(seed=1)
     assert [picture.shape for picture in pictures.render()] == [(90, 160, 3)] * 2

@@ -29,9 +29,8 @@ def of_the_program(*arguments):
 
 def same(row, result):
     """Returns True if a row has the numbers of a ring to the bit."""
-    names = {"mean_mps": "mean_speed_mps", "settled_mps": "settled_speed_mps"}
     for key, value in result.items():
-        own = row[names.get(key, key)]
+        own = row[key]
         assert (value is None and pandas.isna(own)) or own == value, f"{key}: {own} is not {value}"
     return True
 
@@ -61,7 +60,7 @@ def test_files_and_auto_have_the_numbers_of_the_program_to_the_bit():
 
 def test_a_callable_drives_as_the_policy_that_it_is():
     # 4.3 m/s on a scale of 0 to 10 is an action of -0.14. The program's constant policy aims at 4.3.
-    constant = codrive.evaluate("constant", over=18, aim=4.3, hold=2.0, **SHORT)
+    constant = codrive.evaluate("constant", over=18, policy_speed=4.3, hold=2.0, **SHORT)
 
     def answer(seen):
         assert seen.shape == (18, 4) and seen.dtype == np.float32
@@ -71,7 +70,7 @@ def test_a_callable_drives_as_the_policy_that_it_is():
     assert set(own.policy) == {"answer"}
     # The action is float32, so 4.3 is accurate to 3e-7.
     assert own.mean_speed_mps.to_numpy() == pytest.approx(constant.mean_speed_mps.to_numpy(), abs=1e-5)
-    assert own.least_gap_m.to_numpy() == pytest.approx(constant.least_gap_m.to_numpy(), abs=1e-4)
+    assert own.min_gap_to_neighbours_m.to_numpy() == pytest.approx(constant.min_gap_to_neighbours_m.to_numpy(), abs=1e-4)
 
 
 def test_something_with_predict_is_asked_without_noise():
@@ -82,7 +81,7 @@ def test_something_with_predict_is_asked_without_noise():
 
     own = codrive.evaluate(Model(), over=3, advice="speed", **SHORT)
     # The middle of 0 to 10 m/s.
-    middle = codrive.evaluate("constant", over=3, aim=5.0, **SHORT)
+    middle = codrive.evaluate("constant", over=3, policy_speed=5.0, **SHORT)
     assert set(own.policy) == {"Model"}
     assert list(own.mean_speed_mps) == list(middle.mean_speed_mps)
 

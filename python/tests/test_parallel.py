@@ -18,20 +18,20 @@ SHORT = {"warm_up_s": 2.0, "horizon_s": 6.0}
 
 
 def ring(**arguments):
-    return codrive.make_parallel("ring-250", **{"advised": 4, "engine": "native", **SHORT, **arguments})
+    return codrive.make_parallel("ring-250", **{"advised": 4, "traffic": "native", **SHORT, **arguments})
 
 
 def still(env):
     return {agent: np.zeros(1, np.float32) for agent in env.agents}
 
 
-@pytest.mark.parametrize("engine", ["native", "sumo"])
-def test_pettingzoos_own_tests_pass(engine, capsys):
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_pettingzoos_own_tests_pass(traffic, capsys):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        env = ring(engine=engine)
+        env = ring(traffic=traffic)
         parallel_api_test(env, num_cycles=20)
-        parallel_api_test(ring(engine=engine, levels=3), num_cycles=20)
+        parallel_api_test(ring(traffic=traffic, levels=3), num_cycles=20)
         env.close()
     assert capsys.readouterr().out.count("Passed") == 2
 
@@ -58,7 +58,7 @@ def test_agents_of_a_ring_are_known_before():
 
 
 def test_an_agent_alone_is_the_environment_of_one():
-    alone, one = ring(advised=1), codrive.make("ring-250", engine="native", **SHORT)
+    alone, one = ring(advised=1), codrive.make("ring-250", traffic="native", **SHORT)
     assert np.array_equal(alone.reset(seed=4)[0]["ego"], one.reset(seed=4)[0])
     while alone.agents:
         observations, rewards, terminations, truncations, infos = alone.step({"ego": np.full(1, 0.5)})
@@ -160,8 +160,8 @@ def test_shares_that_cannot_be(advised, error):
 
 
 def test_the_fast_ring_advises_one_and_says_which_engine_advises_several():
-    with pytest.raises(ValueError, match="engine is 'ring'; allowed: native, sumo.*engine='native' drives the same ring"):
-        ring(engine="ring")
+    with pytest.raises(ValueError, match="traffic is 'ring'; allowed: native, sumo.*traffic='native' drives the same ring"):
+        ring(traffic="ring")
 
 
 def test_a_step_comes_after_a_reset_and_nothing_after_the_end():

@@ -59,7 +59,7 @@ def test_a_description_says_what_the_numbers_mean():
     same = {"hold": 2.0, "advice": "speed", "sees": "speed,gap"}
     assert text == codrive.describe_policy(codrive.make(**same))
     # A policy trained in whole drives on that ring has the same description.
-    assert text == codrive.describe_policy(codrive.make(engine="native", **same))
+    assert text == codrive.describe_policy(codrive.make(traffic="native", **same))
     assert text == codrive.describe_policy(codrive.make_parallel(advised=3, **same))
 
 

@@ -56,5 +56,5 @@ def test_a_module_advises_what_its_network_says_without_exploring(levels):
     for policy, name in ((module, "DefaultPPOTorchRLModule"), (Algorithm(module), "Algorithm")):
         given = codrive.evaluate(policy, over=4, levels=levels, **SHORT)
         assert (given.policy == name).all()
-        for column in ("mean_speed_mps", "settled_speed_mps", "least_gap_m"):
+        for column in ("mean_speed_mps", "settled_speed_mps", "min_gap_to_neighbours_m"):
             assert np.allclose(given[column], wanted[column], rtol=0.0, atol=1e-4)

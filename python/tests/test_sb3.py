@@ -23,13 +23,13 @@ def test_its_checker_passes():
 
     for settings in ({}, {"levels": 5}, {"advice": "speed", "driver": "people"}):
         check_env(codrive.make(**SHORT, **settings))
-    for engine in ("native", "sumo"):
-        env = codrive.make(engine=engine, **SHORT)
+    for traffic in ("native", "sumo"):
+        env = codrive.make(traffic=traffic, **SHORT)
         check_env(env)
         env.close()
 
 
-@pytest.mark.parametrize("settings", [{"num_envs": 20}, {"num_envs": 3, "engine": "native"}], ids=["rings", "drives"])
+@pytest.mark.parametrize("settings", [{"num_envs": 20}, {"num_envs": 3, "traffic": "native"}], ids=["rings", "drives"])
 def test_its_vector_environment_is_ours(settings):
     import codrive.sb3
 

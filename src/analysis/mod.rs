@@ -36,5 +36,5 @@ pub use data::{
 };
 pub use drives::{AnalysedRecording, analyse};
 pub use error::AnalysisError;
-pub use measures::{DriveMeasures, MEASURES, RoadKinds};
+pub use measures::{DriveMeasures, MEASURES};
 pub use report::space_time;

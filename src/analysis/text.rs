@@ -2,11 +2,6 @@
 
 use crate::plot::minus;
 
-/// Returns a unit as it is printed: `m/s3` becomes m/s³.
-pub fn unit_text(unit: &str) -> String {
-    unit.replace("s2", "s²").replace("s3", "s³").replace('*', "·")
-}
-
 /// Formats a number with at most four decimals, no trailing zeros, and a true minus sign.
 pub fn number_text(number: f64) -> String {
     let text = format!("{number:.4}");

@@ -1,18 +1,14 @@
 //! `codrive analyse`: measures, figures and a report of recordings.
 
-use super::{CliError, out};
+use super::{CliError, out, progress::progress};
 use crate::{
     analysis::{
         AnalysisError, FolderContents, analyse,
         drivers::participants as drivers,
         find,
-        models::{
-            plan::PlanHistory,
-            planned::{self, PlannedAnalysis},
-        },
+        models::{plan::PlanHistory, planned::PlannedAnalysis},
         network::LinePlace,
-        report::{self, FileProof, glossary},
-        tables,
+        report::{AnalysisResults, FileProof},
         text::count,
     },
     drive_loop::RunError,
@@ -96,7 +92,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out::line(format_args!("{signature}"))?;
     }
     let proof = FileProof { changed, signature };
-    let bar = super::progress(contents.found.len() as u64, "drives".into());
+    let bar = progress(contents.found.len() as u64, "drives".into());
     let lines: Vec<LinePlace> = matches.get_many("line").into_iter().flatten().cloned().collect();
     let drives = analyse(&contents.found, &lines, &|| bar.inc(1));
     bar.finish_and_clear();
@@ -109,44 +105,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         }
         _ => None,
     };
-    let made = report::report(&contents.title, &drives, &contents.people, &proof, &fitted, planned.as_ref())?;
-    let put = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
-    record::new_private_dir(&out.join("figures"))?;
-    put("trials.csv", &tables::trials(&drives))?;
-    put("advice.csv", &tables::advice(&drives))?;
-    put("reactions.csv", &tables::response_times(&drives))?;
-    put("speed.csv", &tables::speed(&drives))?;
-    put("conditions.csv", &tables::by_condition(&drives))?;
-    put("drivers.csv", &tables::drivers(&fitted))?;
-    if !contents.people.each.is_empty() {
-        put("scores.csv", &tables::scores(&contents.people))?;
-    }
-    if !contents.people.ratings.is_empty() {
-        put("fms.csv", &tables::sickness(&contents.people))?;
-    }
-    if drives.iter().any(|drive| drive.network.is_some()) {
-        put(tables::TRIPS_FILE, &tables::trips(&drives))?;
-        put(tables::LINES_FILE, &tables::lines(&drives))?;
-    }
-    put("columns.json", &glossary::dictionary(&drives))?;
-    if contents.is_whole {
-        bids::derived(&contents.title).iter().try_for_each(|(name, text)| put(name, text))?;
-        put("drivers.toml", &drivers::drivers_toml(&contents.title, &fitted))?;
-    }
-    if let Some(planned) = &planned {
-        put("models.csv", &planned.models_csv())?;
-        put("models.json", &planned::models_json())?;
-        put("left_out.csv", &planned.left_out_csv())?;
-    }
-    made.figures.par_iter().try_for_each(|(name, svg)| {
-        put(&format!("figures/{name}"), svg)?;
-        let path = out.join("figures").join(name).with_extension("png");
-        let Some(png) = super::desktop::png(svg) else { return Ok::<(), CliError>(()) };
-        let png = png.map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))?;
-        Ok(record::replace(&path, &png)?)
+    let results = AnalysisResults {
+        contents: &contents,
+        proof: &proof,
+        drives: &drives,
+        fitted: &fitted,
+        planned: planned.as_ref(),
+    };
+    results.write(out, &bids::derived(&contents.title), |svg| {
+        super::desktop::png(svg).map(|png| png.map_err(|why| why.to_string()))
     })?;
-    put("methods.txt", &made.methods)?;
-    put("report.html", &made.html)?;
     out::line(format_args!(
         "{}: report.html, methods.txt, tables (CSV) and figures ({}) of {}",
         out.display(),

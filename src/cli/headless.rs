@@ -64,7 +64,7 @@ pub(super) mod replay {
 
     pub(in crate::cli) const DRAWS: &str = "";
 
-    const FLAGS: [&str; 9] = ["window", "png", "frames", "video", "sound", "at", "view", "size", "rate"];
+    const FLAGS: [&str; 9] = ["window", "png", "frames-dir", "video", "wav", "at", "view", "size", "rate"];
 
     pub(in crate::cli) fn arguments() -> Vec<Arg> {
         super::flags(&FLAGS)

@@ -14,10 +14,12 @@ mod desktop;
 #[path = "headless.rs"]
 mod desktop;
 mod environment;
+mod error;
 mod evaluate;
 mod flags;
 mod map;
 mod out;
+mod progress;
 mod recover;
 mod replay;
 mod run;
@@ -33,53 +35,18 @@ mod tune;
 mod tune;
 
 pub use environment::prepare as prepare_environment;
+pub use error::CliError;
 pub(crate) use stop::stop_on_ctrl_c;
 
-use crate::{
-    data_folders,
-    drive_loop::RunError,
-    map::MapError,
-    record::RecordError,
-    scenario::PlanError,
-    settings::SettingsError,
-    sim::WorldError,
-    study::SessionError,
-    toml_text::nearest,
-    traffic::{TrafficError, sumo},
-};
+use crate::{data_folders, toml_text::nearest, traffic::sumo};
 use clap::{
     Arg, Command,
     error::{ContextKind, ContextValue},
     value_parser,
 };
 pub use flags::HelpListing;
-use indicatif::{ProgressBar, ProgressStyle};
 pub use out::visible;
 use std::{ffi::OsString, io::Write, path::PathBuf};
-
-/// Failure of a command; the message is complete.
-#[derive(Debug, thiserror::Error)]
-pub enum CliError {
-    /// Bad input, which the user can correct: exit 2.
-    #[error("{0}")]
-    Input(String),
-    /// Failure of the machine or the program: exit 1.
-    #[error("{0}")]
-    Failed(String),
-    /// Interruption by a person before a drive began: exit 130, as shells report Ctrl-C.
-    #[error("{0}")]
-    Interrupted(String),
-    /// Closed standard output, as behind `head`: nothing more is printed, exit 141.
-    #[error("nobody reads the standard output")]
-    Unread,
-}
-
-/// Returns a progress bar of `length` steps; it stays silent without a terminal.
-fn progress(length: u64, message: String) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}  {eta} left");
-    let bar = ProgressBar::new(length).with_message(out::visible(&message).into_owned());
-    bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
@@ -271,61 +238,6 @@ fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
     arguments
 }
 
-impl From<SettingsError> for CliError {
-    fn from(error: SettingsError) -> Self {
-        Self::Input(error.message)
-    }
-}
-
-impl From<WorldError> for CliError {
-    fn from(error: WorldError) -> Self {
-        match error {
-            WorldError::Plan(PlanError::Map(error)) => error.into(),
-            WorldError::Traffic(TrafficError::Interrupted) => Self::Interrupted(error.to_string()),
-            WorldError::Traffic(TrafficError::Setup(_) | TrafficError::NotFinite { .. }) => {
-                Self::Input(error.to_string())
-            }
-            WorldError::Traffic(_) => Self::Failed(error.to_string()),
-            _ => Self::Input(error.to_string()),
-        }
-    }
-}
-
-impl From<MapError> for CliError {
-    fn from(error: MapError) -> Self {
-        match error {
-            MapError::Interrupted { .. } => Self::Interrupted(error.to_string()),
-            other => Self::Input(other.to_string()),
-        }
-    }
-}
-
-impl From<RecordError> for CliError {
-    fn from(error: RecordError) -> Self {
-        match error {
-            RecordError::Taken { .. } | RecordError::Absent(_) | RecordError::Cut(_) | RecordError::Running(_) => {
-                Self::Input(error.to_string())
-            }
-            other => Self::Failed(other.to_string()),
-        }
-    }
-}
-
-impl From<RunError> for CliError {
-    fn from(error: RunError) -> Self {
-        match error {
-            RunError::World(error) => error.into(),
-            RunError::Driver(error) => Self::Input(error.to_string()),
-            RunError::Scenario(error) => error.into(),
-            RunError::Record(error) => error.into(),
-            RunError::Session(SessionError::Refused(text)) => Self::Input(text),
-            RunError::Session(SessionError::Record(error)) => error.into(),
-            RunError::NoMonitor { .. } | RunError::NoRefresh { .. } => Self::Input(error.to_string()),
-            other => Self::Failed(other.to_string()),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -335,11 +247,6 @@ mod tests {
     fn the_command_line_is_sound() {
         command(HelpListing::Common).debug_assert();
         command(HelpListing::All).debug_assert();
-    }
-
-    #[test]
-    fn control_characters_in_a_progress_message_are_escaped() {
-        assert_eq!(progress(1, "what if \u{1b}[2J".into()).message(), "what if \\u001b[2J");
     }
 
     #[test]

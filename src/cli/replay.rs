@@ -1,7 +1,7 @@
 //! `codrive replay`: drives a recording again and proves that it is the same, or drives it with changes. Pictures and sound are
 //! the desktop's part.
 
-use super::{CliError, desktop::replay as desktop, out, stop_on_ctrl_c};
+use super::{CliError, desktop::replay as desktop, out, progress::progress, stop_on_ctrl_c};
 use crate::{
     record::{self, LOST_AND_FOUND, Table},
     replay::{self, Replay, ReplayReport, evidence},
@@ -60,7 +60,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut replay = Replay::open(recording)?;
     let mut outputs = desktop::Outputs::begin(recording, &replay, matches)?;
     let stop = stop_on_ctrl_c();
-    let bar = super::progress(replay.len(), "driving again".into());
+    let bar = progress(replay.len(), "driving again".into());
     while !replay.over() && !stop.load(Ordering::Relaxed) {
         replay.advance(1)?;
         outputs.tick(&replay)?;
@@ -128,7 +128,7 @@ fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<
     let out = out.cloned().unwrap_or_else(beside);
     let stop = stop_on_ctrl_c();
     let ticks = record::count(recording, Table::Ego).unwrap_or(0);
-    let bar = super::progress(2 * ticks, format!("what if {words}"));
+    let bar = progress(2 * ticks, format!("what if {words}"));
     let pair = replay::what_if(recording, &changes, &out, &stop, &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let Some(pair) = pair? else {

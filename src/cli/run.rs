@@ -1,6 +1,6 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, at full speed.
 
-use super::{CliError, flags, out, stop_on_ctrl_c};
+use super::{CliError, flags, out, progress::progress, stop_on_ctrl_c};
 use crate::drive_loop::offline;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -41,7 +41,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let stop = stop_on_ctrl_c();
     let ticks = crate::time::Tick::at_seconds(scenario.duration_s).0;
-    let bar = super::progress(ticks, format!("{} s on {}", scenario.duration_s, scenario.map));
+    let bar = progress(ticks, format!("{} s on {}", scenario.duration_s, scenario.map));
     let mut run = offline::OfflineDrive::new(&scenario, [from_s, scenario.duration_s])?;
     if let Some(folder) = matches.get_one::<PathBuf>("out") {
         run.record(folder)?;

@@ -1,7 +1,7 @@
 //! `codrive study`: the steps of a study, one subcommand each: check, rehearse, preregister, lead a participant, and exclude, export or
 //! erase one participant's data. In: arguments. Out: text, a data set.
 
-use super::{CliError, desktop::session, out, stop_on_ctrl_c};
+use super::{CliError, desktop::session, out, progress::progress, stop_on_ctrl_c};
 use crate::{
     analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
@@ -26,7 +26,11 @@ pub(super) fn command() -> Command {
         .subcommand(exclude_command())
         .subcommand(export_command())
         .subcommand(erase_command())
-        .subcommand(Command::new("schema").about("Print the JSON Schema of study files, for editors"))
+        .subcommand(
+            Command::new("schema")
+                .about("Print the JSON Schema of study files, for editors")
+                .after_help("Example: codrive study schema > study.schema.json"),
+        )
 }
 
 fn check_command() -> Command {
@@ -46,11 +50,11 @@ fn rehearse_command() -> Command {
             "Example: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out rehearsed/",
         )
         .args([file(), data_set(), participants()])
-        .arg(
-            Arg::new("drivers").long("drivers").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
-                "Drivers, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are not in it are drawn",
-            ),
-        )
+        .arg(path_flag(
+            "drivers",
+            "FILE.toml",
+            "Drivers, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are not in it are drawn",
+        ))
         .arg(Arg::new("population").long("population").value_name("NAME").conflicts_with("drivers").help(
             "Draw each participant from this population: people (reaction, error, bias, time gap and compliance as in \
              docs/references.md: drivers), perp or anyone",
@@ -64,20 +68,16 @@ fn preregister_command() -> Command {
         )
         .after_help("Example: codrive study preregister my.toml --rehearsed rehearsed/ --out plan.md")
         .args([file(), participants()])
-        .arg(
-            Arg::new("rehearsed")
-                .long("rehearsed")
-                .value_name("DIR")
-                .value_parser(value_parser!(PathBuf))
-                .help("Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes"),
-        )
-        .arg(
-            Arg::new("out")
-                .long("out")
-                .value_name("FILE.md")
-                .value_parser(value_parser!(PathBuf))
-                .help("File to write; one that is there is not overwritten [default: the standard output]"),
-        )
+        .arg(path_flag(
+            "rehearsed",
+            "DIR",
+            "Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes",
+        ))
+        .arg(path_flag(
+            "out",
+            "FILE.md",
+            "File to write; one that is there is not overwritten [default: the standard output]",
+        ))
 }
 
 fn exclude_command() -> Command {
@@ -95,12 +95,8 @@ fn export_command() -> Command {
         .after_help("Example: codrive study export my.toml P03 --from data/ --to p03/")
         .args([file(), participant(), from()])
         .arg(
-            Arg::new("to")
-                .long("to")
-                .value_name("FOLDER")
-                .required(true)
-                .value_parser(value_parser!(PathBuf))
-                .help("Where the copy goes: a new or an empty folder outside of the data set"),
+            path_flag("to", "FOLDER", "Where the copy goes: a new or an empty folder outside of the data set")
+                .required(true),
         )
 }
 
@@ -131,22 +127,17 @@ pub(super) fn participant() -> Arg {
 
 /// Returns `--out`: the data set that a session or a rehearsal begins or continues.
 pub(super) fn data_set() -> Arg {
-    Arg::new("out")
-        .long("out")
-        .value_name("DIR")
-        .required(true)
-        .value_parser(value_parser!(PathBuf))
-        .help("Folder of the data set (BIDS): a new one, or that of this study; nothing in it is overwritten")
+    let help = "Folder of the data set (BIDS): a new one, or that of this study; nothing in it is overwritten";
+    path_flag("out", "DIR", help).required(true)
 }
 
 /// Returns `--from`: the data set that has the participant's data.
 fn from() -> Arg {
-    Arg::new("from")
-        .long("from")
-        .value_name("DIR")
-        .required(true)
-        .value_parser(value_parser!(PathBuf))
-        .help("Folder of the study's data set")
+    path_flag("from", "DIR", "Folder of the study's data set").required(true)
+}
+
+fn path_flag(name: &'static str, value_name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name(value_name).value_parser(value_parser!(PathBuf)).help(help)
 }
 
 fn reason() -> Arg {
@@ -275,7 +266,7 @@ fn rehearse(matches: &ArgMatches) -> Result<(), CliError> {
     let population = population.map_err(|why| CliError::Input(why.to_string()))?.unwrap_or_default();
     let participants = participant_count(&study, matches);
     let rehearsal = Rehearsal::open(&study, root, participants)?.with_drivers(drivers).out_of(population);
-    let bar = super::progress(rehearsal.ticks(), format!("{participants} participants"));
+    let bar = progress(rehearsal.ticks(), format!("{participants} participants"));
     let found = rehearsal.run(&stop_on_ctrl_c(), &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let found = found?;
@@ -305,7 +296,7 @@ fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
     let spread = match matches.get_one::<PathBuf>("rehearsed") {
         Some(folder) => {
             let found = find(folder)?;
-            let bar = super::progress(found.found.len() as u64, "drives".into());
+            let bar = progress(found.found.len() as u64, "drives".into());
             let drives = analyse(&found.found, &[], &|| bar.inc(1));
             bar.finish_and_clear();
             OutcomeSpread::rehearsed(&study, &found.title, &drives?, &found.people)?

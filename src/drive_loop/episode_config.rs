@@ -173,7 +173,7 @@ impl EpisodeConfig {
         learning.ring.warm_up_s = scenario.warm_up_s;
         learning.ring.idm = scenario.idm;
         (learning.ring.vehicles_min, learning.ring.vehicles_max) = (scenario.vehicles, scenario.vehicles);
-        learning.reward.range_mps = scenario.range_mps();
+        learning.reward.range_mph = scenario.range_mph;
         Self { scenario, learning, ..self }
     }
 

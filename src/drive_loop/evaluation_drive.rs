@@ -6,9 +6,7 @@
 use super::{RunError, offline::OfflineDrive};
 use crate::{
     map::RoadMap,
-    metrics::{
-        AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkEpisodeMetrics, NetworkFlow,
-    },
+    metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow},
     scenario::{PlannedDrive, Scenario},
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
@@ -37,16 +35,21 @@ pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
             metrics.crash();
         }
         let snapshot = run.world().snapshot();
-        let others = snapshot.cars.iter().map(|car| car.speed_mps as f32);
+        let others = snapshot.cars.iter().map(|car| car.speed_mps);
         let ego_mps = snapshot.ego.speed_mps.max(0.0);
         let ahead = snapshot
             .leader_in_lane()
             .map(|leader| Approach { gap_m: leader.gap_m, closing_mps: ego_mps - leader.speed_mps });
         let others_now = advised_others(run.world());
         let now = EpisodeStep { ahead, advice: snapshot.advice, others: others_now, ..EpisodeStep::default() };
-        metrics.add(std::iter::once(ego_mps as f32).chain(others), now);
+        metrics.add(in_order(std::iter::once(ego_mps).chain(others)), now);
     }
     Ok(metrics.result())
+}
+
+/// Returns the speeds of a closed route's vehicles with their places in the order, in the precision of the fast ring, m/s.
+fn in_order(speeds_mps: impl Iterator<Item = f64>) -> impl Iterator<Item = (u32, f64)> {
+    (0..).zip(speeds_mps.map(|speed_mps| f64::from(speed_mps as f32)))
 }
 
 /// Checks whether any of the fully simulated vehicles has touched another.
@@ -62,18 +65,22 @@ fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
     let mut run = OfflineDrive::of(alone, [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
-    let mut totals = NetworkEpisodeMetrics::new(scenario.step_s, speeds(run.world().snapshot()), most_gap_m);
+    let start = speeds(run.world().snapshot());
+    let mut metrics = EpisodeMetrics::on_network(scenario.step_s, start, most_gap_m);
     while run.world().ended().is_none() {
         run.step()?;
         if run.world().contacts_of_others() > 0 {
-            totals.crash(last);
+            metrics.crash();
+            metrics.stand_until(last);
             break;
         }
         let snapshot = run.world().snapshot();
-        let advised = AdvisedStep { least_gap_m: least_gap_m(snapshot), ..advised_others(run.world()) };
-        totals.add(speeds(snapshot), advised);
+        let others = AdvisedStep { min_gap_m: min_gap_m(snapshot), ..advised_others(run.world()) };
+        metrics.add(speeds(snapshot), EpisodeStep { others, ..EpisodeStep::default() });
     }
-    Ok(totals.result(flow(run.world(), totals.newest())))
+    let mut result = metrics.result();
+    result.network = result.network.map(|flow| with_demand(flow, run.world(), metrics.newest()));
+    Ok(result)
 }
 
 /// Returns numbers and speeds of the present vehicles, m/s.
@@ -86,7 +93,7 @@ fn advised_others(world: &World) -> AdvisedStep {
     let mut step = AdvisedStep::default();
     for view in world.advised_others().iter().map(|agent| agent.snapshot()) {
         let gap_m = view.leader_in_lane().map(|leader| leader.gap_m);
-        step.least_gap_m = [step.least_gap_m, gap_m].into_iter().flatten().min_by(f64::total_cmp);
+        step.min_gap_m = [step.min_gap_m, gap_m].into_iter().flatten().min_by(f64::total_cmp);
         let Some(advice) = view.advice else { continue };
         step.advised += 1;
         step.in_range += u64::from(advice.accepts(view.ego.speed_mps));
@@ -95,7 +102,7 @@ fn advised_others(world: &World) -> AdvisedStep {
 }
 
 /// Returns the smallest gap between two vehicles of a lane, m.
-fn least_gap_m(snapshot: &Snapshot) -> Option<f64> {
+fn min_gap_m(snapshot: &Snapshot) -> Option<f64> {
     let mut lanes: BTreeMap<_, Vec<(f64, f64)>> = BTreeMap::new();
     for car in &snapshot.cars {
         let Some(at) = car.lane else { continue };
@@ -109,15 +116,15 @@ fn least_gap_m(snapshot: &Snapshot) -> Option<f64> {
     gaps.min_by(f64::total_cmp)
 }
 
-/// Returns the numbers of vehicles that entered or were refused, at the end of a drive. Vehicles are numbered from 1 as
+/// Adds the numbers of vehicles that were refused and advised, at the end of a drive. Vehicles are numbered from 1 as
 /// they enter, including the warm-up, so the newest number is the number of vehicles that have entered.
-fn flow(world: &World, newest: u32) -> NetworkFlow {
+fn with_demand(flow: NetworkFlow, world: &World, newest: u32) -> NetworkFlow {
     let scenario = world.scenario();
     let passed_s = scenario.warm_up_s + world.hand_over().waited_s + world.time_s();
     NetworkFlow {
-        refused: scenario.demand.due(passed_s).map(|due| (due - f64::from(newest)).max(0.0)),
-        advised: world.ever_advised().len() as u32,
-        ..NetworkFlow::default()
+        vehicles_refused: scenario.demand.due(passed_s).map(|due| (due - f64::from(newest)).max(0.0)),
+        advised_vehicles: world.ever_advised().len() as u32,
+        ..flow
     }
 }
 
@@ -130,7 +137,7 @@ fn traffic_alone(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
         engine.step(&[]).map_err(WorldError::from)?;
         let cars = engine.vehicles();
         let now = EpisodeStep { ahead: ahead(cars, map), ..EpisodeStep::default() };
-        metrics.add(cars.iter().map(|car| car.speed_mps as f32), now);
+        metrics.add(in_order(cars.iter().map(|car| car.speed_mps)), now);
     }
     Ok(metrics.result())
 }
@@ -163,10 +170,10 @@ mod tests {
             ..Scenario::default()
         };
         let result = evaluate(&scenario).unwrap();
-        assert!(!result.crashed && result.in_range.is_none(), "{result:?}");
+        assert!(!result.crashed && result.time_in_range.is_none(), "{result:?}");
         // Four vehicles on a ring of 250 m, from a standstill.
-        assert!(result.mean_mps > 0.5 && result.settled_mps > result.mean_mps, "{result:?}");
-        assert!(result.least_gap_m > 10.0 && result.least_gap_m < 250.0 / 4.0, "{result:?}");
+        assert!(result.mean_speed_mps > 0.5 && result.settled_speed_mps > result.mean_speed_mps, "{result:?}");
+        assert!(result.min_gap_to_neighbours_m > 10.0 && result.min_gap_to_neighbours_m < 250.0 / 4.0, "{result:?}");
     }
 
     /// Returns the paper's wave with these advised vehicles.
@@ -186,9 +193,12 @@ mod tests {
     fn without_advised_vehicles_all_drive_in_the_saturated_wave() {
         let result = evaluate(&wave(AdvisedVehicles::Share(0.0))).unwrap();
         // docs/references.md: ring: 2.99 m/s on average, and a standard deviation of 3.37 m/s over the vehicles.
-        assert!((result.mean_mps - 2.99).abs() < 0.08, "{result:?}");
-        assert!((result.sd_over_cars_mps - 3.37).abs() < 0.1, "{result:?}");
-        assert!(!result.crashed && result.in_range.is_none() && result.least_gap_m > 1.0, "{result:?}");
+        assert!((result.mean_speed_mps - 2.99).abs() < 0.08, "{result:?}");
+        assert!((result.speed_sd_over_vehicles_mps - 3.37).abs() < 0.1, "{result:?}");
+        assert!(
+            !result.crashed && result.time_in_range.is_none() && result.min_gap_to_neighbours_m > 1.0,
+            "{result:?}"
+        );
         // The policy has no influence.
         let other = Scenario { policy: "constant".into(), driver: "sloppy".into(), ..wave(AdvisedVehicles::Count(0)) };
         assert_eq!(evaluate(&other).unwrap(), result);
@@ -229,6 +239,6 @@ mod tests {
         // m/s².
         let crash_s = result.crash_s.unwrap();
         assert!(result.crashed && result.last_disturbance_s.is_none() && (5.0..20.0).contains(&crash_s), "{result:?}");
-        assert_eq!(result.settled_mps, 0.0);
+        assert_eq!(result.settled_speed_mps, 0.0);
     }
 }

@@ -21,7 +21,7 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
         format!("{cars} on {}, {engine}, driver {driver}, policy {policy}", scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
-        format!("its standard deviation   {}", speed(summary.speed_sd_mps)),
+        format!("its standard deviation   {}", speed(summary.speed_sd_over_vehicles_and_time_mps)),
         format!("mean speed, ego          {}", speed(summary.ego_mean_speed_mps)),
         format!("time in range            {in_range}"),
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
@@ -102,7 +102,7 @@ contacts of the others   1
             window_s: [10.0, 60.0],
             // 10 m/s are 36,000 m per hour, or 22.37 miles of 1609.344 m.
             mean_speed_mps: Some(10.0),
-            speed_sd_mps: Some(0.5),
+            speed_sd_over_vehicles_and_time_mps: Some(0.5),
             ego_mean_speed_mps: None,
             time_in_range: Some(0.125),
             min_gap_m: Some(4.256),

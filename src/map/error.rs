@@ -1,6 +1,6 @@
 //! Errors of maps, with file, line, value and remedy.
 
-use super::circuit::CircuitFault;
+use super::circuit_fault::CircuitFault;
 use crate::toml_text::did_you_mean_file;
 use std::path::PathBuf;
 

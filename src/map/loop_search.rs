@@ -230,13 +230,17 @@ pub(super) struct DefaultPath {
 }
 
 impl DefaultPath {
-    /// Returns the sum of the declared lengths, metres, lanes inside junctions included.
-    pub fn length_m(&self, net: &Network) -> f64 {
-        let next = |k: usize| self.streets.get(k + 1).or_else(|| self.streets.first().filter(|_| self.is_closed));
-        let inside = |k: usize, lane| next(k).into_iter().flat_map(move |next| net.lanes_between(lane, *next));
+    /// Returns all lanes in driving order, internal lanes included.
+    pub fn lanes<'n>(&'n self, net: &'n Network) -> impl Iterator<Item = LaneId> + 'n {
+        let next = move |k: usize| self.streets.get(k + 1).or_else(|| self.streets.first().filter(|_| self.is_closed));
+        let inside = move |k: usize, lane| next(k).into_iter().flat_map(move |next| net.lanes_between(lane, *next));
         let streets = self.streets.iter().enumerate();
-        let lanes = streets.flat_map(|(k, lane)| std::iter::once(*lane).chain(inside(k, *lane)));
-        lanes.map(|lane| net.lane(lane).length_m).sum()
+        streets.flat_map(move |(k, lane)| std::iter::once(*lane).chain(inside(k, *lane)))
+    }
+
+    /// Returns the sum of the declared lengths of all lanes, metres.
+    pub fn length_m(&self, net: &Network) -> f64 {
+        self.lanes(net).map(|lane| net.lane(lane).length_m).sum()
     }
 }
 

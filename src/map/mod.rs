@@ -10,6 +10,7 @@
 mod canonical;
 mod catalog;
 pub mod circuit;
+mod circuit_fault;
 mod edge_path;
 mod error;
 pub mod import;
@@ -51,6 +52,26 @@ use std::{path::PathBuf, sync::Arc};
 pub const SHOULDER_M: f64 = 0.4;
 
 /// Road network with one route to drive.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::map::RoadMap;
+///
+/// let map = RoadMap::load("ring-250")?;
+/// assert_eq!(map.title, "Ring, 250 m");
+/// assert!(map.route.is_closed() && (map.route.length_m() - 250.0).abs() < 1e-6);
+/// // A ring of 250 m has a radius of 250 m / 2 pi = 39.8 m around the origin.
+/// let (centre, radius_m) = map.bounds();
+/// assert!(centre.length() < 0.01 && (radius_m - 39.79).abs() < 0.01);
+/// // Positions go round: from 240 m of a lap to 10 m of the next one.
+/// assert!((map.route.ahead(240.0, 10.0) - 20.0).abs() < 1e-6);
+/// // It begins in the east and turns left: a quarter of a lap later it is in the north. And back from the point to the route.
+/// let north = map.route.point_at(62.5);
+/// assert!(north.x.abs() < 0.01 && (north.y - 39.79).abs() < 0.01);
+/// assert!((map.route.project(north, None).s_m - 62.5).abs() < 0.01);
+/// # Ok::<(), codrive::map::MapError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoadMap {
     /// Name of the map's folder in `maps/`, or the file's stem.

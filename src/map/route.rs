@@ -7,75 +7,21 @@
 
 mod lane_changes;
 mod path_lanes;
+mod route_lane;
 mod stop_lines;
 mod turns;
 mod yield_lines;
 
 pub use lane_changes::LaneChange;
 pub use path_lanes::{PathLanes, is_against};
+pub use route_lane::RouteLane;
 pub use stop_lines::{StopLine, stop_lines};
 pub use turns::Turns;
 pub use yield_lines::{StopRule, YieldLine};
 
-use super::network::{Edge, LaneId, Network};
+use super::network::{LaneId, Network, rounded_m};
 use crate::space::{Pose, wrap_angle};
 use glam::DVec2;
-
-/// One lane of the route.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RouteLane {
-    /// Lane of the network; `None` for a bridge over the gap between two of its lanes, as where internal lanes are missing.
-    pub lane: Option<LaneId>,
-    /// Position of the lane's start on the route, metres.
-    pub start_s_m: f64,
-    /// Declared length, metres. May differ slightly from the length of the shape.
-    pub length_m: f64,
-    /// Speed limit, m/s.
-    pub speed_limit_mps: f64,
-    /// Width of the lane, metres.
-    pub width_m: f64,
-    /// Centre line, world axes, at least two points.
-    pub shape: Vec<DVec2>,
-}
-
-impl RouteLane {
-    /// Returns true for a lane that bridges the gap between two lanes of the network.
-    pub fn is_bridge(&self) -> bool {
-        self.lane.is_none()
-    }
-
-    /// Returns SUMO's id of the lane, for example `e0_0`; empty for a bridge.
-    pub fn id<'n>(&self, net: &'n Network) -> &'n str {
-        self.lane.map_or("", |lane| &net.lane(lane).id)
-    }
-
-    /// Returns SUMO's id of the lane's edge; empty for a bridge.
-    pub fn edge_id<'n>(&self, net: &'n Network) -> &'n str {
-        self.edge(net).map_or("", |edge| &edge.id)
-    }
-
-    /// Returns true for a lane of a street: neither inside a junction nor a bridge.
-    pub fn is_street(&self, net: &Network) -> bool {
-        self.edge(net).is_some_and(|edge| edge.kind.is_street())
-    }
-
-    fn edge<'n>(&self, net: &'n Network) -> Option<&'n Edge> {
-        self.lane.map(|lane| net.edge_of(lane))
-    }
-
-    /// Returns a lane of a network, projected onto the ground plane.
-    pub(super) fn of(net: &Network, id: LaneId) -> Self {
-        let lane = net.lane(id);
-        Self {
-            lane: Some(id),
-            start_s_m: 0.0,
-            length_m: lane.length_m,
-            speed_limit_mps: lane.speed_limit_mps,
-            width_m: lane.width_m,
-            shape: lane.line.points().iter().map(|point| point.truncate()).collect(),
-        }
-    }
-}
 
 /// Returns the drawn length of one declared metre of a lane. A deviation of up to 5 %, which the corners of a bend's polygon may cut off,
 /// counts as 1. So does a lane shorter than a car: points inside junctions are declared 0.1 m long and drawn without length.
@@ -85,13 +31,6 @@ fn drawn_scale(declared_m: f64, drawn_m: f64) -> f64 {
     let scale = drawn_m / declared_m;
     let is_let_be = declared_m.min(drawn_m) < SHORT_M || (scale - 1.0).abs() <= CUT_OFF;
     if is_let_be { 1.0 } else { scale }
-}
-
-/// Returns the distance on either side of a corner over which a line is rounded at most, metres. An arc that begins there passes the
-/// corner at 1.5 m; drivers do not cut more of a lane. Without this bound, a corner between two long pieces would look like a wide bend.
-pub(super) fn rounded_m(turn_rad: f64) -> f64 {
-    const CUT_M: f64 = 1.5;
-    CUT_M / (turn_rad.abs() / 4.0).tan()
 }
 
 /// Position of a point of the world relative to the route.

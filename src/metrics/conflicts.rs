@@ -1,7 +1,7 @@
 //! Surrogate safety measures: near crashes, hard braking and stops. In: gaps and closing speeds of the ego with its neighbours,
-//! speeds of all vehicles, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
+//! sums of all vehicles, step by step. Out: [`Conflicts`]. Measures as in docs/references.md (surrogate safety). SI.
 
-use super::motion_phases::MotionPhase;
+use super::TrafficTotals;
 use serde::{Deserialize, Serialize};
 
 /// Time to collision below which an approach is a near miss, s.
@@ -49,11 +49,11 @@ impl Approach {
 pub struct Conflicts {
     /// Smallest time to collision of the ego with its leader and of the follower with the ego, s; `None` if the gaps never
     /// closed.
-    pub least_ttc_s: Option<f64>,
+    pub min_ttc_to_neighbours_s: Option<f64>,
     /// Largest deceleration rate to avoid a crash of the same pairs, m/s2.
-    pub most_drac_mps2: f64,
+    pub max_drac_to_neighbours_mps2: f64,
     /// Approaches of the same pairs with a time to collision below 1.5 s.
-    pub near_misses: u32,
+    pub close_approaches: u32,
     /// Brakings of any vehicle beyond 3 m/s2, per vehicle kilometre.
     pub hard_brakings_per_km: f64,
     /// Stops of any vehicle, per vehicle kilometre.
@@ -69,26 +69,16 @@ pub struct Conflicts {
 /// Collects [`Conflicts`] step by step.
 #[derive(Clone, Debug, Default)]
 pub struct ConflictTotals {
-    step_s: f32,
     /// True during a near miss, with the leader and with the follower.
     is_near: [bool; 2],
-    least_ttc_s: Option<f64>,
-    most_drac_mps2: f64,
-    near_misses: u32,
-    cars: Vec<MotionPhase>,
-    hard_brakings: u32,
-    stops: u32,
-    way_m: f64,
+    min_ttc_to_neighbours_s: Option<f64>,
+    max_drac_to_neighbours_mps2: f64,
+    close_approaches: u32,
     /// Number of steps driven by advice, distance, guard, model.
     driven: [u64; 4],
 }
 
 impl ConflictTotals {
-    /// Starts with steps of `step_s`.
-    pub fn new(step_s: f64) -> Self {
-        Self { step_s: step_s as f32, ..Self::default() }
-    }
-
     /// Adds a step: the ego behind its leader, its follower behind the ego, and the source of the ego's speed if there is
     /// advice.
     pub fn approach(&mut self, pairs: [Option<Approach>; 2], driven_by: Option<DrivenBy>) {
@@ -99,11 +89,12 @@ impl ConflictTotals {
             };
             let ttc_s = pair.time_to_collision_s();
             if let Some(ttc_s) = ttc_s {
-                self.least_ttc_s = Some(self.least_ttc_s.map_or(ttc_s, |least| least.min(ttc_s)));
+                self.min_ttc_to_neighbours_s =
+                    Some(self.min_ttc_to_neighbours_s.map_or(ttc_s, |least| least.min(ttc_s)));
             }
-            self.most_drac_mps2 = self.most_drac_mps2.max(pair.drac_mps2());
+            self.max_drac_to_neighbours_mps2 = self.max_drac_to_neighbours_mps2.max(pair.drac_mps2());
             let now = ttc_s.is_some_and(|ttc_s| ttc_s < NEAR_MISS_S);
-            self.near_misses += u32::from(now && !*is_near);
+            self.close_approaches += u32::from(now && !*is_near);
             *is_near = now;
         }
         if let Some(driven_by) = driven_by {
@@ -117,30 +108,16 @@ impl ConflictTotals {
         }
     }
 
-    /// Adds the speed of vehicle `k` in this step, m/s; vehicles are added in order.
-    #[inline]
-    pub fn car(&mut self, k: usize, speed_mps: f32) {
-        self.way_m += f64::from(speed_mps * self.step_s);
-        let Some(car) = self.cars.get_mut(k) else {
-            self.cars.push(MotionPhase::new(speed_mps));
-            return;
-        };
-        let begun = car.add(speed_mps, self.step_s);
-        self.hard_brakings += u32::from(begun.hard);
-        self.stops += u32::from(begun.stop);
-    }
-
-    /// Returns the measures of the steps so far.
-    pub fn conflicts(&self) -> Conflicts {
-        let each_km = |count: u32| if self.way_m > 0.0 { f64::from(count) / self.way_m * 1000.0 } else { 0.0 };
+    /// Returns the measures of the steps so far, with those of all vehicles from their sums.
+    pub fn conflicts(&self, traffic: &TrafficTotals) -> Conflicts {
         let steps: u64 = self.driven.iter().sum();
         let share = |place: usize| (steps > 0).then(|| self.driven[place] as f64 / steps as f64);
         Conflicts {
-            least_ttc_s: self.least_ttc_s,
-            most_drac_mps2: self.most_drac_mps2,
-            near_misses: self.near_misses,
-            hard_brakings_per_km: each_km(self.hard_brakings),
-            stops_per_km: each_km(self.stops),
+            min_ttc_to_neighbours_s: self.min_ttc_to_neighbours_s,
+            max_drac_to_neighbours_mps2: self.max_drac_to_neighbours_mps2,
+            close_approaches: self.close_approaches,
+            hard_brakings_per_km: traffic.per_km(traffic.hard_brakings),
+            stops_per_km: traffic.per_km(traffic.stops),
             advice_share: share(0),
             distance_share: share(1),
             guard_share: share(2),
@@ -158,35 +135,22 @@ mod tests {
 
     #[test]
     fn approaches_are_measured_as_by_hand() {
-        let mut totals = ConflictTotals::new(0.1);
+        let mut totals = ConflictTotals::default();
         for (gap_m, closing_mps) in [(20.0, 2.0), (4.0, 4.0), (3.6, 4.0), (10.0, -1.0), (2.0, 2.0)] {
             totals.approach(pair(gap_m, closing_mps), Some(DrivenBy::Advice));
         }
         totals.approach([None; 2], Some(DrivenBy::Guard));
-        let found = totals.conflicts();
-        assert!((found.least_ttc_s.unwrap() - 0.9).abs() < 1e-12);
+        let found = totals.conflicts(&TrafficTotals::new(0.1));
+        assert!((found.min_ttc_to_neighbours_s.unwrap() - 0.9).abs() < 1e-12);
         // 4^2 / (2 x 3.6).
-        assert!((found.most_drac_mps2 - 2.222_222).abs() < 1e-5);
-        assert_eq!(found.near_misses, 2, "one approach of two steps, and another");
+        assert!((found.max_drac_to_neighbours_mps2 - 2.222_222).abs() < 1e-5);
+        assert_eq!(found.close_approaches, 2, "one approach of two steps, and another");
         assert!((found.advice_share.unwrap() - 5.0 / 6.0).abs() < 1e-12);
         assert!((found.guard_share.unwrap() - 1.0 / 6.0).abs() < 1e-12 && found.distance_share == Some(0.0));
-        let never = ConflictTotals::new(0.1).conflicts();
-        assert_eq!((never.least_ttc_s, never.most_drac_mps2, never.advice_share), (None, 0.0, None));
-    }
-
-    #[test]
-    fn stops_and_hard_brakings_are_counted_once_each() {
-        let mut totals = ConflictTotals::new(0.1);
-        // 10 m/s, then 0.4 m/s less per step (4 m/s2) to a standstill, creeping, and off again.
-        let mut speeds = vec![10.0_f32; 100];
-        speeds.extend((1..=25).map(|k| 10.0 - 0.4 * k as f32));
-        speeds.extend([0.0, 0.05, 0.5, 0.0, 2.0, 0.0]);
-        speeds.iter().for_each(|v| totals.car(0, v.max(0.0)));
-        let way_km = speeds.iter().map(|v| f64::from(v.max(0.0)) * 0.1).sum::<f64>() / 1000.0;
-        let found = totals.conflicts();
-        // Braking to a standstill, from 0.5 to 0 in a step (5 m/s2), and from 2 to 0.
-        assert!((found.hard_brakings_per_km - 3.0 / way_km).abs() < 1e-3, "{found:?}");
-        // 0.5 m/s in between is not a start; 2 m/s is.
-        assert!((found.stops_per_km - 2.0 / way_km).abs() < 1e-3, "{found:?}");
+        let never = ConflictTotals::default().conflicts(&TrafficTotals::new(0.1));
+        assert_eq!(
+            (never.min_ttc_to_neighbours_s, never.max_drac_to_neighbours_mps2, never.advice_share),
+            (None, 0.0, None)
+        );
     }
 }

@@ -1,47 +1,61 @@
-//! Metrics of one drive on a ring. In: speeds of all vehicles at each step, the ego first, its gaps and the advice. Out: an
-//! [`EvaluationResult`]. The same code serves the fast ring and whole drives. SI units.
+//! Metrics of one evaluated drive. In: speeds of all vehicles at each step, gaps and the advice. Out: an [`EvaluationResult`]. The same
+//! code serves the fast ring and whole drives, on closed routes and on networks. SI units.
 
-use super::{Approach, ConflictTotals, Conflicts, DrivenBy, NetworkFlow, fuel};
+use super::{Approach, ConflictTotals, Conflicts, DrivenBy, TrafficTotals};
 use crate::policy::Advice;
 use serde::{Deserialize, Serialize};
 
-/// Standard deviation of speed over the vehicles at which a wave begins, m/s; below it traffic is calm (docs/references.md:
-/// advice).
-pub(super) const CALM_SD_MPS: f64 = 0.5;
-
 /// Result of one ring or drive, up to the horizon.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EvaluationResult {
     /// Mean speed of all vehicles over the horizon, m/s; from a crash on it counts as 0.
-    pub mean_mps: f64,
+    pub mean_speed_mps: f64,
     /// Mean speed over the last quarter of the horizon, after settling, m/s.
-    pub settled_mps: f64,
+    pub settled_speed_mps: f64,
     /// Standard deviation of speed over the vehicles, mean over time, m/s.
-    pub sd_over_cars_mps: f64,
+    pub speed_sd_over_vehicles_mps: f64,
     /// Standard deviation of a vehicle's speed in time, mean over vehicles, m/s.
-    pub sd_in_time_mps: f64,
+    pub speed_sd_over_time_mps: f64,
     /// Time of the last wave, seconds from the first advice: from then on the standard deviation of speed over the vehicles
     /// stays below 0.5 m/s. `None` if it never does.
     pub last_disturbance_s: Option<f64>,
     /// Smallest gap of an advised vehicle to its leader, or of the ego's follower to it, metres; on a network of any two
     /// vehicles in a lane.
-    pub least_gap_m: f64,
+    pub min_gap_to_neighbours_m: f64,
     /// True after a collision of vehicles.
     pub crashed: bool,
     /// Time of the collision, seconds from the first advice (to the end of that step).
     pub crash_s: Option<f64>,
     /// Fuel of all vehicles per 100 km ([`fuel`]), litres; `None` if no vehicle moved.
     pub fuel_l_100km: Option<f64>,
-    /// Throughput, 1/h: density times mean speed (Edie 1963); on a network the vehicles that left it.
-    pub throughput_per_h: f64,
+    /// Flow on a closed route, 1/h: density times mean speed (Edie 1963).
+    pub flow_per_h: Option<f64>,
     /// Share of the time with advice in which the speed was in its range, over all advised vehicles, 0 to 1.
-    pub in_range: Option<f64>,
+    pub time_in_range: Option<f64>,
     /// Surrogate safety measures, and the sources of the ego's speed; `None` on networks.
     #[serde(default, flatten)]
     pub conflicts: Option<Conflicts>,
     /// Measures of drives on networks only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub network: Option<NetworkFlow>,
+}
+
+/// Measures of a drive in which vehicles enter and leave. Mean speed alone says little there: with few vehicles it is high.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NetworkFlow {
+    /// Vehicles that entered during the drive, 1/h.
+    pub inflow_per_h: f64,
+    /// Vehicles that left during the drive, 1/h.
+    pub outflow_per_h: f64,
+    /// Number of vehicles present, mean over the steps.
+    pub vehicles_present: f64,
+    /// Number of vehicles of the demand that found no room to enter until the end; `None` if the demand does not say how many
+    /// it sends.
+    pub vehicles_refused: Option<f64>,
+    /// Number of advised vehicles among all that were present at any time.
+    pub advised_vehicles: u32,
+    /// Number of all vehicles that were present at any time.
+    pub vehicles: u32,
 }
 
 /// Facts of one step, apart from the speeds.
@@ -63,137 +77,25 @@ pub struct EpisodeStep {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct AdvisedStep {
     /// Smallest gap, metres: of one of them to its leader; on a network of any two vehicles in a lane.
-    pub least_gap_m: Option<f64>,
+    pub min_gap_m: Option<f64>,
     /// Number of vehicles with an advice.
     pub advised: u64,
     /// Number of vehicles with a speed in the range of their advice.
     pub in_range: u64,
 }
 
-/// Sums over the speeds of all vehicles, step by step; memory does not grow with the drive.
-#[derive(Clone, Debug)]
-pub struct FlowTotals {
-    step_s: f64,
-    steps: u64,
-    sums: Vec<[f64; 2]>,
-    before_mps: Vec<f32>,
-    /// Sum over the steps of the mean over the vehicles, m/s.
-    sum_means_mps: f64,
-    sum_sd_mps: f64,
-    fuel_ml: f64,
-    /// Number of steps up to the last with a wave.
-    last_disturbance: u64,
-}
-
-/// Values of a step, returned by [`FlowTotals::add`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FlowStep {
-    /// Mean over the vehicles, m/s.
-    pub mean_mps: f32,
-    /// Speed of the ego, m/s.
-    pub ego_mps: f64,
-}
-
-impl FlowTotals {
-    /// Starts with steps of `step_s`.
-    pub fn new(step_s: f64) -> Self {
-        Self {
-            step_s,
-            steps: 0,
-            sums: Vec::new(),
-            before_mps: Vec::new(),
-            sum_means_mps: 0.0,
-            sum_sd_mps: 0.0,
-            fuel_ml: 0.0,
-            last_disturbance: 0,
-        }
-    }
-
-    /// Adds a step: speeds of all vehicles in a fixed order, the ego first.
-    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>) -> FlowStep {
-        self.steps += 1;
-        let (mut n, mut sum, mut square, mut fuel_ml_s, mut ego_mps) = (0, 0.0, 0.0, 0.0, 0.0);
-        for (k, speed_mps) in speeds_mps.enumerate() {
-            if k == self.sums.len() {
-                self.sums.push([0.0; 2]);
-                self.before_mps.push(speed_mps);
-            }
-            let accel_mps2 = (speed_mps - self.before_mps[k]) / self.step_s as f32;
-            self.before_mps[k] = speed_mps;
-            fuel_ml_s += f64::from(fuel::rate_ml_s(speed_mps, accel_mps2));
-            let v = f64::from(speed_mps);
-            if k == 0 {
-                ego_mps = v;
-            }
-            self.sums[k][0] += v;
-            self.sums[k][1] += v * v;
-            (n, sum, square) = (n + 1, sum + v, square + v * v);
-        }
-        let mean = sum / f64::from(n);
-        let sd = (square / f64::from(n) - mean * mean).max(0.0).sqrt();
-        let mean_mps = mean as f32;
-        self.sum_means_mps += f64::from(mean_mps);
-        self.sum_sd_mps += sd;
-        self.fuel_ml += fuel_ml_s * self.step_s;
-        if sd >= CALM_SD_MPS {
-            self.last_disturbance = self.steps;
-        }
-        FlowStep { mean_mps, ego_mps }
-    }
-
-    /// Adds a step in which no vehicle moves, as after a crash: only time passes.
-    fn add_standing(&mut self) {
-        self.steps += 1;
-    }
-
-    /// Returns the number of steps so far.
-    pub fn steps(&self) -> u64 {
-        self.steps
-    }
-
-    /// Returns the mean speed over vehicles and steps, m/s.
-    pub fn mean_mps(&self) -> f64 {
-        self.sum_means_mps / self.some_steps()
-    }
-
-    /// Returns the standard deviation of speed over the vehicles, mean over time, m/s.
-    pub fn sd_over_cars_mps(&self) -> f64 {
-        self.sum_sd_mps / self.some_steps()
-    }
-
-    /// Returns the seconds from the first step to the last with a wave; `None` if the drive ends in one.
-    pub fn last_disturbance_s(&self) -> Option<f64> {
-        (self.last_disturbance < self.steps).then_some(self.last_disturbance as f64 * self.step_s)
-    }
-
-    /// Returns the fuel of all vehicles per 100 km ([`fuel`]), litres; `None` if no vehicle moved.
-    pub fn fuel_l_100km(&self) -> Option<f64> {
-        let way_m = self.mean_mps() * self.some_steps() * self.step_s * self.sums.len() as f64;
-        // 1 ml/m is 100 l per 100 km.
-        (way_m > 0.0).then(|| self.fuel_ml / way_m * 100.0)
-    }
-
-    /// Returns the standard deviation of a vehicle's speed in time, mean over vehicles, m/s.
-    pub fn sd_in_time_mps(&self) -> f64 {
-        let steps = self.some_steps();
-        let sd = |[sum, square]: &[f64; 2]| (square / steps - (sum / steps).powi(2)).max(0.0).sqrt();
-        self.sums.iter().map(sd).sum::<f64>() / (self.sums.len() as f64).max(1.0)
-    }
-
-    fn some_steps(&self) -> f64 {
-        self.steps.max(1) as f64
-    }
-}
-
-/// Collects an [`EvaluationResult`] step by step.
+/// Collects an [`EvaluationResult`] step by step, on a ring or a network.
 #[derive(Clone, Debug)]
 pub struct EpisodeMetrics {
-    flow: FlowTotals,
+    traffic: TrafficTotals,
     conflicts: ConflictTotals,
-    circumference_m: f64,
-    /// Mean over the vehicles at each step, m/s.
-    means_mps: Vec<f32>,
-    least_gap_m: f64,
+    /// Length of the ring, metres; `None` on a network.
+    circumference_m: Option<f64>,
+    /// Number of vehicles present before the first step.
+    at_start: usize,
+    /// Mean over the vehicles at each step with any, m/s; 0 from a crash on.
+    means_mps: Vec<f64>,
+    min_gap_m: f64,
     /// Step in which vehicles collided, from 1.
     crashed_at: Option<u64>,
     advised: u64,
@@ -204,44 +106,51 @@ impl EpisodeMetrics {
     /// Starts on a ring of this length with steps of `step_s`.
     pub fn new(step_s: f64, circumference_m: f64) -> Self {
         Self {
-            flow: FlowTotals::new(step_s),
-            conflicts: ConflictTotals::new(step_s),
-            circumference_m,
+            traffic: TrafficTotals::new(step_s),
+            conflicts: ConflictTotals::default(),
+            circumference_m: Some(circumference_m),
+            at_start: 0,
             means_mps: Vec::new(),
-            least_gap_m: f64::INFINITY,
+            min_gap_m: f64::INFINITY,
             crashed_at: None,
             advised: 0,
             in_range: 0,
         }
     }
 
-    /// Adds a step: speeds of all vehicles in a fixed order, the ego first, and the other facts. After a crash only time
-    /// counts.
-    pub fn add(&mut self, speeds_mps: impl Iterator<Item = f32>, now: EpisodeStep) {
+    /// Starts on a network before the first of the steps of `step_s`: numbers and speeds of the vehicles present. Gaps count up to
+    /// `most_gap_m`.
+    pub fn on_network(step_s: f64, vehicles: impl Iterator<Item = (u32, f64)>, most_gap_m: f64) -> Self {
+        let mut metrics = Self { circumference_m: None, min_gap_m: most_gap_m, ..Self::new(step_s, 0.0) };
+        metrics.traffic.start(vehicles);
+        metrics.at_start = metrics.traffic.present();
+        metrics
+    }
+
+    /// Adds a step: numbers and speeds of the vehicles present, on a ring in a fixed order with the ego first, and the other facts. After
+    /// a crash only time counts.
+    pub fn add(&mut self, vehicles: impl Iterator<Item = (u32, f64)>, now: EpisodeStep) {
         let pairs = [now.ahead, now.behind];
         let gap_m = pairs.iter().flatten().map(|pair| pair.gap_m).fold(f64::INFINITY, f64::min);
         if self.crashed_at.is_none() {
-            self.least_gap_m = self.least_gap_m.min(gap_m).min(now.others.least_gap_m.unwrap_or(f64::INFINITY));
-            if self.least_gap_m <= 0.0 {
+            self.min_gap_m = self.min_gap_m.min(gap_m).min(now.others.min_gap_m.unwrap_or(f64::INFINITY));
+            if self.circumference_m.is_some() && self.min_gap_m <= 0.0 {
                 self.crash();
             }
         }
         if self.crashed_at.is_some() {
-            self.flow.add_standing();
+            self.traffic.add_standing();
             self.means_mps.push(0.0);
             return;
         }
-        let mut k = 0;
-        let conflicts = &mut self.conflicts;
-        let step = self.flow.add(speeds_mps.inspect(|speed_mps| {
-            conflicts.car(k, *speed_mps);
-            k += 1;
-        }));
+        let step = self.traffic.add(vehicles);
         self.conflicts.approach(pairs, now.driven_by.filter(|_| now.advice.is_some()));
-        self.means_mps.push(step.mean_mps);
+        // The fast ring has means of single precision; drives on closed routes are compared with it.
+        let rounded = |mean_mps: f64| if self.circumference_m.is_some() { (mean_mps as f32).into() } else { mean_mps };
+        self.means_mps.extend(step.mean_mps.map(rounded));
         if let Some(advice) = now.advice {
             self.advised += 1;
-            self.in_range += u64::from(advice.accepts(step.ego_mps));
+            self.in_range += u64::from(advice.accepts(step.first_mps));
         }
         self.advised += now.others.advised;
         self.in_range += now.others.in_range;
@@ -249,38 +158,69 @@ impl EpisodeMetrics {
 
     /// Marks a collision in the step that is added next, whatever its gap: bumpers are not the only parts that can touch.
     pub fn crash(&mut self) {
-        self.crashed_at.get_or_insert(self.flow.steps() + 1);
+        self.crashed_at.get_or_insert(self.traffic.steps() + 1);
     }
 
-    /// Returns the result of the steps so far.
-    pub fn result(&self) -> EvaluationResult {
-        let flow = &self.flow;
-        let crashed = self.crashed_at.is_some();
-        let settled = &self.means_mps[self.means_mps.len() * 3 / 4..];
-        let mean_mps = flow.mean_mps();
-        EvaluationResult {
-            mean_mps,
-            settled_mps: settled.iter().copied().map(f64::from).sum::<f64>() / settled.len().max(1) as f64,
-            sd_over_cars_mps: flow.sd_over_cars_mps(),
-            sd_in_time_mps: flow.sd_in_time_mps(),
-            last_disturbance_s: flow.last_disturbance_s().filter(|_| !crashed),
-            least_gap_m: self.least_gap_m,
-            crashed,
-            crash_s: self.crashed_at.map(|step| step as f64 * flow.step_s),
-            fuel_l_100km: flow.fuel_l_100km(),
-            throughput_per_h: flow.sums.len() as f64 / self.circumference_m * mean_mps * 3600.0,
-            conflicts: Some(self.conflicts.conflicts()),
-            network: None,
-            in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
+    /// Adds steps after a crash up to this number of steps.
+    pub fn stand_until(&mut self, steps: u64) {
+        while self.traffic.steps() < steps {
+            self.add(std::iter::empty(), EpisodeStep::default());
         }
     }
+
+    /// Returns the highest number of a vehicle so far; 0 without any.
+    pub fn newest(&self) -> u32 {
+        self.traffic.newest()
+    }
+
+    /// Returns the result of the steps so far. Of [`NetworkFlow`] it has the values that follow from the vehicles' speeds.
+    pub fn result(&self) -> EvaluationResult {
+        let traffic = &self.traffic;
+        let crashed = self.crashed_at.is_some();
+        let mean_speed_mps = mean(&self.means_mps);
+        let flow_per_h = |length_m: f64| traffic.vehicles() as f64 / length_m * mean_speed_mps * 3600.0;
+        let conflicts = self.conflicts.conflicts(traffic);
+        EvaluationResult {
+            mean_speed_mps,
+            settled_speed_mps: mean(&self.means_mps[self.means_mps.len() * 3 / 4..]),
+            speed_sd_over_vehicles_mps: traffic.speed_sd_over_vehicles_mps(),
+            speed_sd_over_time_mps: traffic.speed_sd_over_time_mps(),
+            last_disturbance_s: traffic.last_disturbance_s().filter(|_| !crashed),
+            min_gap_to_neighbours_m: self.min_gap_m,
+            crashed,
+            crash_s: self.crashed_at.map(|step| step as f64 * traffic.step_s()),
+            fuel_l_100km: traffic.fuel_l_100km(),
+            flow_per_h: self.circumference_m.map(flow_per_h),
+            conflicts: self.circumference_m.map(|_| conflicts),
+            network: self.circumference_m.is_none().then(|| self.flow()),
+            time_in_range: (self.advised > 0).then(|| self.in_range as f64 / self.advised as f64),
+        }
+    }
+
+    /// Returns the numbers of vehicles on a network.
+    fn flow(&self) -> NetworkFlow {
+        let traffic = &self.traffic;
+        let hours = traffic.steps() as f64 * traffic.step_s() / 3600.0;
+        let per_h = |n: usize| n as f64 / hours.max(f64::MIN_POSITIVE);
+        NetworkFlow {
+            inflow_per_h: per_h(traffic.vehicles() - self.at_start),
+            outflow_per_h: per_h(traffic.vehicles() - traffic.present()),
+            vehicles_present: traffic.mean_present(),
+            vehicles: traffic.vehicles() as u32,
+            ..NetworkFlow::default()
+        }
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
 /// Returns the mean speed over rings, and the half width of its 95 % interval (1.96 standard errors), m/s.
 pub fn mean_and_interval(results: &[EvaluationResult]) -> (f64, f64) {
     let n = results.len() as f64;
-    let mean = results.iter().map(|v| v.mean_mps).sum::<f64>() / n;
-    let square = results.iter().map(|v| (v.mean_mps - mean).powi(2)).sum::<f64>();
+    let mean = results.iter().map(|v| v.mean_speed_mps).sum::<f64>() / n;
+    let square = results.iter().map(|v| (v.mean_speed_mps - mean).powi(2)).sum::<f64>();
     (mean, 1.96 * (square / (n - 1.0).max(1.0) / n).sqrt())
 }
 
@@ -292,47 +232,101 @@ mod tests {
         EpisodeStep { ahead: Some(Approach { gap_m, closing_mps: 0.0 }), ..EpisodeStep::default() }
     }
 
+    fn two(speeds_mps: [f64; 2]) -> impl Iterator<Item = (u32, f64)> {
+        (0..).zip(speeds_mps)
+    }
+
     #[test]
-    fn two_cars_at_2_and_4_mps_give_mean_deviation_and_throughput() {
+    fn two_cars_at_2_and_4_mps_give_mean_deviation_and_flow() {
         let mut metrics = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|_| metrics.add([2.0, 4.0].into_iter(), gap(7.0)));
+        (0..50).for_each(|_| metrics.add(two([2.0, 4.0]), gap(7.0)));
         let v = metrics.result();
-        assert!((v.mean_mps - 3.0).abs() < 1e-9 && (v.sd_over_cars_mps - 1.0).abs() < 1e-9);
-        assert!(v.sd_in_time_mps < 1e-6 && v.last_disturbance_s.is_none() && v.in_range.is_none());
-        assert!((v.throughput_per_h - 2.0 / 100.0 * 3.0 * 3600.0).abs() < 1e-9);
-        assert_eq!(v.least_gap_m, 7.0);
+        assert!((v.mean_speed_mps - 3.0).abs() < 1e-9 && (v.speed_sd_over_vehicles_mps - 1.0).abs() < 1e-9);
+        assert!(v.speed_sd_over_time_mps < 1e-6 && v.last_disturbance_s.is_none() && v.time_in_range.is_none());
+        assert!((v.flow_per_h.unwrap() - 2.0 / 100.0 * 3.0 * 3600.0).abs() < 1e-9);
+        assert_eq!(v.min_gap_to_neighbours_m, 7.0);
     }
 
     #[test]
     fn cars_that_touch_side_by_side_have_crashed_whatever_the_gap() {
         let mut metrics = EpisodeMetrics::new(0.1, 100.0);
-        (0..10).for_each(|_| metrics.add([4.0, 4.0].into_iter(), gap(5.0)));
+        (0..10).for_each(|_| metrics.add(two([4.0, 4.0]), gap(5.0)));
         assert_eq!(metrics.result().crash_s, None);
         metrics.crash();
-        (0..10).for_each(|_| metrics.add([4.0, 4.0].into_iter(), gap(5.0)));
+        (0..10).for_each(|_| metrics.add(two([4.0, 4.0]), gap(5.0)));
         let v = metrics.result();
-        assert!(v.crashed && v.least_gap_m == 5.0, "{v:?}");
-        assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_mps - 2.0).abs() < 1e-9, "{v:?}");
+        assert!(v.crashed && v.min_gap_to_neighbours_m == 5.0, "{v:?}");
+        assert!((v.crash_s.unwrap() - 1.1).abs() < 1e-9 && (v.mean_speed_mps - 2.0).abs() < 1e-9, "{v:?}");
     }
 
     #[test]
     fn gaps_and_ranges_are_of_all_advised_vehicles() {
         let mut metrics = EpisodeMetrics::new(0.1, 100.0);
-        let others = AdvisedStep { least_gap_m: Some(3.0), advised: 2, in_range: 1 };
-        metrics.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
-        let others = AdvisedStep { least_gap_m: Some(6.0), advised: 2, in_range: 0 };
-        metrics.add([4.0, 4.0].into_iter(), EpisodeStep { others, ..gap(5.0) });
+        let others = AdvisedStep { min_gap_m: Some(3.0), advised: 2, in_range: 1 };
+        metrics.add(two([4.0, 4.0]), EpisodeStep { others, ..gap(5.0) });
+        let others = AdvisedStep { min_gap_m: Some(6.0), advised: 2, in_range: 0 };
+        metrics.add(two([4.0, 4.0]), EpisodeStep { others, ..gap(5.0) });
         let v = metrics.result();
-        assert_eq!((v.least_gap_m, v.in_range, v.crashed), (3.0, Some(0.25), false));
+        assert_eq!((v.min_gap_to_neighbours_m, v.time_in_range, v.crashed), (3.0, Some(0.25), false));
     }
 
     #[test]
     fn a_crash_stops_the_count_but_not_the_clock() {
         let mut metrics = EpisodeMetrics::new(0.1, 100.0);
-        (0..50).for_each(|i| metrics.add([4.0, 4.0].into_iter(), gap(if i < 25 { 5.0 } else { -0.1 })));
+        (0..50).for_each(|i| metrics.add(two([4.0, 4.0]), gap(if i < 25 { 5.0 } else { -0.1 })));
         let v = metrics.result();
         assert!(v.crashed && v.last_disturbance_s.is_none());
-        assert!((v.mean_mps - 2.0).abs() < 1e-9);
+        assert!((v.mean_speed_mps - 2.0).abs() < 1e-9);
         assert!((v.crash_s.unwrap() - 2.6).abs() < 1e-9, "{v:?}");
+    }
+
+    fn advised(others: AdvisedStep) -> EpisodeStep {
+        EpisodeStep { others, ..EpisodeStep::default() }
+    }
+
+    /// Vehicle 1 at 4 m/s is present from the start and leaves after the second step; 2 enters in the second at 8 m/s and
+    /// stands in the third.
+    fn three_steps() -> EpisodeMetrics {
+        let mut totals = EpisodeMetrics::on_network(0.5, [(1, 4.0)].into_iter(), 700.0);
+        totals.add([(1, 4.0)].into_iter(), advised(AdvisedStep { advised: 1, in_range: 1, min_gap_m: None }));
+        let two = advised(AdvisedStep { min_gap_m: Some(6.0), advised: 2, in_range: 0 });
+        totals.add([(1, 4.0), (2, 8.0)].into_iter(), two);
+        totals.add([(2, 0.0)].into_iter(), EpisodeStep::default());
+        totals
+    }
+
+    #[test]
+    fn results_with_vehicles_that_enter_and_leave_match_a_hand_count() {
+        let found = three_steps().result();
+        // Means of the steps: 4, 6 and 0; deviations 0, 2 and 0.
+        assert!((found.mean_speed_mps - 10.0 / 3.0).abs() < 1e-12 && found.settled_speed_mps == 0.0, "{found:?}");
+        assert!((found.speed_sd_over_vehicles_mps - 2.0 / 3.0).abs() < 1e-12);
+        // Vehicle 1: 0; vehicle 2 at 8 and 0: 4.
+        assert_eq!((found.speed_sd_over_time_mps, found.last_disturbance_s), (2.0, Some(1.0)));
+        assert_eq!((found.min_gap_to_neighbours_m, found.crashed, found.time_in_range), (6.0, false, Some(1.0 / 3.0)));
+        // One vehicle entered and one left in 1.5 s.
+        let own = found.network.expect("a network");
+        assert_eq!((own.inflow_per_h, own.outflow_per_h, found.flow_per_h), (2400.0, 2400.0, None));
+        assert_eq!((own.vehicles_present, own.vehicles), (4.0 / 3.0, 2));
+    }
+
+    #[test]
+    fn an_empty_road_has_no_mean_and_a_crash_stands_to_the_end() {
+        let mut empty = EpisodeMetrics::on_network(0.5, std::iter::empty(), 700.0);
+        empty.add(std::iter::empty(), EpisodeStep::default());
+        empty.add([(1, 6.0)].into_iter(), EpisodeStep::default());
+        let found = empty.result();
+        assert_eq!(
+            (found.mean_speed_mps, found.min_gap_to_neighbours_m),
+            (6.0, 700.0),
+            "of the one step with a vehicle"
+        );
+        let mut crashed = three_steps();
+        crashed.crash();
+        crashed.stand_until(10);
+        let found = crashed.result();
+        // 4 + 6 + 0 and seven steps of 0.
+        assert!((found.mean_speed_mps - 1.0).abs() < 1e-12 && found.crashed && found.crash_s == Some(2.0), "{found:?}");
+        assert_eq!((found.last_disturbance_s, found.network.map(|own| own.outflow_per_h)), (None, Some(720.0)));
     }
 }

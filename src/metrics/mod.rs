@@ -1,20 +1,26 @@
 //! Metrics of drives. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out: results of a
-//! drive, means with their intervals, fuel, and figures of them. SI units.
+//! drive, means with their intervals, fuel, and figures of them. SI units. [`registry`] defines every measure; [`TickTotals`] and
+//! [`TrafficTotals`] sum up drives for all of them.
 
 mod conflicts;
 mod correlation;
 mod episode_metrics;
 mod estimate;
+mod evaluated;
 pub mod figures;
 pub mod fuel;
 mod motion_phases;
-mod network_episode_metrics;
+pub mod registry;
+mod tick_totals;
+mod traffic_totals;
 mod trajectories;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
 pub use correlation::correlation;
-pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, FlowTotals, mean_and_interval};
+pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, mean_and_interval};
 pub use estimate::Estimate;
-pub use motion_phases::MotionTotals;
-pub use network_episode_metrics::{NetworkEpisodeMetrics, NetworkFlow};
+pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
+pub use registry::{Measure, MeasuredOn, RoadKinds};
+pub use tick_totals::{RunningMean, RunningMinimum, TickTotals};
+pub use traffic_totals::TrafficTotals;
 pub use trajectories::{SpeedTrace, Trajectories};

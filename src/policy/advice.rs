@@ -13,6 +13,27 @@ pub enum Action {
 }
 
 /// One advice as shown on the speedometer.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::{
+///     policy::{Action, Advice, Hold},
+///     time::Tick,
+/// };
+///
+/// let advice = Advice {
+///     issued: Tick(0),
+///     hold: Hold::nearest(10.0, 0.1),
+///     action: Action::Speed(4.5),
+///     target_mps: 4.5,
+///     range_mps: 0.5,
+///     is_fallback: false,
+///     driver: None,
+/// };
+/// assert_eq!(advice.band_mps(), (4.0, 5.0));
+/// assert!(advice.accepts(4.0) && !advice.accepts(5.1));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Advice {
     /// Tick at which the advice was issued.
@@ -45,6 +66,25 @@ impl Advice {
 }
 
 /// A source of actions. It is `Send`: a world is created on one thread and driven on another.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::policy::{Action, Observation, Policy};
+///
+/// struct CloseUp;
+///
+/// impl Policy for CloseUp {
+///     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
+///         let extra_mps = if observation.gap_m > 20.0 { 1.0 } else { 0.0 };
+///         Action::Speed(observation.leader_speed_mps + extra_mps)
+///     }
+/// }
+///
+/// let observation = Observation { leader_speed_mps: 4.0, gap_m: 25.0, ..Observation::default() };
+/// assert_eq!(CloseUp.act(0.0, &observation), Action::Speed(5.0));
+/// assert!(!CloseUp.abstains(0.0, &observation));
+/// ```
 pub trait Policy: Send {
     /// Receives every step, also within a hold; called before [`Policy::act`] in the same step.
     fn watch(&mut self, observation: &Observation) {

@@ -2,6 +2,19 @@
 //! seconds.
 
 /// A whole number of steps, at least one.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::policy::Hold;
+///
+/// let hold = Hold::new(2.5, 0.5)?;
+/// assert_eq!((hold.steps(), hold.seconds()), (5, 2.5));
+/// // Not a whole number of steps: refused, or taken to the nearest one.
+/// assert!(Hold::new(0.7, 0.5).is_err());
+/// assert_eq!(Hold::nearest(0.7, 0.5).seconds(), 0.5);
+/// # Ok::<(), codrive::policy::HoldError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hold {
     steps: u32,

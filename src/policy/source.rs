@@ -88,6 +88,19 @@ impl PolicySource {
 ///
 /// # Errors
 /// The errors of [`PolicySource::read`].
+///
+/// # Examples
+///
+/// ```
+/// use codrive::policy::{self, Action, Observation, PolicySettings};
+///
+/// let settings = PolicySettings { aim_mps: 4.3, equilibrium_mps: 4.362, step_s: 0.1 };
+/// let mut constant = policy::build("constant", &settings)?.expect("only `none` gives no advice");
+/// assert_eq!(constant.act(0.0, &Observation::default()), Action::Speed(4.3));
+/// assert!(policy::build("none", &settings)?.is_none());
+/// assert!(policy::build("constnat", &settings).is_err());
+/// # Ok::<(), policy::PolicyError>(())
+/// ```
 pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Policy>>, PolicyError> {
     Ok(PolicySource::read(name, settings)?.engage())
 }

@@ -121,6 +121,21 @@ pub fn remove_unbegun(recording: &Path) -> Result<(), RecordError> {
 ///
 /// # Errors
 /// There is no recording, its drive is still in progress, or it was cut and not yet recovered.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::record::{self, Table};
+/// use std::path::Path;
+///
+/// // A drive of 2 s with three vehicles.
+/// let recording = Path::new("tests/data/format-1/recording");
+/// let manifest = record::open(recording)?;
+/// assert_eq!((manifest.seed, manifest.map.name.as_str()), (1, "ring-250"));
+/// // A tick is 0.01 s, and the table of the ego has one row for each.
+/// assert_eq!(record::count(recording, Table::Ego)?, 200);
+/// # Ok::<(), record::RecordError>(())
+/// ```
 pub fn open(recording: &Path) -> Result<Manifest, RecordError> {
     let manifest = Manifest::load(recording)?;
     lock::check_free(recording)?;

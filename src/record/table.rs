@@ -177,6 +177,23 @@ impl Iterator for TableParts {
 }
 
 /// Table read from a file.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::record::{Table, TableReader};
+/// use std::path::Path;
+///
+/// // A drive of 2 s with three vehicles, each with a row at every tenth tick.
+/// let recording = Path::new("tests/data/format-1/recording");
+/// let cars = TableReader::parquet(&Table::Cars.parquet(recording))?;
+/// assert_eq!(cars.rows(), 3 * 20);
+/// assert_eq!(cars.wholes("tick")[..4], [10, 10, 10, 20]);
+/// assert_eq!(cars.words("lane")[..3], ["e0_0", "e1_0", "e2_0"]);
+/// // A column that the table does not have is empty.
+/// assert_eq!(cars.numbers("altitude_m")[0], None);
+/// # Ok::<(), codrive::record::RecordError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct TableReader {
     columns: BTreeMap<String, Vec<ArrayRef>>,

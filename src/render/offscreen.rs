@@ -3,7 +3,10 @@
 
 use super::{
     PanelOutput, Renderer,
-    device::gpu::{Gpu, GpuError},
+    device::{
+        gpu::{Gpu, GpuError},
+        targets::target,
+    },
 };
 use crate::scene::View;
 
@@ -12,17 +15,7 @@ pub const OFFSCREEN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Creates a texture of `size` pixels to draw onto.
 pub fn canvas(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::TextureView {
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("off-screen"),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+    target(&gpu.device, "off-screen", (format, 1), size, wgpu::TextureUsages::COPY_SRC)
 }
 
 /// Draws `view` at `size` pixels and reads the picture back.

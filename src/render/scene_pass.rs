@@ -3,7 +3,13 @@
 //! sample per pixel.
 
 use super::{
-    device::{cost::PassCost, layout::Frame, pipeline::PipelineBuilder, shader::ShaderFault, targets::RenderTargets},
+    device::{
+        cost::PassCost,
+        layout::Frame,
+        pipeline::PipelineBuilder,
+        shader::ShaderFault,
+        targets::{RenderTargets, uniform_buffer},
+    },
     instances::{InstanceCollector, SceneContents},
     level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
     materials::{AFAR_M, MaterialPipelines, MaterialsDesc},
@@ -169,12 +175,7 @@ impl ScenePass {
         quality: &Quality,
     ) -> Self {
         let device = &meshes.device;
-        let frame = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: size_of::<Frame>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let frame = uniform_buffer(device, label, size_of::<Frame>());
         let resources = [
             frame.as_entire_binding(),
             wgpu::BindingResource::TextureView(shadows),

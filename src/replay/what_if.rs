@@ -154,7 +154,7 @@ impl WhatIfComparison {
         type Row = (&'static str, &'static str, fn(&Summary) -> Option<f64>);
         let rows: [Row; 5] = [
             ("mean speed, all cars", "m/s", |s| s.mean_speed_mps),
-            ("its standard deviation", "m/s", |s| s.speed_sd_mps),
+            ("its standard deviation", "m/s", |s| s.speed_sd_over_vehicles_and_time_mps),
             ("mean speed, ego", "m/s", |s| s.ego_mean_speed_mps),
             ("time in range", "%", |s| s.time_in_range.map(|share| 100.0 * share)),
             ("smallest gap", "m", |s| s.min_gap_m),

@@ -40,6 +40,21 @@ impl Scenario {
     }
 
     /// Parses a scenario from TOML text; messages refer to it as `name`.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use codrive::scenario::Scenario;
+    ///
+    /// let scenario = Scenario::from_toml("format = 1\nvehicles = 12\n", "short.toml")?;
+    /// assert_eq!(scenario.vehicles, 12);
+    /// // Other settings keep their default.
+    /// assert_eq!(scenario.map, "ring-250");
+    /// // A fault names the file, the line and what is allowed.
+    /// let fault = Scenario::from_toml("format = 1\nvehicles = 1\n", "short.toml").unwrap_err();
+    /// assert!(fault.to_string().starts_with("short.toml:2"), "{fault}");
+    /// # Ok::<(), codrive::settings::SettingsError>(())
+    /// ```
     pub fn from_toml(text: &str, name: &str) -> Result<Self, SettingsError> {
         settings::from_toml(text, name)
     }
@@ -48,6 +63,20 @@ impl Scenario {
     ///
     /// # Errors
     /// As [`settings::changed`].
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use codrive::scenario::Scenario;
+    ///
+    /// let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).expect("a setting");
+    /// let scenario = Scenario::default();
+    /// let longer = scenario.with(&[(field("vehicles"), 30.into()), (field("duration_s"), 90.0.into())])?;
+    /// assert_eq!((longer.vehicles, longer.duration_s), (30, 90.0));
+    /// assert_eq!(scenario.vehicles, 22);
+    /// assert!(scenario.with(&[(field("vehicles"), 1.into())]).is_err());
+    /// # Ok::<(), codrive::settings::SettingsError>(())
+    /// ```
     pub fn with(&self, changes: &[(Field, Value)]) -> Result<Self, SettingsError> {
         settings::changed(self, changes)
     }

@@ -133,7 +133,7 @@ mod tests {
         // The lane beside it and the two lanes of the other direction are road, too; grass begins beyond the shoulders.
         assert_eq!([0.0, -1.9, 3.2, 5.4, 6.4, 9.6, 11.5].map(at), [GroundSurface::Asphalt; 7]);
         assert_eq!([-2.1, 11.7].map(at), [GroundSurface::Grass; 2]);
-        let junction = net.junction(net.junction_named("B1").expect("a junction"));
+        let junction = net.junctions().iter().find(|junction| junction.id == "B1").expect("a junction");
         assert_eq!(ground.surface(junction.position.truncate()), GroundSurface::Asphalt);
         assert_eq!(ground.shape(middle), GroundShape::default());
 

@@ -2,6 +2,7 @@
 //! always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
+use crate::metrics::TickTotals;
 use serde::Serialize;
 
 /// A contact in the summary.
@@ -27,10 +28,10 @@ pub const MOST_CONTACTS: usize = 10_000;
 pub struct Summary {
     /// Start and end of the window, seconds since the start of the drive.
     pub window_s: [f64; 2],
-    /// Mean speed of all vehicles, the ego included, m/s.
+    /// Mean speed of all vehicles, the ego included, m/s: mean over ticks of the mean over the vehicles present.
     pub mean_speed_mps: Option<f64>,
     /// Standard deviation of speed over vehicles and time, m/s (divisor N, not N-1).
-    pub speed_sd_mps: Option<f64>,
+    pub speed_sd_over_vehicles_and_time_mps: Option<f64>,
     /// Mean speed of the ego, m/s.
     pub ego_mean_speed_mps: Option<f64>,
     /// Share of the time with advice in which the ego's speed was in the acceptable range, 0..1.
@@ -82,14 +83,7 @@ impl Summary {
 #[derive(Clone, Debug)]
 pub struct SummaryAccumulator {
     window_s: [f64; 2],
-    ticks: u64,
-    vehicle_ticks: u64,
-    sum_mps: f64,
-    sum_square: f64,
-    ego_sum_mps: f64,
-    advised_ticks: u64,
-    in_range_ticks: u64,
-    min_gap_m: f64,
+    totals: TickTotals,
     contacts: Vec<ContactRecord>,
     contact_count: u64,
     left_road: u32,
@@ -107,14 +101,7 @@ impl SummaryAccumulator {
     pub fn new(window_s: [f64; 2]) -> Self {
         Self {
             window_s,
-            ticks: 0,
-            vehicle_ticks: 0,
-            sum_mps: 0.0,
-            sum_square: 0.0,
-            ego_sum_mps: 0.0,
-            advised_ticks: 0,
-            in_range_ticks: 0,
-            min_gap_m: f64::INFINITY,
+            totals: TickTotals::default(),
             contacts: Vec::new(),
             contact_count: 0,
             left_road: 0,
@@ -132,27 +119,15 @@ impl SummaryAccumulator {
     pub fn add(&mut self, snapshot: &Snapshot, events: &[Event]) {
         self.hash = snapshot.hash(self.hash);
         self.duration_s = snapshot.tick.seconds();
-        if let Some(leader) = snapshot.leader_in_lane() {
-            self.min_gap_m = self.min_gap_m.min(leader.gap_m);
-        }
+        self.totals.min_gap_m.add(snapshot.leader_in_lane().map(|leader| leader.gap_m));
         events.iter().for_each(|event| self.note(event));
         if self.duration_s < self.window_s[0] || self.duration_s > self.window_s[1] {
             return;
         }
-        for speed_mps in snapshot.speeds_mps() {
-            self.vehicle_ticks += 1;
-            self.sum_mps += speed_mps;
-            self.sum_square += speed_mps * speed_mps;
-        }
-        if snapshot.is_without_ego {
-            return;
-        }
-        let ego_mps = snapshot.ego.speed_mps;
-        self.ticks += 1;
-        self.ego_sum_mps += ego_mps;
-        if let Some(advice) = snapshot.advice {
-            self.advised_ticks += 1;
-            self.in_range_ticks += u64::from(advice.accepts(ego_mps));
+        self.totals.add_speeds(snapshot.mean_speed_mps, snapshot.speeds_mps());
+        if !snapshot.is_without_ego {
+            let ego_mps = snapshot.ego.speed_mps;
+            self.totals.add_ego(ego_mps, snapshot.advice.map(|advice| advice.accepts(ego_mps)));
         }
     }
 
@@ -191,16 +166,13 @@ impl SummaryAccumulator {
 
     /// Returns the summary of the ticks so far.
     pub fn to_summary(&self) -> Summary {
-        let share = |sum: f64, n: u64| (n > 0).then(|| sum / n as f64);
-        let mean = share(self.sum_mps, self.vehicle_ticks);
-        let square = share(self.sum_square, self.vehicle_ticks);
         Summary {
             window_s: [self.window_s[0], self.window_s[1].min(self.duration_s)],
-            mean_speed_mps: mean,
-            speed_sd_mps: mean.zip(square).map(|(m, s)| (s - m * m).max(0.0).sqrt()),
-            ego_mean_speed_mps: share(self.ego_sum_mps, self.ticks),
-            time_in_range: share(self.in_range_ticks as f64, self.advised_ticks),
-            min_gap_m: self.min_gap_m.is_finite().then_some(self.min_gap_m),
+            mean_speed_mps: self.totals.mean_speed_mps.get(),
+            speed_sd_over_vehicles_and_time_mps: self.totals.speed_sd_over_vehicles_and_time_mps(),
+            ego_mean_speed_mps: self.totals.ego_mean_speed_mps.get(),
+            time_in_range: self.totals.time_in_range.get(),
+            min_gap_m: self.totals.min_gap_m.0,
             contacts: self.contacts.clone(),
             contact_count: self.contact_count,
             left_road: self.left_road,

@@ -66,7 +66,7 @@ fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
     let found = summary([0.02, 0.04], &drive(), &[]);
     // Speeds in the window are 2, 3, 4 of the ego and 2, 2, 2 of the other vehicle: a sum of 15 over 6, and 41 of the squares.
     assert_eq!((found.mean_speed_mps, found.ego_mean_speed_mps), (Some(2.5), Some(3.0)));
-    let sd_mps = found.speed_sd_mps.unwrap();
+    let sd_mps = found.speed_sd_over_vehicles_and_time_mps.unwrap();
     assert!((sd_mps - (41.0_f64 / 6.0 - 6.25).sqrt()).abs() < 1e-12, "{sd_mps}: N, not N-1");
     // There is advice at tick 2 (in range, at its edge) and tick 4 (out of range).
     assert_eq!(found.time_in_range, Some(0.5));
@@ -81,13 +81,19 @@ fn means_are_over_the_window_and_the_least_gap_over_the_whole_drive() {
 #[test]
 fn missing_quantities_are_none() {
     let nothing = SummaryAccumulator::new([0.0, 1.0]).to_summary();
-    assert_eq!((nothing.mean_speed_mps, nothing.speed_sd_mps, nothing.ego_mean_speed_mps), (None, None, None));
+    assert_eq!(
+        (nothing.mean_speed_mps, nothing.speed_sd_over_vehicles_and_time_mps, nothing.ego_mean_speed_mps),
+        (None, None, None)
+    );
     assert_eq!((nothing.time_in_range, nothing.min_gap_m, nothing.ended), (None, None, None));
     // A drive that ends before its window has a gap and no mean.
     let early = summary([1.0, 2.0], &drive(), &[]);
     assert_eq!((early.mean_speed_mps, early.min_gap_m), (None, Some(3.5)));
     let alone = summary([0.0, 1.0], &[snapshot(1, 2.0, 3.0, None, None)], &[]);
-    assert_eq!((alone.min_gap_m, alone.time_in_range, alone.speed_sd_mps), (None, None, Some(0.5)));
+    assert_eq!(
+        (alone.min_gap_m, alone.time_in_range, alone.speed_sd_over_vehicles_and_time_mps),
+        (None, None, Some(0.5))
+    );
 }
 
 #[test]

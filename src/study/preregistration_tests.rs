@@ -130,7 +130,7 @@ fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
                 let is_there = policy.name != "none" || !measure.needs_advice;
                 *value = is_there.then(|| 5.0 + stream.normal());
             }
-            values[MEASURES.iter().position(|measure| measure.name == "contacts").unwrap()] = Some(0.0);
+            values[MEASURES.iter().position(|measure| measure.name == "contact_count").unwrap()] = Some(0.0);
             let mut setup = DriveSetup { scenario: *scenario, ..DriveSetup::default() };
             setup.manifest.policy.name = policy.name.clone();
             let rank = study.conditions.iter().position(|one| one.name == condition).unwrap();
@@ -181,7 +181,7 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     let rules = "least_recorded_share = 0.9\nmost_contacts = 1\nmost_dropped_share = 0.05\nleast_trials = 2\nonly_complete_sessions = true";
     let plan = PLAN
         .replace("most_contacts = 0", rules)
-        .replace("= 0.3\n", "= 0.3\nalpha = 0.01\ncovariates = [\"hand_over_sd_mps\"]\n");
+        .replace("= 0.3\n", "= 0.3\nalpha = 0.01\ncovariates = [\"hand_over_speed_sd_over_vehicles_mps\"]\n");
     let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20).unwrap();
     for part in [
         "* A trial is left out if less than 90 % of its planned length was recorded.",
@@ -192,8 +192,8 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
         "* Primary: Mean speed of all vehicles",
         "* Secondary: Reaction time",
         "Contrasts: wide − narrow; middle − narrow.",
-        "    measure ~ condition + place + hand_over_sd_mps + (1 | participant)\n",
-        "`hand_over_sd_mps` is a number: ",
+        "    measure ~ condition + place + hand_over_speed_sd_over_vehicles_mps + (1 | participant)\n",
+        "`hand_over_speed_sd_over_vehicles_mps` is a number: ",
         "* Level: alpha = 0.01 over all 4 tests of the plan",
         // 0.01 divided by four tests, with four decimals.
         "at 0.0025 as the strictest step",

@@ -23,7 +23,7 @@ impl SweepRun {
             SweepTask::Rings(task) => json!({
                 "config": task.follower().map_err(SweepError::Plan)?,
                 "policy": of_policy(&task.policy)?,
-                "aim_mps": task.aim_mps,
+                "policy_speed_mps": task.policy_speed_mps,
                 "rings": task.rings,
             }),
             SweepTask::Drive(scenario) => of_scenario(scenario)?,

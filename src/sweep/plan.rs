@@ -27,7 +27,7 @@ pub const MOST_RUNS: usize = 1_000_000;
 /// Default number of rings of a run on the fast ring: one block.
 const RINGS: u32 = 16;
 /// Names allowed below `settings` and `each` of rings in addition to the settings of a training.
-const OF_RINGS: [&str; 3] = ["policy", "driver", "aim_mps"];
+const OF_RINGS: [&str; 3] = ["policy", "driver", "policy_speed_mps"];
 /// Names allowed below `settings` and `each` of rehearsals.
 const OF_REHEARSALS: [&str; 3] = ["seed", "participants", "population"];
 /// Allowed range of a run's time limit, s; the upper end is a hundred days.
@@ -91,7 +91,7 @@ pub struct RingsTask {
     /// Driver that follows: the name of a driver or a population, or a driver's numbers; empty: the configuration's driver.
     pub driver: String,
     /// Target speed of built-in policies, m/s; 0: automatic.
-    pub aim_mps: f64,
+    pub policy_speed_mps: f64,
     /// Number of rings, 1 to 1,000,000.
     pub rings: u32,
 }
@@ -257,19 +257,19 @@ impl PlanReader<'_> {
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
             let policy = self.word(combination.take("policy"), "none")?;
             let driver = self.word(combination.take("driver"), "")?;
-            let aim = combination.take("aim_mps");
-            let aim_mps = match &aim {
+            let speed = combination.take("policy_speed_mps");
+            let policy_speed_mps = match &speed {
                 None => 0.0,
-                Some((value, key)) => value.as_f64().filter(|aim| (0.0..=60.0).contains(aim)).ok_or_else(|| {
-                    self.wrong(key, &format!("aim_mps is {value}; allowed: a number from 0 to 60 m/s"))
+                Some((value, key)) => value.as_f64().filter(|speed| (0.0..=60.0).contains(speed)).ok_or_else(|| {
+                    self.wrong(key, &format!("policy_speed_mps is {value}; allowed: a number from 0 to 60 m/s"))
                 })?,
             };
             let config: TrainConfig = self.changed(&base, &combination, &OF_RINGS)?;
-            let task = RingsTask { config, policy: self.policy(&policy.0), driver: driver.0, aim_mps, rings };
+            let task = RingsTask { config, policy: self.policy(&policy.0), driver: driver.0, policy_speed_mps, rings };
             task.follower().map_err(|why| self.wrong(&driver.1, &why))?;
             let asked = ["rings".into(), String::new(), task.policy.clone(), String::new()];
             if !self.checked.contains_key(&asked) {
-                PolicySource::for_rings(&task.policy, &task.config.policy_settings(aim_mps))
+                PolicySource::for_rings(&task.policy, &task.config.policy_settings(policy_speed_mps))
                     .map_err(|why| self.wrong(&policy.1, &why.to_string()))?;
                 self.checked.insert(asked, task.policy.clone());
             }

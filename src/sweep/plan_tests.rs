@@ -38,7 +38,7 @@ fn a_table_is_all_combinations_of_its_lists() {
 #[test]
 fn every_kind_is_read_with_its_own_settings() {
     let plan = plan(
-        "[[rings]]\nrings = 32\n[rings.each]\npolicy = [\"pi\"]\ndriver = [\"follow\", \"people\"]\naim_mps = [4.0]\n\
+        "[[rings]]\nrings = 32\n[rings.each]\npolicy = [\"pi\"]\ndriver = [\"follow\", \"people\"]\npolicy_speed_mps = [4.0]\n\
          [[trainings]]\n[trainings.settings]\niterations = 5\n[trainings.each]\nseed = [1, 2]\n\
          [[rehearsals]]\nstudy = \"assets/studies/congestion-short.toml\"\n[rehearsals.settings]\nparticipants = 4\npopulation = \"people\"\n\
          [rehearsals.each]\nseed = \"10-11\"\n",
@@ -46,7 +46,7 @@ fn every_kind_is_read_with_its_own_settings() {
     let kinds: Vec<&str> = plan.runs.iter().map(|run| run.task.kind()).collect();
     assert_eq!(kinds, ["rings", "rings", "trainings", "trainings", "rehearsals", "rehearsals"]);
     let SweepTask::Rings(rings) = &plan.runs[1].task else { panic!("rings") };
-    assert_eq!((rings.rings, rings.driver.as_str(), rings.aim_mps), (32, "people", 4.0));
+    assert_eq!((rings.rings, rings.driver.as_str(), rings.policy_speed_mps), (32, "people", 4.0));
     let SweepTask::Training(config) = &plan.runs[3].task else { panic!("a training") };
     assert_eq!((config.run.iterations, config.seed), (5, 2));
     let SweepTask::Rehearsal(task) = &plan.runs[5].task else { panic!("a rehearsal") };

@@ -1,7 +1,8 @@
-//! Rows of a run. In: results. Out: rows with their columns, one list per kind. Column names are defined here only.
+//! Rows of a run. In: results. Out: rows with their columns, one list per kind. The registry of measures defines those of measures, this
+//! file all others.
 
 use crate::{
-    metrics::EvaluationResult,
+    metrics::{EVALUATED, EvaluationResult, Measure, registry},
     record::{
         TableColumn,
         table::ColumnValue::{self, Flag, Number, Whole, Word},
@@ -31,7 +32,7 @@ pub struct DriveRow {
     /// Name of the map; empty for rings.
     pub map: String,
     /// Traffic engine: `ring`, `native` or `sumo`.
-    pub engine: String,
+    pub traffic: String,
     /// Name of the advising policy.
     pub policy: String,
     /// Name of the driver who followed the advice.
@@ -78,6 +79,12 @@ fn column<R>(name: &'static str, unit: &'static str, about: &'static str, get: C
     TableColumn { name, unit, about, get }
 }
 
+/// Returns the column of a measure of the registry.
+fn measured<R>(name: &str, get: ColumnValue<R>) -> TableColumn<R> {
+    let Measure { name, unit, about, .. } = registry::measure(name);
+    column(name, unit, about, get)
+}
+
 /// Columns of the common fields.
 macro_rules! head {
     ($row:ty) => {
@@ -90,53 +97,29 @@ macro_rules! head {
     };
 }
 
+/// Returns the accessors of the measures of evaluations, in their order; a column's accessor captures nothing, hence the numbers.
+fn evaluated() -> [ColumnValue<DriveRow>; EVALUATED.len()] {
+    macro_rules! at {
+        ($($k:literal)*) => { [$(Number(|row: &DriveRow| EVALUATED[$k].1(&row.result))),*] };
+    }
+    at!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23)
+}
+
 /// Returns the columns of drives and rings.
 pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     let mut columns = head!(DriveRow);
     columns.extend([
         column("ring", "", "which ring of the run, from 0", Whole(|row: &DriveRow| row.ring)),
         column("map", "", "road", Word(|row| row.map.clone())),
-        column("engine", "", "what moved the cars: ring, native or sumo", Word(|row| row.engine.clone())),
+        column("traffic", "", "what moved the cars: ring, native or sumo", Word(|row| row.traffic.clone())),
         column("policy", "", "advising policy", Word(|row| row.policy.clone())),
         column("driver", "", "who followed the advice", Word(|row| row.driver.clone())),
         column("hold_s", "s", "how long one advice stood", Number(|row| Some(row.hold_s))),
-        column(
-            "mean_speed_mps",
-            "m/s",
-            "mean speed of all cars over the horizon",
-            Number(|row| Some(row.result.mean_mps)),
-        ),
-        column(
-            "settled_speed_mps",
-            "m/s",
-            "the same over its last quarter",
-            Number(|row| Some(row.result.settled_mps)),
-        ),
-        column(
-            "sd_over_cars_mps",
-            "m/s",
-            "deviation of speed over the cars",
-            Number(|row| Some(row.result.sd_over_cars_mps)),
-        ),
-        column(
-            "sd_in_time_mps",
-            "m/s",
-            "deviation of a car's speed in time",
-            Number(|row| Some(row.result.sd_in_time_mps)),
-        ),
-        column("last_disturbance_s", "s", "when the wave was last seen", Number(|row| row.result.last_disturbance_s)),
-        column("least_gap_m", "m", "smallest gap before or behind the ego", Number(|row| Some(row.result.least_gap_m))),
-        column("crashed", "", "cars collided", Flag(|row| Some(row.result.crashed))),
-        column("crash_s", "s", "when they did", Number(|row| row.result.crash_s)),
-        column("fuel_l_100km", "l/100 km", "fuel of all cars", Number(|row| row.result.fuel_l_100km)),
-        column(
-            "throughput_per_h",
-            "1/h",
-            "cars past a place in an hour",
-            Number(|row| Some(row.result.throughput_per_h)),
-        ),
-        column("in_range", "", "share of the time in the advised range", Number(|row| row.result.in_range)),
     ]);
+    columns.extend(EVALUATED.iter().zip(evaluated()).map(|((measure, _), get)| match measure.name {
+        "crashed" => measured(measure.name, Flag(|row: &DriveRow| Some(row.result.crashed))),
+        name => measured(name, get),
+    }));
     columns
 }
 
@@ -146,23 +129,13 @@ pub fn training_columns() -> Vec<TableColumn<TrainingRow>> {
     columns.extend([
         column("iteration", "", "number of the update, from 1", Whole(|row: &TrainingRow| row.update.iteration.into())),
         column("env_steps", "", "steps of rings so far", Whole(|row| row.update.env_steps)),
-        column(
-            "mean_speed_mps",
-            "m/s",
-            "mean speed of the batch, with the policy's noise",
-            Number(|row| Some(row.update.mean_mps)),
-        ),
-        column("reward_mps", "m/s", "mean reward", Number(|row| Some(row.update.reward))),
-        column("crashes", "", "episodes that ended in a crash", Whole(|row| row.update.crashes.into())),
-        column("kl_nat", "nat", "KL divergence of the step", Number(|row| Some(row.update.kl))),
-        column("entropy_nat", "nat", "entropy of the policy before it", Number(|row| Some(row.update.entropy))),
-        column("value_error", "", "mean square error of the value", Number(|row| Some(row.update.value_error))),
-        column(
-            "judged_speed_mps",
-            "m/s",
-            "mean speed without noise over whole horizons, where judged",
-            Number(|row| row.update.judged_mps),
-        ),
+        measured("batch_mean_speed_mps", Number(|row| Some(row.update.mean_mps))),
+        measured("reward_mps", Number(|row| Some(row.update.reward))),
+        measured("crashes", Whole(|row| row.update.crashes.into())),
+        measured("kl_nat", Number(|row| Some(row.update.kl))),
+        measured("entropy_nat", Number(|row| Some(row.update.entropy))),
+        measured("value_error", Number(|row| Some(row.update.value_error))),
+        measured("judged_speed_mps", Number(|row| row.update.judged_mps)),
         column(
             "policy",
             "",

@@ -62,14 +62,14 @@ impl SweepRun {
 /// Evaluates a policy on rings, as `codrive evaluate` does.
 fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> {
     let config = task.follower().map_err(SweepError::Plan)?;
-    let source = PolicySource::for_rings(&task.policy, &config.policy_settings(task.aim_mps))
+    let source = PolicySource::for_rings(&task.policy, &config.policy_settings(task.policy_speed_mps))
         .map_err(|why| SweepError::Plan(why.to_string()))?;
     let results = train::evaluate(&config, STREAM, task.rings as usize, || source.engage());
     let row = |(ring, result)| DriveRow {
         head: head.clone(),
         ring,
         map: String::new(),
-        engine: "ring".into(),
+        traffic: "ring".into(),
         policy: bare(&task.policy),
         driver: if task.driver.is_empty() { "configured".into() } else { task.driver.clone() },
         hold_s: config.advice.hold_s,
@@ -84,7 +84,7 @@ fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
         head,
         ring: 0,
         map: bare(&scenario.map),
-        engine: scenario.traffic.to_string(),
+        traffic: scenario.traffic.to_string(),
         policy: bare(&scenario.policy),
         driver: scenario.driver.clone(),
         hold_s: scenario.hold_s,
@@ -196,7 +196,7 @@ mod tests {
         let config = task.follower().expect("a driver");
         let source = PolicySource::for_rings("pi", &config.policy_settings(0.0)).expect("pi");
         let expected = train::evaluate(&config, "evaluate", 4, || source.engage());
-        let expected: Vec<Option<f64>> = expected.iter().map(|result| Some(result.mean_mps)).collect();
+        let expected: Vec<Option<f64>> = expected.iter().map(|result| Some(result.mean_speed_mps)).collect();
         let read = table(&bytes);
         assert_eq!(read.numbers("mean_speed_mps"), expected);
         assert_eq!((read.wholes("seed"), read.wholes("ring")), (vec![7; 4], vec![0, 1, 2, 3]));

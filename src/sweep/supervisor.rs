@@ -63,7 +63,7 @@ pub struct WorkerPool<'a> {
     pub workers: usize,
     /// Number of further attempts for a failed run, after all others.
     pub retries: u8,
-    /// Callback for progress.
+    /// Callback with the progress of the runs.
     pub progress: &'a (dyn Fn(SweepProgress) + Sync),
 }
 

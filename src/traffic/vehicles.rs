@@ -1,7 +1,6 @@
 //! Vehicles on a road network: their states, departures and arrivals. In: the records of an engine. Out: plain data, by ascending id.
 //! Metres, m/s, world axes.
 
-use super::VehicleId;
 use crate::{
     map::{
         PathLanes, RoadMap,
@@ -10,6 +9,14 @@ use crate::{
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use serde::{Deserialize, Serialize};
+
+/// Number of a vehicle. On a ring the ego is 0, vehicle 1 starts ahead of it (its leader), and so on in driving direction; the last is the
+/// ego's follower.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+pub struct VehicleId(pub u32);
+
+/// Number of the participant's vehicle, in every engine.
+pub const EGO: VehicleId = VehicleId(0);
 
 /// Kind of a vehicle, which selects its model in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]

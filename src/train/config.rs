@@ -101,9 +101,9 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             range_penalty: f64 = 0.0,
             /// Half width of the acceptable range
-            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
+            #[schemars(range(min = 0.0, max = 50.0), extend("unit" = "mph"))]
             // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
-            range_mps: f64 = 0.447,
+            range_mph: f64 = 1.0,
             /// Penalty for a collision, subtracted once; the episode ends, and its vehicles count as stopped forever
             #[schemars(range(min = 0.0, max = 10000.0), extend("unit" = "m/s"))]
             collision_penalty: f64 = 100.0,
@@ -436,6 +436,11 @@ impl TrainConfig {
     /// Returns the number of decisions in an episode with such holds, at least 1.
     pub fn horizon_decisions(&self, hold: Hold) -> u32 {
         (self.ring.horizon_s / hold.seconds()).round().max(1.0) as u32
+    }
+
+    /// Returns the half width of the acceptable range, m/s.
+    pub fn range_mps(&self) -> f64 {
+        self.reward.range_mph * crate::units::MPS_PER_MPH
     }
 
     /// Returns the discount factor of one hold.

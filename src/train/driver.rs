@@ -39,6 +39,7 @@ enum StandingAdvice {
     Speed,
 }
 
+/// Declares a struct of one lane's quantities, and one that holds each quantity of all lanes in an array, as vector instructions need it.
 macro_rules! by_lane {
     ($(#[$of_one:meta])* $one:ident, $(#[$of_all:meta])* $all:ident { $($(#[$doc:meta])* $field:ident: $kind:ty,)* }) => {
         $(#[$of_one])*

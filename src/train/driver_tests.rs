@@ -38,7 +38,7 @@ fn driven(config: &TrainConfig, advice_mps: Option<f64>) -> Vec<EvaluationResult
 fn a_refusing_driver_drives_bit_for_bit_as_without_advice() {
     let config = config(DriverConfig { compliance: 0.0, ..prompt() });
     let (with, without) = (driven(&config, Some(2.0)), driven(&config, None));
-    let speeds = |results: &[EvaluationResult]| results.iter().map(|r| r.mean_mps.to_bits()).collect::<Vec<_>>();
+    let speeds = |results: &[EvaluationResult]| results.iter().map(|r| r.mean_speed_mps.to_bits()).collect::<Vec<_>>();
     assert_eq!(speeds(&with), speeds(&without));
     assert!(with.iter().all(|r| r.conflicts.unwrap().advice_share == Some(0.0)));
 }
@@ -84,7 +84,8 @@ fn a_guard_that_brakes_too_weakly_crashes_and_a_strong_one_does_not() {
 fn a_late_response_to_the_leader_needs_harder_braking_and_slows_all() {
     let of = |leader_reaction_s: f64| {
         let results = driven(&config(DriverConfig { leader_reaction_s, ..prompt() }), None);
-        let drac_mps2 = results.iter().map(|r| r.conflicts.unwrap().most_drac_mps2).sum::<f64>() / results.len() as f64;
+        let drac_mps2 = results.iter().map(|r| r.conflicts.unwrap().max_drac_to_neighbours_mps2).sum::<f64>()
+            / results.len() as f64;
         (drac_mps2, mean_and_interval(&results).0)
     };
     let [prompt, late] = [0.0, 3.0].map(of);
@@ -97,7 +98,7 @@ fn people_drive_and_differ() {
     let results = driven(&people, Some(4.0));
     let (mean_mps, _) = mean_and_interval(&results);
     assert!((2.0..4.6).contains(&mean_mps), "{mean_mps}");
-    let same = results.iter().filter(|r| r.mean_mps == results[0].mean_mps).count();
+    let same = results.iter().filter(|r| r.mean_speed_mps == results[0].mean_speed_mps).count();
     assert_eq!(same, 1);
     // The same people under other advice: the same drivers refuse.
     let refuses = |results: &[EvaluationResult]| {

@@ -231,7 +231,7 @@ impl VecEnv {
             let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
             self.advise(l, Some(residual(corrected_mps, *action)), hold);
         }
-        let range_mps = self.config.reward.range_mps as f32;
+        let range_mps = self.config.range_mps() as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
         let totals = in_wide_vectors(AdvisedHold { block: self, steps, range_mps, fresh });
         let horizon = self.config.horizon_decisions(hold);

@@ -89,7 +89,7 @@ impl EvaluatedBlock {
                 driven_by: Some(self.env.driven_by()[l]),
                 ..EpisodeStep::default()
             };
-            metrics.add(ring.speeds_mps(l), now);
+            metrics.add((0..).zip(ring.speeds_mps(l).map(f64::from)), now);
         }
     }
 
@@ -172,7 +172,7 @@ pub(super) struct Advisors {
 impl Advisors {
     /// Returns advisors with separate policies from `make`, asked every `hold`.
     pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
-        let advisor = |_| Advisor::new(make(), hold, config.reward.range_mps);
+        let advisor = |_| Advisor::new(make(), hold, config.range_mps());
         Self {
             of: (0..LANES).map(advisor).collect(),
             ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,

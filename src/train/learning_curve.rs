@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// Returns the CSV with a header and one line per update; missing numbers are empty.
 pub fn csv(rows: &[LearningCurveRow]) -> String {
     let mut text = String::from(
-        "iteration,env_steps,mean_speed_mps,reward_mps,crashes,kl,entropy_nat,value_error,judged_speed_mps,estimator_loss_nat\n",
+        "iteration,env_steps,batch_mean_speed_mps,reward_mps,crashes,kl_nat,entropy_nat,value_error,judged_speed_mps,estimator_loss_nat\n",
     );
     for r in rows {
         let optional = |x: Option<f64>| x.map_or(String::new(), |x| x.to_string());

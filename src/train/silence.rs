@@ -203,7 +203,7 @@ mod tests {
             hold_s: 5.0,
             ..Observation::default()
         };
-        // `codrive evaluate --policy constant --aim 2.5 --driver reaction=1 --holds 5 --horizon 300` on 285 m: 2.62 m/s, 4.08 without
+        // `codrive evaluate --policy constant --policy-speed 2.5 --driver reaction=1 --holds 5 --horizon 300` on 285 m: 2.62 m/s, 4.08 without
         // advice. A calmed ring flows even faster than that once advice is withdrawn.
         let learned = learn(&config, &constant(&config, 2.5));
         let gain_mps = learned.expected_gain.gain_mps(&on(285.0));

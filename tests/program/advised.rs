@@ -76,9 +76,9 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
     assert!(figure.contains(ignores) && figure.contains("even ring"), "its line has a name, and the ring its level");
 
     for (wrong, why) in [
-        (["--engine", "ring", "--advised", "5%"], "engine ring has one advised car"),
-        (["--engine", "native", "--advised", "23"], "allowed: 0 to 22"),
-        (["--engine", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
+        (["--traffic", "ring", "--advised", "5%"], "traffic ring has one advised car"),
+        (["--traffic", "native", "--advised", "23"], "allowed: 0 to 22"),
+        (["--traffic", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
     ] {
         let (code, text) = printed(codrive(&["evaluate", "--over", "2"]).args(wrong));
         assert!(code == 2 && text.contains(why), "{text}");
@@ -101,7 +101,7 @@ fn a_run_with_advised_vehicles_lists_them_and_the_mean_speed_of_all() {
 fn a_curve_on_a_network_counts_vehicles_entered_left_and_refused() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let words = "evaluate --map merge --engine sumo --policy pi --over 2 --horizon 30 --warm-up 0 --advised 50% --out";
+    let words = "evaluate --map merge --traffic sumo --policy pi --over 2 --horizon 30 --warm-up 0 --advised 50% --out";
     let (code, text) = printed(codrive(&words.split(' ').collect::<Vec<_>>()).arg(&out));
     assert!(code == 0 && text.contains("50.0 %") && text.contains("vehicles/h"), "{text}");
     let rings = fs::read_to_string(out.join("rings.csv")).unwrap();
@@ -131,10 +131,10 @@ fn a_curve_on_a_network_counts_vehicles_entered_left_and_refused() {
     assert!(figure.contains("vehicles that left, 1/h: pi 0 %: "), "a high speed of few vehicles is no gain");
 
     for (wrong, why) in [
-        ("--engine native --policy pi --advised 10%", "remedy: --engine sumo"),
-        ("--engine sumo --policy pi", "remedy: --advised 10%,25%"),
-        ("--engine sumo --advised 10%", "remedy: --policy pi"),
-        ("--engine sumo --policy pi --advised 3", "--advised is 3; allowed on a network"),
+        ("--traffic native --policy pi --advised 10%", "remedy: --traffic sumo"),
+        ("--traffic sumo --policy pi", "remedy: --advised 10%,25%"),
+        ("--traffic sumo --advised 10%", "remedy: --policy pi"),
+        ("--traffic sumo --policy pi --advised 3", "--advised is 3; allowed on a network"),
     ] {
         let wrong: Vec<&str> = wrong.split(' ').collect();
         let (code, text) = printed(codrive(&["evaluate", "--map", "merge", "--over", "2"]).args(wrong));

@@ -76,7 +76,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
     let place = RecordingFixture::recorded();
     let [png, frames] = ["at.png", "frames"].map(|name| place.path(name));
-    let (code, printed) = place.replay(&["--png", &png, "--at", "1", "--frames", &frames, "--rate", "10"]);
+    let (code, printed) = place.replay(&["--png", &png, "--at", "1", "--frames-dir", &frames, "--rate", "10"]);
     assert!(code == 0 && printed.contains("all 200 ticks are the same to the bit"), "{printed}");
     let all = pictures(Path::new(&frames));
     // Two seconds at ten pictures a second, from 000000.png on.
@@ -90,7 +90,7 @@ fn a_picture_shows_its_time_and_all_pictures_are_numbered() {
     assert!(at != open(&all[0]) && at != open(&all[19]), "the car moves");
 
     // Nothing is overwritten, and a time after the end is named.
-    let (code, printed) = place.replay(&["--frames", &frames]);
+    let (code, printed) = place.replay(&["--frames-dir", &frames]);
     assert!(code == 2 && printed.contains("frames"), "{printed}");
     assert_eq!(pictures(Path::new(&frames)).len(), 20);
     let late = place.path("late.png");
@@ -116,7 +116,7 @@ fn ffmpeg_gets_every_picture_of_a_video_and_joins_the_sound() {
     assert!(code == 2 && printed.contains("film.mp4 exists; nothing is overwritten"), "{printed}");
 
     let both = place.path("both.mp4");
-    let (code, printed) = place.replay(&["--video", &both, "--sound", &sound, "--rate", "5"]);
+    let (code, printed) = place.replay(&["--video", &both, "--wav", &sound, "--rate", "5"]);
     assert_eq!(code, 0, "{printed}");
     assert_eq!(place.kept("bytes")[1..], ["92160"]);
     let joined = place.kept("arguments").pop().unwrap();
@@ -147,7 +147,7 @@ fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
         .output()
         .unwrap();
     let printed = text(&none);
-    assert!(none.status.code() == Some(1) && printed.contains("install it, or take --frames"), "{printed}");
+    assert!(none.status.code() == Some(1) && printed.contains("install it, or take --frames-dir"), "{printed}");
 }
 
 #[test]

@@ -171,7 +171,7 @@ fn only_the_user_can_read_what_a_command_writes() {
     author.run(&["analyse", text(&recording), "--out", &at("analysis")]);
     let picture = ["--size", "64x36", "--png"];
     author.run(&[&["replay", text(&recording), "--at", "1"][..], &picture, &[&at("replay.png")]].concat());
-    author.run(&["replay", text(&recording), "--size", "64x36", "--rate", "1", "--frames", &at("frames")]);
+    author.run(&["replay", text(&recording), "--size", "64x36", "--rate", "1", "--frames-dir", &at("frames")]);
     author.run(&["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", &at("render.png")]);
     let files = files(&made);
     assert!(files.len() > 30, "{files:?}");
@@ -207,7 +207,7 @@ fn no_command_writes_through_a_planted_link() {
         assert!(printed.contains("planted.png") && printed.contains("symbolic link"), "{printed}");
         let drive = ["render", "--traffic", "native", "--at", "0", "--out", text(&link)];
         assert!(refused(&[&drive[..], &small].concat()).contains("symbolic link"));
-        for option in ["--frames", "--video", "--sound"] {
+        for option in ["--frames-dir", "--video", "--wav"] {
             let printed = refused(&[&["replay", text(&recording), option, text(&link)][..], &small].concat());
             assert!(printed.contains("planted.png"), "{option}: {printed}");
         }

@@ -127,7 +127,7 @@ fn the_sound_file_is_as_long_as_the_drive_private_and_reproducible() {
     record(&drive, "3");
     let wav = |name: &str| {
         let file = folder.path().join(name);
-        let arguments = ["replay", drive.to_str().unwrap(), "--sound", file.to_str().unwrap()];
+        let arguments = ["replay", drive.to_str().unwrap(), "--wav", file.to_str().unwrap()];
         (printed(&mut codrive(&arguments)), file)
     };
     let ((code, text), first) = wav("a.wav");

@@ -58,12 +58,13 @@ fn two_phase_advice_reaches_its_aim_and_calms_every_ring() {
     for (aim_mps, calm_s) in [(4.0, 85.0), (4.3, 97.0), (4.43, 125.0)] {
         let results = baseline("two-phase", aim_mps, paper_ring(0.1));
         assert_eq!(calm(&results), 20, "{aim_mps}");
-        let (settled, after) = (mean(&results, |v| v.settled_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
+        let (settled, after) =
+            (mean(&results, |v| v.settled_speed_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.005, "{aim_mps}: {settled}");
         assert!((after - calm_s).abs() < 20.0, "{aim_mps}: {after} s");
     }
     let without = baseline("constant", 4.43, paper_ring(0.1));
-    assert!(calm(&without) == 0 && (mean(&without, |v| v.mean_mps) - 3.20).abs() < 0.05);
+    assert!(calm(&without) == 0 && (mean(&without, |v| v.mean_speed_mps) - 3.20).abs() < 0.05);
 }
 
 #[test]
@@ -77,7 +78,8 @@ fn follower_stopper_calms_every_ring_if_its_car_pulls_away_gently() {
     for (aim_mps, latest_s) in [(4.0, 160.0), (4.3, 170.0)] {
         let results = baseline("follower-stopper", aim_mps, gentle.clone());
         assert_eq!(calm(&results), 20, "{aim_mps}");
-        let (settled, after) = (mean(&results, |v| v.settled_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
+        let (settled, after) =
+            (mean(&results, |v| v.settled_speed_mps), mean(&results, |v| v.last_disturbance_s.unwrap()));
         assert!((settled - aim_mps).abs() < 0.02, "{aim_mps}: {settled}");
         assert!(after < latest_s, "{aim_mps}: {after} s");
     }
@@ -93,7 +95,7 @@ fn pi_with_saturation_calms_the_ring_where_it_is_engaged_moving() {
         assert!(results.iter().all(|v| !v.crashed));
         let calmed: Vec<EvaluationResult> =
             results.iter().copied().filter(|v| v.last_disturbance_s.is_some()).collect();
-        let settled_mps = mean(&calmed, |v| v.settled_mps);
+        let settled_mps = mean(&calmed, |v| v.settled_speed_mps);
         assert!((settled_mps - 4.34).abs() < 0.01, "{settled_mps}");
         calmed.len()
     };
@@ -166,14 +168,14 @@ fn driven_on(name: &str, config: &TrainConfig, rings: usize) -> Vec<EvaluationRe
 fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
     for hold_s in [0.1, 1.0, 5.0, 10.0, 20.0, 30.0] {
         let results = driven_by("ring-250-speed", &paper_ring(hold_s));
-        let speed = mean(&results, |v| v.mean_mps);
+        let speed = mean(&results, |v| v.mean_speed_mps);
         assert!(speed >= 4.2, "hold {hold_s} s: {speed}");
         // This driver also keeps the model's own distance: an even ring would flow at 4.362.
         let results = driven_by("ring-250-speed", &driven(hold_s, 0.0, 0.0));
-        let (speed, in_range) = (mean(&results, |v| v.mean_mps), mean(&results, |v| v.in_range.unwrap()));
+        let (speed, in_range) = (mean(&results, |v| v.mean_speed_mps), mean(&results, |v| v.time_in_range.unwrap()));
         assert!(speed >= 4.17 && in_range > 0.8, "hold {hold_s} s, driver: {speed}, in range {in_range}");
         let results = driven_by("ring-250-speed", &driven(hold_s, 1.0, 0.5));
-        let speed = mean(&results, |v| v.mean_mps);
+        let speed = mean(&results, |v| v.mean_speed_mps);
         assert!(speed >= 4.0, "hold {hold_s} s, late and inexact driver: {speed}");
     }
 }
@@ -181,7 +183,7 @@ fn speed_advice_reaches_4_2_at_every_hold_up_to_30_s() {
 #[test]
 fn exact_speed_advice_exceeds_the_published_series_at_every_hold() {
     for [hold_s, published_mps] in codrive::metrics::figures::PUBLISHED.into_iter().filter(|p| p[0] <= 24.0) {
-        let speed = mean(&driven_by("ring-250-speed-exact", &paper_ring(hold_s)), |v| v.mean_mps);
+        let speed = mean(&driven_by("ring-250-speed-exact", &paper_ring(hold_s)), |v| v.mean_speed_mps);
         assert!(speed >= published_mps, "hold {hold_s} s: {speed}, published {published_mps}");
     }
 }
@@ -192,7 +194,7 @@ fn acceleration_advice_lets_no_driver_stand_for_ever() {
     for hold_s in [0.1, 1.0, 10.0, 30.0] {
         for config in [driven(hold_s, 0.0, 0.0), driven(hold_s, 1.0, 0.5), driven(hold_s, 2.0, 0.5)] {
             let results = driven_by("ring-250-acceleration", &config);
-            let slowest = results.iter().map(|v| v.settled_mps).fold(f64::INFINITY, f64::min);
+            let slowest = results.iter().map(|v| v.settled_speed_mps).fold(f64::INFINITY, f64::min);
             assert!(slowest > 3.0, "hold {hold_s} s, reaction {} s: {slowest}", config.driver.reaction_s);
         }
     }
@@ -202,9 +204,9 @@ fn acceleration_advice_lets_no_driver_stand_for_ever() {
 fn shipped_policies_help_on_other_rings_without_training_anew() {
     for (length_m, cars) in [(210.0, 18), (230.0, 24), (270.0, 20), (290.0, 26)] {
         let ring = ring_of(length_m, cars, driven(10.0, 0.0, 0.0));
-        let without = mean(&evaluate(&ring, "shipped", 20, || None), |v| v.mean_mps);
+        let without = mean(&evaluate(&ring, "shipped", 20, || None), |v| v.mean_speed_mps);
         for name in ["ring-250-speed", "ring-250-acceleration"] {
-            let with = mean(&driven_by(name, &ring), |v| v.mean_mps);
+            let with = mean(&driven_by(name, &ring), |v| v.mean_speed_mps);
             assert!(with > without + 0.3, "{name}, {length_m} m, {cars} cars: {with} against {without}");
         }
     }
@@ -238,10 +240,10 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m() {
     for ((length_m, cars), least_mps) in gain.chain(between.map(|ring| (ring, 0.0))) {
         for (hold_s, reaction_s, error_mps) in [(1.0, 1.0, 0.5), (10.0, 0.0, 0.0), (30.0, 1.0, 0.5)] {
             let ring = ring_of(length_m, cars, driven(hold_s, reaction_s, error_mps));
-            let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
+            let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_speed_mps);
             for name in SHIPPED_FOR_250_M {
                 let results = driven_on(name, &ring, 16);
-                let with = mean(&results, |v| v.mean_mps);
+                let with = mean(&results, |v| v.mean_speed_mps);
                 let where_ = format!("{name}, {length_m} m, {cars} cars, {hold_s} s, {error_mps} m/s");
                 assert!(results.iter().all(|v| v.in_range.is_some()), "{where_}: silent");
                 assert!(with > without + least_mps, "{where_}: {with} against {without}");
@@ -273,10 +275,10 @@ fn policies_of_the_long_ring_recover_over_half_of_the_waves_loss() {
         };
         let mut ring = ring_of(640.9, 40, base);
         ring.ring.idm.v0 = 17.88;
-        let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_mps);
+        let without = mean(&evaluate(&ring, "shipped", 16, || None), |v| v.mean_speed_mps);
         assert!((without - wave_mps).abs() < 0.15, "{without}: that is not the wave");
         for name in ["ring-641-speed", "ring-641-acceleration"] {
-            let with = mean(&driven_on(name, &ring, 16), |v| v.mean_mps);
+            let with = mean(&driven_on(name, &ring, 16), |v| v.mean_speed_mps);
             assert!(with > 0.5 * (wave_mps + even_mps), "{name}, hold {hold_s} s: {with}");
         }
     }
@@ -286,7 +288,7 @@ fn policies_of_the_long_ring_recover_over_half_of_the_waves_loss() {
 fn personal_advice_does_no_harm_to_drivers_whom_generic_advice_harms() {
     // PeRP's drivers are up to 5 m/s slower or faster than advised: a driver 5 m/s below an advice of 4 stands.
     let config = driven(10.0, 0.0, 0.0).driven_by_some_of(Population::Perp);
-    let mean_of = |results: &[EvaluationResult]| mean(results, |v| v.mean_mps);
+    let mean_of = |results: &[EvaluationResult]| mean(results, |v| v.mean_speed_mps);
     let without = mean_of(&evaluate(&config, "shipped", 64, || None));
     let generic = mean_of(&driven_on("ring-250-speed", &config, 64));
     let network = Network::from_file(&assets().join("ring-250-personal/policy.toml")).unwrap();

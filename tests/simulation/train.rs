@@ -95,7 +95,7 @@ fn an_evaluation_writes_tables_and_figures_and_overwrites_no_file() {
     let arguments: Vec<&str> = base.into_iter().chain(more).collect();
     codrive(&arguments).success();
     let rings = fs::read_to_string(Path::new(&out).join("rings.csv")).unwrap();
-    assert!(rings.starts_with("policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,mean_speed_mps,"));
+    assert!(rings.starts_with("policy,hold_s,driver,traffic,seed,ring,window_from_s,window_to_s,mean_speed_mps,"));
     assert_eq!(rings.lines().count(), 1 + 2 * 2 * 2 * 3);
     let summary = fs::read_to_string(Path::new(&out).join("summary.csv")).unwrap();
     assert_eq!(summary.lines().count(), 1 + 2 * 2 * 2);
@@ -114,7 +114,7 @@ fn an_evaluation_writes_tables_and_figures_and_overwrites_no_file() {
     let printed = refused(&["evaluate", "--driver", "folow"]);
     assert!(printed.contains("no driver is called \"folow\" (did you mean follow?)"), "{printed}");
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));
-    let drawn = ["evaluate", "--engine", "native", "--follow", "driver"];
+    let drawn = ["evaluate", "--traffic", "native", "--follow", "driver"];
     let printed = refused(&drawn);
     assert!(printed.contains("draws a driver for each ring") && printed.contains("--driver"), "{printed}");
 }
@@ -133,11 +133,12 @@ fn each_driver_behaves_alike_on_every_engine() {
     let drivers = ["follow", "perfect", "sloppy", "idm", "guarded", "exact", "reaction=1,error=0.5"];
     for engine in ["ring", "native", "sumo"] {
         let named: Vec<&str> = drivers.iter().flat_map(|driver| ["--driver", driver]).collect();
-        let slow = ["--engine", engine, "--policy", "constant", "--aim", "2"];
+        let slow = ["--traffic", engine, "--policy", "constant", "--policy-speed", "2"];
         let rows = evaluated(&slow.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
         assert_eq!(rows.len(), 2 * drivers.len(), "{engine}: without advice, too");
         let (advised, none) = rows.split_at(drivers.len());
-        let speeds = |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_mps"].as_f64().unwrap());
+        let speeds =
+            |row: &serde_json::Value| [0, 1].map(|ring| row["rings"][ring]["mean_speed_mps"].as_f64().unwrap());
         for (i, driver) in drivers.iter().enumerate() {
             assert_eq!((&advised[i]["policy"], &none[i]["policy"]), (&"constant".into(), &"none".into()));
             // 2 m/s is slower than the traffic: a driver who follows it slows all vehicles down, a driver who ignores it does not.
@@ -146,7 +147,7 @@ fn each_driver_behaves_alike_on_every_engine() {
             assert_eq!(advised[i]["crashes"], 0, "{driver} on {engine}");
         }
         // 8 m/s is faster: of the two drivers who follow exactly, only `guarded` brakes.
-        let fast = ["--engine", engine, "--policy", "constant", "--aim", "8"];
+        let fast = ["--traffic", engine, "--policy", "constant", "--policy-speed", "8"];
         let named = ["--driver", "exact", "--driver", "guarded", "--driver", "follow"];
         let rows = evaluated(&fast.iter().chain(&named).copied().collect::<Vec<_>>(), ["5", "20"]);
         let crashes: Vec<u64> = rows.iter().map(|row| row["crashes"].as_u64().unwrap()).collect();
@@ -195,24 +196,24 @@ fn auto_is_the_policy_of_the_map_and_an_unknown_name_is_refused() {
 #[test]
 fn whole_drives_have_the_same_measures_on_sumo_and_the_native_engine() {
     let judged = |engine: &str| -> serde_json::Value {
-        let whole = ["evaluate", "--engine", engine, "--policy", "two-phase", "--driver", "perfect", "--over", "2"];
+        let whole = ["evaluate", "--traffic", engine, "--policy", "two-phase", "--driver", "perfect", "--over", "2"];
         let short = ["--warm-up", "5", "--horizon", "20", "--json"];
         let output = codrive(&whole.into_iter().chain(short).collect::<Vec<_>>()).success().get_output().clone();
         serde_json::from_slice(&output.stdout).unwrap()
     };
     let [native, sumo] = ["native", "sumo"].map(judged);
-    assert_eq!((&native["engine"], &sumo["engine"]), (&"native".into(), &"sumo".into()), "{sumo}");
+    assert_eq!((&native["traffic"], &sumo["traffic"]), (&"native".into(), &"sumo".into()), "{sumo}");
     for ring in 0..2 {
         let of = |report: &serde_json::Value| report["rows"][0]["rings"][ring].clone();
         let [native, sumo] = [of(&native), of(&sumo)];
         for report in [&native, &sumo] {
-            assert!(report["mean_mps"].as_f64().unwrap() > 0.5, "{report}");
+            assert!(report["mean_speed_mps"].as_f64().unwrap() > 0.5, "{report}");
             assert!(report["fuel_l_100km"].as_f64().unwrap() > 1.0, "{report}");
             assert_eq!(report["crashed"], false);
         }
         // The engines agree to 1e-11 m without an externally driven vehicle; the ego's report passes through SUMO's text format of angles
         // and positions.
-        for measure in ["mean_mps", "sd_over_cars_mps", "least_gap_m", "fuel_l_100km"] {
+        for measure in ["mean_speed_mps", "speed_sd_over_vehicles_mps", "min_gap_to_neighbours_m", "fuel_l_100km"] {
             let [a, b] = [&native, &sumo].map(|report| report[measure].as_f64().unwrap());
             assert!((a - b).abs() < 0.01 * a.abs(), "{measure}: {a} native, {b} on SUMO");
         }

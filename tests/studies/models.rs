@@ -81,7 +81,7 @@ const PLAN: &str = r#"
 primary = "mean_speed_mps"
 smallest_effect = 0.1
 secondary = ["speed_error_mps"]
-covariates = ["hand_over_sd_mps"]
+covariates = ["hand_over_speed_sd_over_vehicles_mps"]
 contrasts = [{ condition = "wide", reference = "narrow" }, { condition = "middle", reference = "narrow" }]
 [analysis.exclude]
 least_recorded_share = 0.9

@@ -29,6 +29,19 @@ pub struct StudyParticipant {
 }
 
 impl StudyParticipant {
+    /// Reads the participants among `subjects` from `participants.tsv`; none without the table.
+    fn of(root: &Path, subjects: &[String]) -> Result<Vec<Self>, AnalysisError> {
+        let Some(table) = TsvFile::read(&root.join("participants.tsv"))? else { return Ok(Vec::new()) };
+        let [id, kind, state] = [table.column("participant_id")?, table.column("kind")?, table.column("state")?];
+        let rows = table.rows.iter().filter(|row| subjects.contains(&row[id]));
+        let participant = |row: &Vec<String>| Self {
+            id: row[id].clone(),
+            is_simulated: row[kind] == "simulated",
+            state: row[state].clone(),
+        };
+        Ok(rows.map(participant).collect())
+    }
+
     /// Checks whether the participant's drives are excluded from the analysis.
     pub fn is_excluded(&self) -> bool {
         self.state == EXCLUDED
@@ -96,70 +109,48 @@ impl StudyParticipants {
     /// # Errors
     /// A table does not have this program's format.
     pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
-        let mut all = Vec::new();
-        if let Some(table) = TsvFile::read(&root.join("participants.tsv"))? {
-            let [id, kind, state] = [table.column("participant_id")?, table.column("kind")?, table.column("state")?];
-            let rows = table.rows.iter().filter(|row| subjects.contains(&row[id]));
-            all.extend(rows.map(|row| StudyParticipant {
-                id: row[id].clone(),
-                is_simulated: row[kind] == "simulated",
-                state: row[state].clone(),
-            }));
-        }
-        let mut people = Self { all, ..Self::default() };
+        let mut people = Self { all: StudyParticipant::of(root, subjects)?, ..Self::default() };
         let counted: Vec<&String> = subjects.iter().filter(|subject| !people.is_excluded(subject)).collect();
-        for subject in counted {
+        for subject in &counted {
             people.ratings.extend(sickness_ratings::ratings(root, subject)?);
         }
         let mut files = record::entries(&root.join("phenotype"))?;
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
         files.sort();
         for path in files {
-            let Some(table) = TsvFile::read(&path)? else { continue };
-            let id = table.column("participant_id")?;
-            let rows: Vec<&Vec<String>> =
-                table.rows.iter().filter(|row| subjects.contains(&row[id]) && !people.is_excluded(&row[id])).collect();
-            let mut questionnaire = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let trial = table.column("place").ok().zip(table.column("condition").ok());
-            let conditions = trial.map_or_else(|| vec![String::new()], |(_, at)| conditions(&path, &rows, at));
-            if trial.is_some() && rows.is_empty() {
-                continue;
-            }
-            if let (Some((at, _)), Some(row)) = (trial, rows.first()) {
-                // One table per place: together they are the questionnaire after every trial.
-                questionnaire = questionnaire.replacen(&format!("_{}_", row[at]), "_", 1);
-            }
-            let scores = || table.names.iter().enumerate().filter_map(|(i, n)| Some((i, n.strip_prefix("score_")?)));
-            for (at, name) in scores() {
-                for condition in &conditions {
-                    let of_it = rows.iter().filter(|row| trial.is_none_or(|(_, in_row)| row[in_row] == *condition));
-                    let values: Vec<f64> = of_it.filter_map(|row| row[at].parse().ok()).collect();
-                    let same = |known: &&mut ScoreColumn| {
-                        trial.is_some()
-                            && (&*known.questionnaire, &*known.name, &known.condition)
-                                == (&*questionnaire, name, condition)
-                    };
-                    if let Some(known) = people.scores.iter_mut().find(same) {
-                        known.values.extend(values);
-                        continue;
-                    }
-                    let (questionnaire, condition) = (questionnaire.clone(), condition.clone());
-                    people.scores.push(ScoreColumn { questionnaire, name: name.into(), condition, values });
-                }
-            }
-            for row in rows {
-                people.each.extend(scores().map(|(at, name)| ParticipantScore {
-                    participant: row[id].clone(),
-                    questionnaire: questionnaire.clone(),
-                    trial: trial.map_or_else(Default::default, |(place, condition)| {
-                        [&row[place], &row[condition]].map(Clone::clone)
-                    }),
-                    name: name.into(),
-                    value: if row[at] == MISSING { String::new() } else { row[at].clone() },
-                }));
+            if let Some(table) = PhenotypeTable::read(&path, &counted)? {
+                people.add(&table);
             }
         }
         Ok(people)
+    }
+
+    /// Adds the scores of a questionnaire. One table per place of a trial becomes one questionnaire after every trial.
+    fn add(&mut self, table: &PhenotypeTable) {
+        for (i, name) in table.scores.iter().enumerate() {
+            for condition in &table.conditions {
+                let of_it = table.rows.iter().filter(|row| row.trial[1] == *condition);
+                let values = of_it.filter_map(|row| row.scores[i].parse::<f64>().ok());
+                let this = [&table.questionnaire, name, condition];
+                let is_this = |known: &&mut ScoreColumn| [&known.questionnaire, &known.name, &known.condition] == this;
+                match self.scores.iter_mut().find(is_this) {
+                    Some(known) => known.values.extend(values),
+                    None => {
+                        let [questionnaire, name, condition] = this.map(String::clone);
+                        self.scores.push(ScoreColumn { questionnaire, name, condition, values: values.collect() });
+                    }
+                }
+            }
+        }
+        for row in &table.rows {
+            self.each.extend(table.scores.iter().zip(&row.scores).map(|(name, value)| ParticipantScore {
+                participant: row.participant.clone(),
+                questionnaire: table.questionnaire.clone(),
+                trial: row.trial.clone(),
+                name: name.clone(),
+                value: value.clone(),
+            }));
+        }
     }
 
     /// Checks whether the participant's drives are excluded from the analysis.
@@ -170,6 +161,57 @@ impl StudyParticipants {
     /// Checks whether any participant is simulated.
     pub fn is_rehearsal(&self) -> bool {
         self.all.iter().any(|person| person.is_simulated)
+    }
+}
+
+/// Scores of one questionnaire (`phenotype/NAME.tsv`), of the participants who count.
+struct PhenotypeTable {
+    /// Questionnaire of the plan, without the place of the trial.
+    questionnaire: String,
+    /// Names of the scores.
+    scores: Vec<String>,
+    /// Conditions of the trials; one empty text for a questionnaire that is not about a trial.
+    conditions: Vec<String>,
+    rows: Vec<PhenotypeRow>,
+}
+
+/// Answers of one participant to a questionnaire.
+struct PhenotypeRow {
+    /// Participant's id, such as `sub-P03`.
+    participant: String,
+    /// Place (from 1) and condition of the trial; empty without a trial.
+    trial: [String; 2],
+    /// Scores in the order of the table; empty if an answer is missing.
+    scores: Vec<String>,
+}
+
+impl PhenotypeTable {
+    /// Reads the table; `None` if none of `participants` has a row in a table about a trial.
+    fn read(path: &Path, participants: &[&String]) -> Result<Option<Self>, AnalysisError> {
+        let Some(table) = TsvFile::read(path)? else { return Ok(None) };
+        let id = table.column("participant_id")?;
+        let trial = table.column("place").ok().zip(table.column("condition").ok());
+        let rows: Vec<&Vec<String>> = table.rows.iter().filter(|row| participants.contains(&&row[id])).collect();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let (questionnaire, conditions) = match (trial, rows.first()) {
+            (None, _) => (name.into_owned(), vec![String::new()]),
+            (Some(_), None) => return Ok(None),
+            // `trial_2_trust` is `trial_trust` after the second trial.
+            (Some((place, condition)), Some(row)) => {
+                (name.replacen(&format!("_{}_", row[place]), "_", 1), conditions(path, &rows, condition))
+            }
+        };
+        let scores = table.names.iter().enumerate().filter_map(|(i, name)| Some((i, name.strip_prefix("score_")?)));
+        let (columns, scores): (Vec<usize>, Vec<String>) = scores.map(|(i, name)| (i, name.to_owned())).unzip();
+        let score = |cell: &String| if cell == MISSING { String::new() } else { cell.clone() };
+        let row = |row: &&Vec<String>| PhenotypeRow {
+            participant: row[id].clone(),
+            trial: trial
+                .map_or_else(Default::default, |(place, condition)| [row[place].clone(), row[condition].clone()]),
+            scores: columns.iter().map(|at| score(&row[*at])).collect(),
+        };
+        let rows = rows.iter().map(row).collect();
+        Ok(Some(Self { questionnaire, scores, conditions, rows }))
     }
 }
 

@@ -4,10 +4,11 @@
 use crate::analysis::{
     data::{DriveSetup, DriverStretches, FoundRecording, RecordedTrial, driver_moments::StretchCollector},
     error::AnalysisError,
-    measures::{DriveMeasures, DriveTotals, RoadKinds},
+    measures::{DriveMeasures, DriveTotals},
     network::{LinePlace, NetworkDriveTotals},
     responses::{AdviceResponse, DriveOnsets, PedalNoise},
 };
+use crate::metrics::RoadKinds;
 use rayon::prelude::*;
 use std::{collections::BTreeMap, path::Path};
 

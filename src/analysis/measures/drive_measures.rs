@@ -1,15 +1,14 @@
 //! Measures of one drive. In: its totals, and optionally the totals of the same drive without advice. Out: [`DriveMeasures`].
 //! Each measure is over the whole trial unless its row in [`MEASURES`] says otherwise. The two lists that make it up
-//! (`every_drive` and `on_networks`) are the only places that name the measures.
+//! (`every_drive` and `on_networks`) compute the measures; [`crate::metrics::registry`] defines them.
 
 use super::{
-    definition::{MeasureDefinition, RoadKinds},
-    every_drive::OF_EVERY_DRIVE,
-    inputs::MeasureInputs,
-    on_networks::OF_NETWORKS,
-    totals::DriveTotals,
+    MeasuredValue, every_drive::OF_EVERY_DRIVE, inputs::MeasureInputs, on_networks::OF_NETWORKS, totals::DriveTotals,
 };
-use crate::analysis::{data::RecordedTrial, responses::AdviceResponse};
+use crate::{
+    analysis::{data::RecordedTrial, responses::AdviceResponse},
+    metrics::{Measure, RoadKinds},
+};
 
 /// Measures of a drive; `None` where there is nothing to measure.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -21,13 +20,13 @@ pub struct DriveMeasures {
 }
 
 /// All measures: first `OF_EVERY_DRIVE`, then `OF_NETWORKS`.
-pub const MEASURES: &[MeasureDefinition] = &joined::<{ OF_EVERY_DRIVE.len() + OF_NETWORKS.len() }>();
+pub const MEASURES: &[Measure] = &joined::<{ OF_EVERY_DRIVE.len() + OF_NETWORKS.len() }>();
 
-const fn joined<const N: usize>() -> [MeasureDefinition; N] {
-    let mut all = [OF_EVERY_DRIVE[0]; N];
+const fn joined<const N: usize>() -> [Measure; N] {
+    let mut all = [OF_EVERY_DRIVE[0].0; N];
     let mut i = 1;
     while i < N {
-        all[i] = if i < OF_EVERY_DRIVE.len() { OF_EVERY_DRIVE[i] } else { OF_NETWORKS[i - OF_EVERY_DRIVE.len()] };
+        all[i] = if i < OF_EVERY_DRIVE.len() { OF_EVERY_DRIVE[i].0 } else { OF_NETWORKS[i - OF_EVERY_DRIVE.len()].0 };
         i += 1;
     }
     all
@@ -44,8 +43,8 @@ impl DriveMeasures {
         let sight = MeasureInputs { trial, totals, baseline, responses: &responses };
         let is_network = trial.setup.is_open();
         let roads = RoadKinds { closed: !is_network, networks: is_network };
-        let value = |measure: &MeasureDefinition| (measure.of)(&sight).filter(|_| measure.is_on(roads));
-        Self { values: MEASURES.iter().map(value).collect(), responses }
+        let value = |(measure, of): &MeasuredValue| of(&sight).filter(|_| measure.is_on(roads));
+        Self { values: OF_EVERY_DRIVE.iter().chain(OF_NETWORKS).map(value).collect(), responses }
     }
 
     /// Returns the value of a measure by its name.

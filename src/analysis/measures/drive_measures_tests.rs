@@ -45,7 +45,9 @@ impl Drive {
         self.ego.iter().for_each(|row| onsets.add(row));
         let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
         let mut totals = DriveTotals::new(0.1).on(&self.trial);
-        totals.network = self.trial.setup.is_open().then(NetworkDriveTotals::default);
+        if self.trial.setup.is_open() {
+            totals = totals.on_network(NetworkDriveTotals::default());
+        }
         for row in &self.ego {
             totals.add(row);
             responses.add(row);
@@ -84,9 +86,9 @@ fn mean_speed_and_its_gain_are_means_over_cars_and_ticks() {
     near(&found, "mean_speed_mps", 4.5);
     near(&found, "baseline_speed_mps", 3.25);
     near(&found, "speed_gain_mps", 1.25);
-    near(&found, "ego_speed_mps", 4.0);
+    near(&found, "ego_mean_speed_mps", 4.0);
     // Two vehicles at 4 and 5 m/s: 0.5 m/s about their mean (N).
-    assert!((get(&found, "sd_over_cars_mps") - 0.5).abs() < 1e-6);
+    assert!((get(&found, "speed_sd_over_vehicles_mps") - 0.5).abs() < 1e-6);
     let alone = with.measures();
     assert_eq!((alone.get("speed_gain_mps"), alone.get("fuel_saved_l_100km")), (None, None));
 }
@@ -189,7 +191,10 @@ fn spread_over_time_stops_and_hard_brakings_match_a_hand_count() {
     assert!((get(&found, "ego_hard_braking_s") - 1.5).abs() < 1e-9, "{}", get(&found, "ego_hard_braking_s"));
     // Half the time at 2 and half at 6 m/s: 2 m/s about 4 (N); the other vehicle has none.
     let found = Drive::new(1000, |t| if t <= 5.0 { 2.0 } else { 6.0 }, |_| 2.0).measures();
-    assert!((get(&found, "ego_sd_mps") - 2.0).abs() < 1e-6 && (get(&found, "sd_in_time_mps") - 1.0).abs() < 1e-6);
+    assert!(
+        (get(&found, "ego_speed_sd_over_time_mps") - 2.0).abs() < 1e-6
+            && (get(&found, "speed_sd_over_time_mps") - 1.0).abs() < 1e-6
+    );
 }
 
 #[test]
@@ -209,7 +214,9 @@ fn network_time_gaps_are_of_followers_and_ring_measures_are_absent() {
     // 450 times 0 and 450 times 0.1: 0.05 about their mean, N-1; the 30 m beside the path are not a lane position.
     near(&found, "sdlp_m", 0.05 * (900.0_f64 / 899.0).sqrt());
     assert!(get(&ring, "sdlp_m") > 5.0);
-    for name in ["sd_over_cars_mps", "sd_in_time_mps", "fuel_l_100km", "hard_brakings", "last_disturbance_s"] {
+    for name in
+        ["speed_sd_over_vehicles_mps", "speed_sd_over_time_mps", "fuel_l_100km", "hard_brakings", "last_disturbance_s"]
+    {
         assert!(ring.get(name).is_some() && found.get(name).is_none(), "{name}");
     }
     // Two vehicles, evaluated each full second. A ring has no events of traffic rules.
@@ -220,7 +227,7 @@ fn network_time_gaps_are_of_followers_and_ring_measures_are_absent() {
 #[test]
 fn throughput_counts_vehicles_past_the_start_less_those_that_go_back() {
     let mut drive = Drive::new(6000, |_| 4.0, |_| 4.0);
-    assert_eq!(drive.measures().get("throughput_per_h"), None, "no route is known");
+    assert_eq!(drive.measures().get("passages_per_h"), None, "no route is known");
     drive.trial.setup.route_m = 100.0;
     // 60 s at 10 m/s from 0.5 m: six rounds of 100 m; the other vehicle goes back over the start once.
     for (k, step) in drive.steps.iter_mut().enumerate() {
@@ -228,7 +235,7 @@ fn throughput_counts_vehicles_past_the_start_less_those_that_go_back() {
         step.vehicles[1].s_m = Some(if k < 300 { 1.0 } else { 99.0 });
     }
     // 599.5 m are five whole rounds and most of the sixth: 5 - 1 in a minute.
-    near(&drive.measures(), "throughput_per_h", 4.0 * 60.0);
+    near(&drive.measures(), "passages_per_h", 4.0 * 60.0);
 }
 
 #[test]
@@ -368,4 +375,20 @@ fn a_second_is_a_hundred_ticks_and_a_rest_is_dropped() {
     }
     assert_eq!(drive.totals().0.per_second_mps, [1.0, 3.0]);
     assert!(Drive::new(99, |_| 1.0, |_| 1.0).totals().0.per_second_mps.is_empty());
+}
+
+#[test]
+fn space_mean_speed_is_distance_over_time_at_full_seconds() {
+    let step = |tick: u64, vehicles: &[(u32, f64)]| {
+        let vehicle =
+            |(id, speed_mps): &(u32, f64)| StepVehicle { id: *id, s_m: None, speed_mps: *speed_mps, lane: None };
+        TrafficStep { tick, vehicles: vehicles.iter().map(vehicle).collect() }
+    };
+    let mut totals = DriveTotals::new(0.1).on_network(NetworkDriveTotals::default());
+    assert_eq!(totals.traffic.space_mean_speed_mps(), None);
+    totals.add_step(&step(100, &[(0, 10.0), (4, 0.0)]));
+    // Between full seconds only vehicles near the ego have rows; they do not count here.
+    totals.add_step(&step(110, &[(0, 30.0)]));
+    totals.add_step(&step(200, &[(0, 4.0)]));
+    assert_eq!(totals.traffic.space_mean_speed_mps(), Some(14.0 / 3.0));
 }

@@ -1,444 +1,85 @@
-//! Measures of every drive: the definition of each with its options, and the differences on a network. In: the sums of a drive.
-//! Out: a number, or `None` where there is nothing to measure. SI units.
+//! Measures of every drive. In: the sums of a drive. Out: a number, or `None` where there is nothing to measure. SI units.
 
 use super::{
-    definition::MeasureDefinition,
+    MeasuredValue,
     inputs::{all_cars, enough},
 };
-use crate::analysis::{
-    responses::{OnsetKind, ResponseTime},
-    statistics::middle,
+use crate::{
+    analysis::{
+        responses::{OnsetKind, ResponseTime},
+        statistics::middle,
+    },
+    metrics::registry::measure,
 };
 
 /// Measures in the order of the tables.
-pub(super) const OF_EVERY_DRIVE: &[MeasureDefinition] = &[
-    MeasureDefinition::new(
-        "mean_speed_mps",
-        "Mean speed of all vehicles",
-        "m/s",
-        "speed of all vehicles, the ego vehicle included: mean over vehicles and ticks (100 a second; over steps of 0.1 s, as in \
-         published figures, it differs by up to about 0.001 m/s)",
-        |s| s.totals.mean_speed_mps.get(),
-    )
-    .on_networks("mean over ticks of the mean over the vehicles that are there"),
-    MeasureDefinition::new(
-        "baseline_speed_mps",
-        "Mean speed of all vehicles without advice",
-        "m/s",
-        "speed of all vehicles: mean over vehicles and ticks in the drive from the same seed without advice, the ego vehicle driven by \
-         the car-following model",
-        |s| s.baseline?.mean_speed_mps.get(),
-    ),
-    MeasureDefinition::new(
-        "speed_gain_mps",
-        "Gain in mean speed over no advice",
-        "m/s",
-        "mean speed of all vehicles less that of the drive from the same seed without advice: the paired difference",
-        |s| Some(s.totals.mean_speed_mps.get()? - s.baseline?.mean_speed_mps.get()?),
-    ),
-    MeasureDefinition::new(
-        "sd_over_cars_mps",
-        "Standard deviation of speed over vehicles",
-        "m/s",
-        "standard deviation of speed over the vehicles (N), mean over steps",
-        |s| Some(all_cars(s.totals)?.sd_over_cars_mps()),
-    )
-    .on_closed_routes("streets, turns and signals make speeds differ without any wave"),
-    MeasureDefinition::new(
-        "sd_in_time_mps",
-        "Standard deviation of speed over time",
-        "m/s",
-        "standard deviation of a vehicle's speed over the steps (N), mean over vehicles",
-        |s| Some(all_cars(s.totals)?.sd_in_time_mps()),
-    )
-    .on_closed_routes("a vehicle is there for a part of the drive"),
-    MeasureDefinition::new(
-        "ego_sd_mps",
-        "Standard deviation of the ego vehicle's speed",
-        "m/s",
-        "standard deviation of the ego vehicle's speed over the steps (N)",
-        |s| Some(enough(&s.totals.ego_alone)?.sd_in_time_mps()),
-    ),
-    MeasureDefinition::new(
-        "throughput_per_h",
-        "Throughput",
-        "1/h",
-        "vehicles past the start of the route an hour, counted at steps; one that goes back is taken off",
-        |s| s.per_hour(s.totals.passages as f64).filter(|_| all_cars(s.totals).is_some() && s.trial.setup.route_m > 0.0),
-    )
-    .on_closed_routes("there is no start of a route that all pass; the throughput is that at a line"),
-    MeasureDefinition::new(
-        "stops",
-        "Stops of all vehicles",
-        "",
-        "stops for each vehicle: its speed falls below 0.1 m/s; it has gone again above 1 m/s; standing at the start is none",
-        |s| s.per_car(s.totals.all_motion.stops as f64),
-    )
-    .on_networks("over all vehicles that were there, seen once a second"),
-    MeasureDefinition::new(
-        "stopped_s",
-        "Time stopped of all vehicles",
-        "s",
-        "time of a vehicle from below 0.1 m/s until above 1 m/s, summed over the drive, standing at the start included: mean over \
-         vehicles",
-        |s| s.per_car(s.totals.all_motion.stopped_s),
-    )
-    .on_networks("over all vehicles that were there, seen once a second"),
-    MeasureDefinition::new("ego_stops", "Stops of the ego vehicle", "", "stops of the ego vehicle by the same rule", |s| {
-        s.per_car(0.0).map(|_| s.totals.ego_motion.stops as f64)
+pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
+    (measure("mean_speed_mps"), |s| s.totals.ticks.mean_speed_mps.get()),
+    (measure("baseline_speed_mps"), |s| s.baseline?.ticks.mean_speed_mps.get()),
+    (measure("speed_gain_mps"), |s| {
+        Some(s.totals.ticks.mean_speed_mps.get()? - s.baseline?.ticks.mean_speed_mps.get()?)
     }),
-    MeasureDefinition::new("ego_stopped_s", "Time stopped of the ego vehicle", "s", "the same time of the ego vehicle", |s| {
-        s.per_car(0.0).map(|_| s.totals.ego_motion.stopped_s)
+    (measure("speed_sd_over_vehicles_mps"), |s| Some(all_cars(s.totals)?.speed_sd_over_vehicles_mps())),
+    (measure("speed_sd_over_time_mps"), |s| Some(all_cars(s.totals)?.speed_sd_over_time_mps())),
+    (measure("ego_speed_sd_over_time_mps"), |s| Some(enough(&s.totals.ego_traffic)?.speed_sd_over_time_mps())),
+    (measure("passages_per_h"), |s| {
+        s.per_hour(s.totals.passages as f64).filter(|_| all_cars(s.totals).is_some() && s.trial.setup.route_m > 0.0)
     }),
-    MeasureDefinition::new(
-        "hard_brakings",
-        "Hard brakings of all vehicles",
-        "",
-        "decelerations of more than 3 m/s2 over a step, for each vehicle; steps that follow each other are one",
-        |s| s.per_car(s.totals.all_motion.hard_brakings as f64),
-    )
-    .on_closed_routes("vehicles far from the ego vehicle are recorded once a second"),
-    MeasureDefinition::new(
-        "hard_braking_s",
-        "Time of hard braking of all vehicles",
-        "s",
-        "time of the same decelerations: mean over vehicles",
-        |s| s.per_car(s.totals.all_motion.hard_braking_s),
-    )
-    .on_closed_routes("vehicles far from the ego vehicle are recorded once a second"),
-    MeasureDefinition::new(
-        "ego_hard_brakings",
-        "Hard brakings of the ego vehicle",
-        "",
-        "the same decelerations of the ego vehicle",
-        |s| s.per_car(0.0).map(|_| s.totals.ego_motion.hard_brakings as f64),
-    ),
-    MeasureDefinition::new(
-        "ego_hard_braking_s",
-        "Time of hard braking of the ego vehicle",
-        "s",
-        "time of the same decelerations of the ego vehicle",
-        |s| s.per_car(0.0).map(|_| s.totals.ego_motion.hard_braking_s),
-    ),
-    MeasureDefinition::new(
-        "last_disturbance_s",
-        "Time of the last disturbance",
-        "s",
-        "from the first step until the standard deviation of speed over vehicles stays below 0.5 m/s; empty if it never does",
-        |s| all_cars(s.totals)?.last_disturbance_s(),
-    )
-    .on_closed_routes("streets, turns and signals make speeds differ without any wave"),
-    MeasureDefinition::new(
-        "ego_speed_mps",
-        "Mean speed of the ego vehicle",
-        "m/s",
-        "speed of the ego vehicle: mean over ticks",
-        |s| s.totals.ego_speed_mps.get(),
-    ),
-    MeasureDefinition::new(
-        "time_in_range",
-        "Share of time in range",
-        "",
-        "share of the ticks with advice at which the speed is in the acceptable range, its edges included",
-        |s| s.totals.in_range.get(),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "speed_error_mps",
-        "Mean absolute speed error",
-        "m/s",
-        "absolute difference of speed and target: mean over ticks with advice",
-        |s| s.totals.absolute_error_mps.get(),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "speed_bias_mps",
-        "Mean speed error",
-        "m/s",
-        "speed less target: mean over ticks with advice; positive is too fast",
-        |s| s.totals.error_mps.get(),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "time_in_range_by_driver",
-        "Share of time in range, by the driver",
-        "",
-        "share of the same ticks at which the speed is in the range and not within 2 s after a contact or after the car was put back on \
-         its lane: the driver chose it",
-        |s| s.totals.in_range_by_driver.get(),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "time_in_range_by_collision",
-        "Share of time in range, by a collision",
-        "",
-        "share of the same ticks at which the speed is in the range within 2 s after a contact or after the car was put back",
-        |s| Some(s.totals.in_range.get()? - s.totals.in_range_by_driver.get()?),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "changes",
-        "Changes of the advice",
-        "",
-        "changes of target or range that the driver saw, by at least 0.1 m/s from those that counted last (smaller ones add up \
-         until they do), events included; the first advice is none",
-        |s| Some(s.count(OnsetKind::Change) + s.count(OnsetKind::Event)),
-    ),
-    MeasureDefinition::new(
-        "events",
-        "Events",
-        "",
-        "changes of the advice that ask something new: at the frame that shows them the speed is outside of the new range, and was in the \
-         range before or on its other side",
-        |s| Some(s.count(OnsetKind::Event)),
-    ),
-    MeasureDefinition::new(
-        "responded",
-        "Share of events responded to",
-        "",
-        "share of the events answered within 3 s by a movement of the pedals in the direction asked that is larger than the person's idle \
-         movements, of those that were answered or watched that long; movements under way at the onset are left out",
-        |s| ResponseTime::Reaction.share_with_response(s.responses),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "responded_by_chance",
-        "Share of shams responded to",
-        "",
-        "the same share of shams: the events shifted all by the same time to where none is pending; what is found there is chance",
-        |s| ResponseTime::Chance.share_with_response(s.responses),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "reaction_s",
-        "Reaction time",
-        "s",
-        "perception-reaction time, from the frame that shows an event to the start of the first movement of the pedals in the direction \
-         asked that is larger than the person's idle movements: median of the lognormal distribution of the answers, from three times on, \
-         beside events that are never answered and movements by chance at the rate of the shams; censored at the next change of the \
-         advice and the end of the drive",
-        |s| s.median_s(ResponseTime::Reaction),
-    )
-    .with_advice()
-    .in_j2944("reaction time, 6.5.2"),
-    MeasureDefinition::new(
-        "movement_s",
-        "Movement time",
-        "s",
-        "from there to pedals that are 5 % of travel beyond idle movements: median of the censored lognormal distribution over the same \
-         events",
-        |s| s.median_s(ResponseTime::Movement),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "enter_range_s",
-        "Time to enter the range",
-        "s",
-        "compliance time, from the frame that shows an event to the speed being in the new range: median of the censored lognormal \
-         distribution over events, from three times on, censored as the reaction time",
-        |s| s.median_s(ResponseTime::Compliance),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "enter_range_steps",
-        "Steps to enter the range",
-        "steps",
-        "the time to enter the range in steps of the traffic",
-        |s| Some(s.median_s(ResponseTime::Compliance)? / s.totals.step_s()),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "idle_movement",
-        "Idle movement of the pedals",
-        "",
-        "95th percentile of the movements of the pedals (accelerator less brake) within 1 s while no event is pending, as a share of \
-         travel, at least 0.01: of the participant's practice, or of the drive where there is none",
-        |s| s.responses.first().map(|response| response.threshold),
-    )
-    .with_advice(),
-    MeasureDefinition::new(
-        "min_gap_m",
-        "Minimum gap",
-        "m",
-        "own front bumper to the leader's rear: smallest, over ticks in the leader's lane (less than a car's width, 1.8 m, beside the \
-         lane's middle)",
-        |s| s.totals.gap_m.0,
-    )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
-    .in_j2944("distance gap"),
-    MeasureDefinition::new(
-        "min_headway_m",
-        "Minimum headway",
-        "m",
-        "own front bumper to the leader's front: smallest, over ticks in the leader's lane",
-        |s| s.totals.headway_m.0,
-    )
-    .on_networks("to the same leaders, each with its own length")
-    .in_j2944("distance headway"),
-    MeasureDefinition::new(
-        "min_ttc_s",
-        "Minimum time to collision",
-        "s",
-        "gap over closing speed while the gap closes: smallest, over ticks in the leader's lane",
-        |s| s.totals.ttc_s.0,
-    )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
-    .in_j2944("time to collision"),
-    MeasureDefinition::new(
-        "max_drac_mps2",
-        "Maximum deceleration rate to avoid a crash (DRAC)",
-        "m/s2",
-        "closing speed squared over twice the gap: largest, over ticks in the leader's lane; 0 where the gap never closes",
-        |s| s.totals.most_drac_mps2,
-    )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path"),
-    MeasureDefinition::new(
-        "time_gap_s",
-        "Time gap",
-        "s",
-        "own front bumper to the leader's rear over own speed: mean over ticks in the leader's lane at 1 m/s or more",
-        |s| s.totals.time_gap_s.get(),
-    )
-    .on_networks("over ticks at which the next vehicle on its path, none that is beside it, is at most 6 s ahead (Vogel 2002); the lane is that of its path")
-    .in_j2944("time gap"),
-    MeasureDefinition::new(
-        "min_time_gap_s",
-        "Minimum time gap",
-        "s",
-        "own front bumper to the leader's rear over own speed: smallest, over ticks in the leader's lane at 1 m/s or more",
-        |s| s.totals.min_time_gap_s.0,
-    )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
-    .in_j2944("time gap"),
-    MeasureDefinition::new(
-        "time_headway_s",
-        "Time headway",
-        "s",
-        "own front bumper to the leader's front over own speed: mean over ticks in the leader's lane at 1 m/s or more",
-        |s| s.totals.time_headway_s.get(),
-    )
-    .on_networks("over ticks at which the same leader is at most 6 s ahead (Vogel 2002), with its own length")
-    .in_j2944("time headway, 8.1.4"),
-    MeasureDefinition::new(
-        "min_time_headway_s",
-        "Minimum time headway",
-        "s",
-        "own front bumper to the leader's front over own speed: smallest, over ticks in the leader's lane at 1 m/s or more",
-        |s| s.totals.min_time_headway_s.0,
-    )
-    .on_networks("to the same leaders, each with its own length")
-    .in_j2944("time headway, 8.1.4"),
-    MeasureDefinition::new(
-        "sdlp_m",
-        "Standard deviation of lane position (SDLP)",
-        "m",
-        "standard deviation of lane position (N−1), reference the middle of the car, over the whole trial, unfiltered",
-        |s| s.totals.sdlp_m(),
-    )
-    .on_networks("over ticks in the lane of its path (less than a car's width, 1.8 m, beside the lane's middle)")
-    .in_j2944("standard deviation of lane position, 10.1.3"),
-    MeasureDefinition::new(
-        "reversals_per_min",
-        "Steering reversal rate",
-        "1/min",
-        "reversals of the steering wheel with a gap size of 3 degrees, both ways, unfiltered, a minute",
-        |s| {
-            let minutes = s.totals.duration_s / 60.0;
-            (minutes > 0.0).then(|| s.totals.reversals.count as f64 / minutes)
-        },
-    )
-    .in_j2944("steering wheel reversal"),
-    MeasureDefinition::new(
-        "pedal_reversals_per_min",
-        "Pedal reversal rate",
-        "1/min",
-        "reversals of the pedals (accelerator less brake) with a gap size of 5 % of travel, both ways, unfiltered, a minute",
-        |s| Some(s.per_hour(s.totals.pedal_reversals.count as f64)? / 60.0),
-    ),
-    MeasureDefinition::new(
-        "rms_jerk_mps3",
-        "Root mean square jerk",
-        "m/s3",
-        "root mean square of the change of acceleration, averaged over a step, from one step to the next",
-        |s| Some(s.totals.square_jerk.get()?.sqrt()),
-    )
-    .in_j2944("jerk, 7.2.13"),
-    MeasureDefinition::new(
-        "ego_fuel_l_100km",
-        "Fuel consumption of the ego vehicle",
-        "l/100 km",
-        "fuel of the ego vehicle by the model of Kamal et al. (2013)",
-        |s| enough(&s.totals.ego_alone)?.fuel_l_100km(),
-    ),
-    MeasureDefinition::new(
-        "fuel_l_100km",
-        "Fuel consumption of all vehicles",
-        "l/100 km",
-        "fuel of all vehicles by the model of Kamal et al. (2013)",
-        |s| all_cars(s.totals)?.fuel_l_100km(),
-    )
-    .on_closed_routes("lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a second"),
-    MeasureDefinition::new(
-        "ego_fuel_sumo_l_100km",
-        "Fuel consumption of the ego vehicle, SUMO",
-        "l/100 km",
-        "fuel of the ego vehicle by SUMO's emission model (HBEFA 4.2, petrol, Euro 4)",
-        |s| s.totals.sumo_fuel[1].l_100km(),
-    ),
-    MeasureDefinition::new(
-        "fuel_sumo_l_100km",
-        "Fuel consumption of all vehicles, SUMO",
-        "l/100 km",
-        "fuel of all vehicles by SUMO's emission model (HBEFA 4.2, petrol, Euro 4)",
-        |s| s.totals.sumo_fuel[0].l_100km(),
-    )
-    .on_closed_routes("lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a second"),
-    MeasureDefinition::new(
-        "fuel_saved_l_100km",
-        "Fuel saved over no advice",
-        "l/100 km",
-        "fuel of all vehicles in the drive from the same seed without advice less that in this one",
-        |s| Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?),
-    )
-    .on_closed_routes("lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a second"),
-    MeasureDefinition::new(
-        "hand_over_sd_mps",
-        "Standard deviation of speed over vehicles at hand-over",
-        "m/s",
-        "standard deviation of speed over the vehicles (N) at the moment at which the driver takes the car over: the wave that the drive \
-         begins with",
-        |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps),
-    ),
-    MeasureDefinition::new("contacts", "Contacts with other vehicles", "", "how often the ego vehicle touched another vehicle", |s| {
-        Some(s.trial.contacts as f64)
+    (measure("stops"), |s| s.per_car(s.totals.traffic.stops as f64)),
+    (measure("stopped_s"), |s| s.per_car(s.totals.traffic.stopped_s)),
+    (measure("ego_stops"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.stops as f64)),
+    (measure("ego_stopped_s"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.stopped_s)),
+    (measure("hard_brakings"), |s| s.per_car(s.totals.traffic.hard_brakings as f64)),
+    (measure("hard_braking_s"), |s| s.per_car(s.totals.traffic.hard_braking_s)),
+    (measure("ego_hard_brakings"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.hard_brakings as f64)),
+    (measure("ego_hard_braking_s"), |s| s.per_car(0.0).map(|_| s.totals.ego_traffic.hard_braking_s)),
+    (measure("last_disturbance_s"), |s| all_cars(s.totals)?.last_disturbance_s()),
+    (measure("ego_mean_speed_mps"), |s| s.totals.ticks.ego_mean_speed_mps.get()),
+    (measure("time_in_range"), |s| s.totals.ticks.time_in_range.get()),
+    (measure("speed_error_mps"), |s| s.totals.absolute_error_mps.get()),
+    (measure("speed_bias_mps"), |s| s.totals.error_mps.get()),
+    (measure("time_in_range_by_driver"), |s| s.totals.in_range_by_driver.get()),
+    (measure("time_in_range_by_collision"), |s| {
+        Some(s.totals.ticks.time_in_range.get()? - s.totals.in_range_by_driver.get()?)
     }),
-    MeasureDefinition::new("left_road", "Departures from the lane", "", "how often the middle of the car left its lane", |s| {
-        Some(s.trial.left_road as f64)
-    })
-    .on_networks("how often the middle of the car left the road"),
-    MeasureDefinition::new(
-        "dropped_s",
-        "Time given up",
-        "s",
-        "time of the simulation that was given up as frames came too late: the participant saw the drive in slow motion for as long; sum over \
-         the drive",
-        |s| s.trial.dropped_s,
-    ),
-    MeasureDefinition::new(
-        "latency_median_s",
-        "Median latency",
-        "s",
-        "from the newest input (the kernel's time) to the handing over of the frame that shows it: median over such frames",
-        |s| middle(&s.trial.latencies_s),
-    ),
-    MeasureDefinition::new(
-        "latency_p99_s",
-        "99th percentile of latency",
-        "s",
-        "from the newest input (the kernel's time) to the handing over of the frame that shows it: 99th percentile (nearest rank)",
-        |s| {
-            let sorted = &s.trial.latencies_s;
-            sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
-        },
-    ),
+    (measure("changes"), |s| Some(s.count(OnsetKind::Change) + s.count(OnsetKind::Event))),
+    (measure("events"), |s| Some(s.count(OnsetKind::Event))),
+    (measure("responded"), |s| ResponseTime::Reaction.share_with_response(s.responses)),
+    (measure("responded_by_chance"), |s| ResponseTime::Chance.share_with_response(s.responses)),
+    (measure("reaction_s"), |s| s.median_s(ResponseTime::Reaction)),
+    (measure("movement_s"), |s| s.median_s(ResponseTime::Movement)),
+    (measure("enter_range_s"), |s| s.median_s(ResponseTime::Compliance)),
+    (measure("enter_range_steps"), |s| Some(s.median_s(ResponseTime::Compliance)? / s.totals.step_s())),
+    (measure("idle_movement"), |s| s.responses.first().map(|response| response.threshold)),
+    (measure("min_gap_m"), |s| s.totals.ticks.min_gap_m.0),
+    (measure("min_headway_m"), |s| s.totals.headway_m.0),
+    (measure("min_ttc_s"), |s| s.totals.ttc_s.0),
+    (measure("max_drac_mps2"), |s| s.totals.most_drac_mps2),
+    (measure("time_gap_s"), |s| s.totals.time_gap_s.get()),
+    (measure("min_time_gap_s"), |s| s.totals.min_time_gap_s.0),
+    (measure("time_headway_s"), |s| s.totals.time_headway_s.get()),
+    (measure("min_time_headway_s"), |s| s.totals.min_time_headway_s.0),
+    (measure("sdlp_m"), |s| s.totals.sdlp_m()),
+    (measure("reversals_per_min"), |s| {
+        let minutes = s.totals.duration_s / 60.0;
+        (minutes > 0.0).then(|| s.totals.reversals.count as f64 / minutes)
+    }),
+    (measure("pedal_reversals_per_min"), |s| Some(s.per_hour(s.totals.pedal_reversals.count as f64)? / 60.0)),
+    (measure("rms_jerk_mps3"), |s| Some(s.totals.square_jerk.get()?.sqrt())),
+    (measure("ego_fuel_l_100km"), |s| enough(&s.totals.ego_traffic)?.fuel_l_100km()),
+    (measure("fuel_l_100km"), |s| all_cars(s.totals)?.fuel_l_100km()),
+    (measure("ego_fuel_sumo_l_100km"), |s| s.totals.sumo_fuel[1].l_100km()),
+    (measure("fuel_sumo_l_100km"), |s| s.totals.sumo_fuel[0].l_100km()),
+    (measure("fuel_saved_l_100km"), |s| {
+        Some(all_cars(s.baseline?)?.fuel_l_100km()? - all_cars(s.totals)?.fuel_l_100km()?)
+    }),
+    (measure("hand_over_speed_sd_over_vehicles_mps"), |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps)),
+    (measure("contact_count"), |s| Some(s.trial.contacts as f64)),
+    (measure("left_road"), |s| Some(s.trial.left_road as f64)),
+    (measure("dropped_s"), |s| s.trial.dropped_s),
+    (measure("latency_median_s"), |s| middle(&s.trial.latencies_s)),
+    (measure("latency_p99_s"), |s| {
+        let sorted = &s.trial.latencies_s;
+        sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
+    }),
 ];

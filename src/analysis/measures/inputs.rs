@@ -6,7 +6,7 @@ use crate::analysis::{
     data::RecordedTrial,
     responses::{AdviceResponse, OnsetKind, ResponseTime},
 };
-use crate::metrics::FlowTotals;
+use crate::metrics::TrafficTotals;
 
 /// Data that the measures are computed from.
 pub struct MeasureInputs<'a> {
@@ -37,17 +37,17 @@ impl MeasureInputs<'_> {
 
     /// Returns a sum over all vehicles, divided by their number.
     pub fn per_car(&self, sum: f64) -> Option<f64> {
-        let cars = self.totals.all_motion.cars();
+        let cars = self.totals.traffic.vehicles();
         (cars > 0).then(|| sum / cars as f64)
     }
 }
 
-/// Returns the flow totals of all vehicles, as the evaluation of policies uses them; `None` below two steps.
-pub(super) fn all_cars(totals: &DriveTotals) -> Option<&FlowTotals> {
-    enough(&totals.all_cars)
+/// Returns the sums of all vehicles, as the evaluation of policies uses them; `None` below two steps.
+pub(super) fn all_cars(totals: &DriveTotals) -> Option<&TrafficTotals> {
+    enough(&totals.traffic)
 }
 
 /// Returns the totals if there are at least two steps; a single step determines nothing.
-pub(super) fn enough(flow: &FlowTotals) -> Option<&FlowTotals> {
-    (flow.steps() >= 2).then_some(flow)
+pub(super) fn enough(traffic: &TrafficTotals) -> Option<&TrafficTotals> {
+    (traffic.steps() >= 2).then_some(traffic)
 }

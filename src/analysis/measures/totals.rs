@@ -11,7 +11,7 @@ use crate::analysis::{
     responses::{AdviceResponse, OnsetFinder, PedalNoise, ResponseWatch, response_detection::PEDAL},
 };
 use crate::{
-    metrics::{Approach, FlowTotals, MotionTotals, fuel::SumoFuelTotals},
+    metrics::{Approach, RunningMean, RunningMinimum, TickTotals, TrafficTotals, fuel::SumoFuelTotals},
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
 };
@@ -29,63 +29,18 @@ pub const MOVING_MPS: f64 = 1.0;
 /// Largest gap or headway of a follower on a network, seconds; beyond it, a vehicle drives freely (Vogel 2002).
 pub const FOLLOWING_S: f64 = 6.0;
 
-/// Mean of values added one by one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RunningMean {
-    sum: f64,
-    n: u64,
-}
-
-impl Default for RunningMean {
-    fn default() -> Self {
-        // Sum of nothing: with 0.0, a sum of negative zeros would lose its sign.
-        Self { sum: -0.0, n: 0 }
-    }
-}
-
-impl RunningMean {
-    fn add(&mut self, value: f64) {
-        self.sum += value;
-        self.n += 1;
-    }
-
-    /// Returns the mean; `None` without values.
-    pub fn get(&self) -> Option<f64> {
-        (self.n > 0).then(|| self.sum / self.n as f64)
-    }
-}
-
-/// Smallest of values added one by one; `None` without values.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RunningMinimum(pub Option<f64>);
-
-impl RunningMinimum {
-    fn add(&mut self, value: Option<f64>) {
-        self.0 = match (self.0, value) {
-            (Some(least), Some(value)) => Some(least.min(value)),
-            (least, value) => least.or(value),
-        };
-    }
-}
-
 /// Sums of a drive.
 #[derive(Clone, Debug)]
 pub struct DriveTotals {
-    /// Mean speed of all vehicles, m/s.
-    pub mean_speed_mps: RunningMean,
-    /// Speed of the ego, m/s.
-    pub ego_speed_mps: RunningMean,
-    /// Share of ticks in the range: 1 for a tick in it, 0 for one out of it.
-    pub in_range: RunningMean,
-    /// Share of the same ticks in the range at a speed that the driver chose: not up to
+    /// Speeds, range and gap of every tick, as a summary has them.
+    pub ticks: TickTotals,
+    /// Share of the ticks with advice in the range at a speed that the driver chose: not up to
     /// [`AFTER_CONTACT_S`](crate::analysis::data::trial::AFTER_CONTACT_S) after a collision.
     pub in_range_by_driver: RunningMean,
     /// Speed less target, m/s.
     pub error_mps: RunningMean,
     /// Absolute difference of speed and target, m/s.
     pub absolute_error_mps: RunningMean,
-    /// Gap to the leader, metres.
-    pub gap_m: RunningMinimum,
     /// Headway to the leader, metres.
     pub headway_m: RunningMinimum,
     /// Time to collision, seconds.
@@ -106,16 +61,12 @@ pub struct DriveTotals {
     pub pedal_reversals: SteeringReversals,
     /// Square of the jerk between steps, (m/s3)^2.
     pub square_jerk: RunningMean,
-    /// Stops and hard brakings of all vehicles.
-    pub all_motion: MotionTotals,
-    /// Stops and hard brakings of the ego.
-    pub ego_motion: MotionTotals,
     /// Vehicles past the start of the route, less those that go back over it.
     pub passages: i64,
-    /// Speeds of all vehicles.
-    pub all_cars: FlowTotals,
-    /// Speeds of the ego at the same steps.
-    pub ego_alone: FlowTotals,
+    /// All vehicles, at each step; on a network at full seconds, at which all vehicles have a row.
+    pub traffic: TrafficTotals,
+    /// The ego alone, at each step.
+    pub ego_traffic: TrafficTotals,
     /// Fuel of all vehicles and of the ego by SUMO's model.
     pub sumo_fuel: [SumoFuelTotals; 2],
     /// Mean speed of all vehicles over each whole second, m/s.
@@ -141,13 +92,10 @@ impl DriveTotals {
     /// Starts the sums of a drive with steps of `step_s`.
     pub fn new(step_s: f64) -> Self {
         Self {
-            mean_speed_mps: RunningMean::default(),
-            ego_speed_mps: RunningMean::default(),
-            in_range: RunningMean::default(),
+            ticks: TickTotals::default(),
             in_range_by_driver: RunningMean::default(),
             error_mps: RunningMean::default(),
             absolute_error_mps: RunningMean::default(),
-            gap_m: RunningMinimum::default(),
             headway_m: RunningMinimum::default(),
             ttc_s: RunningMinimum::default(),
             most_drac_mps2: None,
@@ -157,12 +105,10 @@ impl DriveTotals {
             min_time_headway_s: RunningMinimum::default(),
             reversals: SteeringReversals::new(REVERSAL_DEG),
             pedal_reversals: SteeringReversals::new(PEDAL_REVERSAL),
-            all_motion: MotionTotals::default(),
-            ego_motion: MotionTotals::default(),
             passages: 0,
             square_jerk: RunningMean::default(),
-            all_cars: FlowTotals::new(step_s),
-            ego_alone: FlowTotals::new(step_s),
+            traffic: TrafficTotals::new(step_s),
+            ego_traffic: TrafficTotals::new(step_s),
             sumo_fuel: Default::default(),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
@@ -186,6 +132,11 @@ impl DriveTotals {
         self
     }
 
+    /// Adds the sums of a network.
+    pub fn on_network(self, network: NetworkDriveTotals) -> Self {
+        Self { network: Some(network), traffic: TrafficTotals::new(1.0), ..self }
+    }
+
     /// Reads a whole drive; returns its responses, too, and gives each row of the ego to `each`. `practice` has the idle pedal
     /// movements of the same person; `lines` are the lines for throughput on a network.
     ///
@@ -199,7 +150,9 @@ impl DriveTotals {
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        totals.network = trial.setup.is_open().then(|| NetworkDriveTotals::open(trial, lines)).transpose()?;
+        if trial.setup.is_open() {
+            totals = totals.on_network(NetworkDriveTotals::open(trial, lines)?);
+        }
         let mut onsets = OnsetFinder::new(trial.changes.clone());
         for ego in trial.ego()? {
             let ego = ego?;
@@ -225,10 +178,9 @@ impl DriveTotals {
 
     /// Adds the ego's row of the next tick.
     pub fn add(&mut self, ego: &EgoSample) {
-        self.mean_speed_mps.add(ego.mean_speed_mps);
-        self.ego_speed_mps.add(ego.speed_mps);
+        self.ticks.mean_speed_mps.add(ego.mean_speed_mps);
+        self.ticks.add_ego(ego.speed_mps, ego.in_range);
         if let Some(is_in_range) = ego.in_range {
-            self.in_range.add(f64::from(u8::from(is_in_range)));
             while self.after_contacts.next_if(|span| span[1] <= ego.tick).is_some() {}
             let by_driver = is_in_range && self.after_contacts.peek().is_none_or(|span| ego.tick < span[0]);
             self.in_range_by_driver.add(f64::from(u8::from(by_driver)));
@@ -238,7 +190,7 @@ impl DriveTotals {
             self.absolute_error_mps.add((ego.speed_mps - target_mps).abs());
         }
         if is_in_lane(ego.lane_offset_m) {
-            self.gap_m.add(ego.gap_m);
+            self.ticks.min_gap_m.add(ego.gap_m);
             self.headway_m.add(ego.headway_m);
             self.ttc_s.add(ego.ttc_s);
             self.add_drac(ego);
@@ -278,7 +230,7 @@ impl DriveTotals {
     fn add_accel(&mut self, accel_mps2: f64) {
         let ticks = (self.step_s / TICK_S).round().max(1.0) as u64;
         self.step_accel_mps2.add(accel_mps2);
-        if self.step_accel_mps2.n < ticks {
+        if self.step_accel_mps2.count() < ticks {
             return;
         }
         let over = std::mem::take(&mut self.step_accel_mps2).get();
@@ -289,27 +241,25 @@ impl DriveTotals {
 
     fn add_to_second(&mut self, mean_speed_mps: f64) {
         self.second.add(mean_speed_mps);
-        if self.second.n == u64::from(TICKS_PER_S) {
+        if self.second.count() == u64::from(TICKS_PER_S) {
             self.per_second_mps.extend(std::mem::take(&mut self.second).get());
         }
     }
 
     /// Adds the vehicles with a row at the end of the next step.
     pub fn add_step(&mut self, step: &TrafficStep) {
-        let speeds = || step.speeds_mps().map(|v| v.max(0.0) as f32);
-        self.ego_alone.add(speeds().take(1));
+        let vehicles = || step.vehicles.iter().map(|vehicle| (vehicle.id, vehicle.speed_mps.max(0.0)));
+        let speeds = || vehicles().map(|(_, speed_mps)| speed_mps as f32);
+        self.ego_traffic.add(vehicles().take(1));
         self.sumo_fuel[1].add(speeds().take(1), self.step_s);
-        self.ego_motion.add(step.ids().zip(speeds()).take(1), self.step_s);
+        if self.network.is_none() || step.has_all() {
+            self.traffic.add(vehicles());
+        }
         if let Some(network) = &mut self.network {
             network.add_step(step);
-            if step.has_all() {
-                self.all_motion.add(step.ids().zip(speeds()), 1.0);
-            }
             return;
         }
-        self.all_cars.add(speeds());
         self.sumo_fuel[0].add(speeds(), self.step_s);
-        self.all_motion.add(step.ids().zip(speeds()), self.step_s);
         // A move back by more than half the route crosses its start.
         for (id, now_m) in step.vehicles.iter().filter_map(|vehicle| Some((vehicle.id, vehicle.s_m?))) {
             let Some(before_m) = self.places_m.insert(id, now_m) else { continue };
@@ -345,7 +295,7 @@ impl DriveTotals {
 
     /// Returns the standard deviation of the offset from the lane's middle (N-1), metres.
     pub fn sdlp_m(&self) -> Option<f64> {
-        let n = self.lane_offset_m.n;
+        let n = self.lane_offset_m.count();
         (n > 1).then(|| (self.lane_squares_m2 / (n - 1) as f64).sqrt())
     }
 }

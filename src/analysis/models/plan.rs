@@ -1,10 +1,8 @@
 //! Plan of a study's analysis, written before the first participant. In: the table `[analysis]` of a study's file. Out: an
 //! [`AnalysisPlan`], checked, and its differences from the plan at the start of the data set.
 
-use crate::analysis::{
-    error::AnalysisError,
-    measures::{MEASURES, MeasureDefinition, RoadKinds},
-};
+use crate::analysis::{error::AnalysisError, measures::MEASURES};
+use crate::metrics::{Measure, RoadKinds};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     record,
@@ -164,7 +162,7 @@ impl ConditionKind {
         Self { has_advice: self.has_advice || other.has_advice, roads }
     }
 
-    fn may_have(&self, measure: &MeasureDefinition) -> bool {
+    fn may_have(&self, measure: &Measure) -> bool {
         (self.has_advice || !measure.needs_advice) && measure.is_on(self.roads)
     }
 }
@@ -417,9 +415,9 @@ mod tests {
             ("\"reaction_s\"", "\"mean_speed_mps\"", "analysis.secondary.0", "comes twice"),
             (
                 "= 0.2",
-                "= 0.2\ncovariates = [\"hand_over_sd\"]",
+                "= 0.2\ncovariates = [\"hand_over_speed_sd_over_vehicles\"]",
                 "analysis.covariates.0",
-                "did you mean hand_over_sd_mps",
+                "did you mean hand_over_speed_sd_over_vehicles_mps",
             ),
             ("= 0.2", "= 0.2\ncovariates = [\"reaction_s\"]", "analysis.covariates.0", "comes twice"),
             ("= 0.2", "= 0.0", "analysis.smallest_effect", "a number above 0"),

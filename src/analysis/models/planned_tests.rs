@@ -29,7 +29,7 @@ pub(crate) fn drives() -> Vec<AnalysedRecording> {
             let effect = if condition == "b" { 0.5 } else { 0.0 };
             values[index("mean_speed_mps")] = Some(5.0 + own + effect + 0.2 * stream.normal());
             values[index("speed_error_mps")] = Some(1.0 + 0.1 * stream.normal());
-            values[index("contacts")] = Some(0.0);
+            values[index("contact_count")] = Some(0.0);
             let mut setup = DriveSetup::default();
             setup.scenario.duration_s = 60.0;
             all.push(AnalysedRecording {
@@ -83,8 +83,8 @@ fn each_exclusion_rule_reports_the_number_found() {
     let mut drives = drives();
     // Two of three trials of the first participant are bad, so that the participant is left out; one of the second's.
     drives[0].duration_s = 30.0;
-    drives[1].measures.values[index("contacts")] = Some(2.0);
-    drives[4].measures.values[index("contacts")] = Some(1.0);
+    drives[1].measures.values[index("contact_count")] = Some(2.0);
+    drives[4].measures.values[index("contact_count")] = Some(1.0);
     let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: false, state: state.into() };
     let all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
     let people = StudyParticipants { all, ..StudyParticipants::default() };
@@ -137,11 +137,13 @@ fn covariates_are_held_constant_and_constant_ones_are_dropped() {
     for drive in &mut drives {
         // A strong wave, even stronger in condition b: without the covariate, the wave would hide most of the effect.
         let wave = 2.5 + 0.3 * stream.normal() + if drive.found.condition == "b" { 0.6 } else { 0.0 };
-        drive.measures.values[index("hand_over_sd_mps")] = Some(wave);
+        drive.measures.values[index("hand_over_speed_sd_over_vehicles_mps")] = Some(wave);
         *drive.measures.values[index("mean_speed_mps")].as_mut().unwrap() -= 0.7 * wave;
     }
     let without = PlannedAnalysis::of(&history(PLAN), &drives, &StudyParticipants::default()).unwrap();
-    let found = PlannedAnalysis::of(&with("hand_over_sd_mps"), &drives, &StudyParticipants::default()).unwrap();
+    let found =
+        PlannedAnalysis::of(&with("hand_over_speed_sd_over_vehicles_mps"), &drives, &StudyParticipants::default())
+            .unwrap();
     let [b_without, b] =
         [&without, &found].map(|all| all.outcomes[0].fitted.as_ref().unwrap().contrasts[0].found.unwrap());
     assert!(b_without.estimate < 0.4, "0.5 - 0.7 x 0.6 = 0.08, within two standard errors: {b_without:?}");
@@ -149,17 +151,19 @@ fn covariates_are_held_constant_and_constant_ones_are_dropped() {
     let primary = found.outcomes[0].fitted.as_ref().unwrap();
     let (name, slope) = primary.covariates[0].clone();
     let [low, high] = slope.unwrap().interval(0.05);
-    assert!(name == "hand_over_sd_mps" && low < -0.7 && -0.7 < high && high < 0.0, "{slope:?}");
+    assert!(name == "hand_over_speed_sd_over_vehicles_mps" && low < -0.7 && -0.7 < high && high < 0.0, "{slope:?}");
     assert!(primary.place.is_some());
     let table = found.models_csv();
-    assert!(table.contains("mean_speed_mps,primary,covariate,hand_over_sd_mps,,12,36,"), "{table}");
+    assert!(table.contains("mean_speed_mps,primary,covariate,hand_over_speed_sd_over_vehicles_mps,,12,36,"), "{table}");
     // A trial without the number is in no model. A number that never varies is dropped, and the rest is as without it.
-    drives[0].measures.values[index("hand_over_sd_mps")] = None;
-    let found = PlannedAnalysis::of(&with("hand_over_sd_mps"), &drives, &StudyParticipants::default()).unwrap();
+    drives[0].measures.values[index("hand_over_speed_sd_over_vehicles_mps")] = None;
+    let found =
+        PlannedAnalysis::of(&with("hand_over_speed_sd_over_vehicles_mps"), &drives, &StudyParticipants::default())
+            .unwrap();
     assert_eq!(found.outcomes[0].fitted.as_ref().unwrap().observations.len(), 35);
-    let found = PlannedAnalysis::of(&with("contacts"), &drives, &StudyParticipants::default()).unwrap();
+    let found = PlannedAnalysis::of(&with("contact_count"), &drives, &StudyParticipants::default()).unwrap();
     let primary = found.outcomes[0].fitted.as_ref().unwrap();
-    assert_eq!(primary.covariates, [("contacts".to_owned(), None)]);
+    assert_eq!(primary.covariates, [("contact_count".to_owned(), None)]);
     assert_eq!(primary.contrasts, without.outcomes[0].fitted.as_ref().unwrap().contrasts);
     assert!(primary.place.is_some() && primary.means == without.outcomes[0].fitted.as_ref().unwrap().means);
 }

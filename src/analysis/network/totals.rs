@@ -26,10 +26,6 @@ pub struct NetworkDriveTotals {
     pub vehicles: usize,
     /// Time of the ego less the time for its path at the speed limits, seconds; `None` without the network.
     pub ego_time_loss_s: Option<f64>,
-    /// Sum of the speeds of all vehicles at full seconds, m/s: their distance in metres.
-    way_m: f64,
-    /// Number of these speeds: the vehicles' time in seconds.
-    time_s: u64,
     /// Network and tracks, released by `finish`.
     network: Option<Arc<Network>>,
     tracks: BTreeMap<u32, VehicleTrack>,
@@ -101,10 +97,6 @@ impl NetworkDriveTotals {
 
     /// Adds the vehicles with a row at the next step.
     pub fn add_step(&mut self, step: &TrafficStep) {
-        if step.has_all() {
-            self.way_m += step.speeds_mps().map(|speed_mps| speed_mps.max(0.0)).sum::<f64>();
-            self.time_s += step.vehicles.len() as u64;
-        }
         for vehicle in &step.vehicles {
             self.follow(step.tick, vehicle);
         }
@@ -174,11 +166,6 @@ impl NetworkDriveTotals {
             }
             self.trips.insert(id, trip);
         }
-    }
-
-    /// Returns the distance of all vehicles over their time, m/s (Edie 1963); `None` without a full second.
-    pub fn space_mean_speed_mps(&self) -> Option<f64> {
-        (self.time_s > 0).then(|| self.way_m / self.time_s as f64)
     }
 
     /// Returns the travel times of complete trips, seconds, sorted.

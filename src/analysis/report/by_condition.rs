@@ -8,9 +8,10 @@ use super::{
 };
 use crate::analysis::{
     drives::{AnalysedRecording, StatisticalPower, conditions, participants, per_participant, power, values},
-    measures::{MEASURES, RoadKinds, index},
+    measures::{MEASURES, index},
     text::{count, joined_with_and, people},
 };
+use crate::metrics::RoadKinds;
 
 /// Measures with a figure by condition.
 const DRAWN: [&str; 11] = [

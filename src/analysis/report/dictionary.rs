@@ -1,7 +1,8 @@
 //! Report section of the data dictionary. In: analysed drives. Out: the definitions of all columns of the tables.
 
 use super::{glossary, page::ReportPage, words::cells};
-use crate::analysis::{columns::ColumnDefinition, drives::AnalysedRecording, text::unit_text};
+use crate::analysis::{columns::ColumnDefinition, drives::AnalysedRecording};
+use crate::metrics::registry::unit_text;
 use crate::plot::escaped;
 
 /// Adds the definitions of all columns of the tables beside the page.

@@ -7,9 +7,10 @@ use super::{
 };
 use crate::analysis::{
     drives::{AnalysedRecording, is_of_several_people, participants},
-    measures::{MEASURES, RoadKinds, index},
+    measures::{MEASURES, index},
     text::{count, people},
 };
+use crate::metrics::RoadKinds;
 
 /// Measures listed drive by drive: subject and names, one table each.
 const LISTED: [(&str, &[&str]); 3] = [
@@ -19,7 +20,15 @@ const LISTED: [(&str, &[&str]); 3] = [
     ),
     (
         "following, steering and fuel",
-        &["min_gap_m", "min_ttc_s", "sdlp_m", "reversals_per_min", "rms_jerk_mps3", "fuel_saved_l_100km", "contacts"],
+        &[
+            "min_gap_m",
+            "min_ttc_s",
+            "sdlp_m",
+            "reversals_per_min",
+            "rms_jerk_mps3",
+            "fuel_saved_l_100km",
+            "contact_count",
+        ],
     ),
     (
         "road networks",
@@ -27,7 +36,7 @@ const LISTED: [(&str, &[&str]); 3] = [
             "ego_travel_time_s",
             "ego_time_loss_s",
             "travel_time_s",
-            "line_flow_per_h",
+            "line_passages_per_h",
             "red_lights",
             "speeding_s",
             "near_misses",

@@ -4,9 +4,9 @@
 use crate::analysis::{
     columns::{ColumnDefinition, TableColumns},
     drives::AnalysedRecording,
-    measures::RoadKinds,
     tables as csv,
 };
+use crate::metrics::RoadKinds;
 use serde_json::{Map, Value, json};
 
 /// Returns all tables with their columns, for these drives.

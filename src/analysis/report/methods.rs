@@ -11,9 +11,10 @@ use crate::analysis::{
     data::{StudyParticipants, people::STATES},
     drivers::ParticipantDriver,
     drives::{AnalysedRecording, conditions, is_of_several_people},
-    measures::{MEASURES, MeasureDefinition, RoadKinds},
-    text::{count, joined_with_and, number_text, unit_text},
+    measures::MEASURES,
+    text::{count, joined_with_and, number_text},
 };
+use crate::metrics::{Measure, RoadKinds, registry::unit_text};
 use crate::{sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -342,7 +343,7 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
             );
         }
     }
-    let hit = drives.iter().filter(|drive| drive.measures.get("contacts").is_some_and(|n| n > 0.0)).count();
+    let hit = drives.iter().filter(|drive| drive.measures.get("contact_count").is_some_and(|n| n > 0.0)).count();
     text += &match (hit, drives.len()) {
         (0, 1) => " There was no contact with another vehicle.".into(),
         (0, _) => " There was no contact with another vehicle in any drive.".into(),
@@ -375,7 +376,7 @@ fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
 fn measures(drives: &[&AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
     let roads = RoadKinds::of(drives.iter().copied());
-    let each = |(k, measure): (usize, &MeasureDefinition)| {
+    let each = |(k, measure): (usize, &Measure)| {
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
         has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition(roads)))
     };

@@ -6,7 +6,7 @@
 //! * `by_condition`, `drive_section`, `drivers_section`, `every_drive`, `models_section`, `scores_section`,
 //!   `sickness_section`, `dictionary`: sections.
 //! * `figures`, `network_figures`: pictures; `methods`, `network_text`, `setup_facts`: the paragraphs of the methods.
-//! * [`glossary`]: definitions of all columns of the tables.
+//! * [`files`]: the files of an analysis. [`glossary`]: definitions of all columns of the tables.
 
 mod by_condition;
 mod dictionary;
@@ -14,6 +14,7 @@ mod drive_section;
 mod drivers_section;
 mod every_drive;
 mod figures;
+pub mod files;
 pub mod glossary;
 mod methods;
 mod models_section;
@@ -30,4 +31,5 @@ mod words;
 mod page_tests;
 
 pub use drive_section::space_time;
+pub use files::AnalysisResults;
 pub use study_report::{FileProof, StudyReport, report};

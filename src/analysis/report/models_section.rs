@@ -6,7 +6,7 @@ use super::{
     words::NONE,
 };
 use crate::analysis::{
-    measures::{MEASURES, MeasureDefinition},
+    measures::MEASURES,
     models::{
         mixed_model::ContrastEstimate,
         normality::{NormalityTest, quantiles},
@@ -14,6 +14,7 @@ use crate::analysis::{
         planned::{FittedOutcome, PlannedAnalysis, PlannedOutcome},
     },
 };
+use crate::metrics::Measure;
 use crate::plot::{Axis, COLOURS, Chart, ChartSheet, PlotShape, PrintWidth, escaped, lines_needed};
 
 /// Adds the section of the planned analysis to the page.
@@ -44,9 +45,8 @@ pub(super) fn section(page: &mut ReportPage, planned: &PlannedAnalysis) {
 
 fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
     let plan = &planned.plan;
-    let title = |name: &str| {
-        MEASURES.iter().find(|measure| measure.name == name).map_or(name.to_owned(), MeasureDefinition::label)
-    };
+    let title =
+        |name: &str| MEASURES.iter().find(|measure| measure.name == name).map_or(name.to_owned(), Measure::label);
     let secondary: Vec<String> = plan.secondary.iter().map(|name| title(name)).collect();
     let secondary = if secondary.is_empty() { "none".into() } else { secondary.join("; ") };
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();

@@ -13,7 +13,7 @@ use crate::analysis::{
 #[test]
 fn the_page_has_plan_changes_exclusions_models_and_every_person() {
     let mut drives = drives();
-    drives[4].measures.values[index("contacts")] = Some(1.0);
+    drives[4].measures.values[index("contact_count")] = Some(1.0);
     let begun = history(PLAN).begun;
     let now = history(&PLAN.replace("= 0.2", "= 0.3")).now;
     let found = PlannedAnalysis::of(

@@ -1,11 +1,8 @@
 //! Sentences of the report about drives on networks. In: analysed drives. Out: text.
 
 use super::setup_facts::{SetupValue, joined_values};
-use crate::analysis::{
-    drives::AnalysedRecording,
-    measures::{MEASURES, MeasuredOn, RoadKinds},
-    text::joined_with_and,
-};
+use crate::analysis::{drives::AnalysedRecording, measures::MEASURES, text::joined_with_and};
+use crate::metrics::{MeasuredOn, RoadKinds};
 
 /// Returns the sentence on measures of closed routes that networks lack; empty if there are closed routes.
 pub fn not_measured(roads: RoadKinds) -> String {

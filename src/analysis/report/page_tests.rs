@@ -25,9 +25,10 @@ use crate::analysis::{
         AnalysedRecording,
         test_drives::{drive, drives, mixed_drives},
     },
-    measures::{MEASURES, RoadKinds, index},
+    measures::{MEASURES, index},
     tables,
 };
+use crate::metrics::RoadKinds;
 
 /// Returns an attribute of all elements of this name in a picture.
 fn all(svg: &str, name: &str, attribute: &str) -> Vec<String> {
@@ -140,7 +141,7 @@ fn drives_one_by_one_of_a_study_are_those_of_its_first_participant() {
 fn networks_and_closed_routes_share_a_page_that_names_missing_measures() {
     let head = |drives: &[AnalysedRecording]| tables::trials(drives).lines().next().unwrap().to_owned();
     let [rings, mixed] = [drives(), mixed_drives()];
-    assert!(!head(&rings).contains("travel_time_s") && head(&mixed).contains(",throughput_per_h,"));
+    assert!(!head(&rings).contains("travel_time_s") && head(&mixed).contains(",passages_per_h,"));
     assert!(head(&mixed).contains(",travel_time_s,") && head(&mixed).starts_with(&head(&rings)));
     let about = |drives: &[AnalysedRecording], name: &str| {
         let tables = glossary::tables(drives);
@@ -148,9 +149,9 @@ fn networks_and_closed_routes_share_a_page_that_names_missing_measures() {
         column.map(|column| column.about.clone())
     };
     let why = "not on networks: there is no start of a route that all pass";
-    assert!(about(&mixed, "throughput_per_h").unwrap().contains(why));
-    assert!(about(&mixed[..2], "throughput_per_h").unwrap().contains(why));
-    assert!(!about(&rings, "throughput_per_h").unwrap().contains("network"));
+    assert!(about(&mixed, "passages_per_h").unwrap().contains(why));
+    assert!(about(&mixed[..2], "passages_per_h").unwrap().contains(why));
+    assert!(!about(&rings, "passages_per_h").unwrap().contains("network"));
     assert!(about(&mixed, "trips").unwrap().contains("; on networks alone"));
     assert!(!about(&mixed[..2], "trips").unwrap().contains("alone") && about(&rings, "trips").is_none());
     // With networks only, the page has no rows of measures of closed routes, and names these.
@@ -342,7 +343,7 @@ fn on_paper_no_figure_is_cut_and_no_heading_stands_alone() {
 #[test]
 fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     let mut trials = drives();
-    let k = index("contacts");
+    let k = index("contact_count");
     trials.iter_mut().for_each(|drive| drive.measures.values[k] = Some(0.0));
     let mut page = ReportPage::default();
     contacts(&mut page, &trials);

@@ -3,8 +3,9 @@
 use crate::analysis::{
     data::DriveSetup,
     drives::{AnalysedRecording, conditions},
-    text::{joined_with_and, number_text, unit_text},
+    text::{joined_with_and, number_text},
 };
+use crate::metrics::registry::unit_text;
 
 /// Value of a fact, which may differ between drives.
 #[derive(Clone, Debug, PartialEq)]

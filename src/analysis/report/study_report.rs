@@ -118,7 +118,7 @@ pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
 /// Adds a warning that names the drives with contacts with other vehicles.
 pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     const MOST: usize = 20;
-    let k = index("contacts");
+    let k = index("contact_count");
     let of = |drive: &AnalysedRecording| drive.measures.values[k].filter(|count| *count > 0.0);
     let hit: Vec<String> = drives
         .iter()

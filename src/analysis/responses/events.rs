@@ -1,8 +1,9 @@
 //! Changes of the advice that need a response of the driver. In: advices, then the ego's rows, in order. Out: the [`Onset`]s of
 //! a drive, sham onsets, and the pedal movements while no event is pending ([`PedalNoise`]).
 //!
-//! * **change**: target or range differ by at least [`CHANGE_MPS`](crate::analysis::data::advice::CHANGE_MPS) from the last change, so that small steps add up.
-//!   Smaller steps cannot be seen on the dial. The first advice of a drive replaces nothing and is not a change.
+//! * **change**: target or range differ by at least [`CHANGE_MPS`](crate::analysis::data::advice::CHANGE_MPS) from the last
+//!   change, so that small steps add up. Smaller steps cannot be seen on the dial. The first advice of a drive replaces
+//!   nothing and is not a change.
 //! * **demand**: faster if the speed is below the range, slower if it is above, none within it.
 //! * **event**: a change with a demand at its onset (the speed is outside the new range) that differs from the demand of the
 //!   old range: the driver was in the old range, or on its other side. A change with the same demand, or with none, is no

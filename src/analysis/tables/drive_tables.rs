@@ -5,11 +5,12 @@ use super::key::{key, key_columns};
 use crate::analysis::{
     columns::{ColumnDefinition, ColumnTexts, TableColumns, cell, columns, line},
     drives::AnalysedRecording,
-    measures::{MEASURES, RoadKinds},
+    measures::MEASURES,
 };
+use crate::metrics::{RoadKinds, registry::measure};
 
 const DRIVE: [ColumnTexts; 2] = [
-    ("duration_s", "Duration", "s", "length of the drive"),
+    measure("duration_s").texts(),
     ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
 ];
 

@@ -7,6 +7,7 @@ use crate::analysis::{
     data::{Trip, trips::seconds},
     drives::AnalysedRecording,
 };
+use crate::metrics::registry::measure;
 
 /// File name of the table of vehicles.
 pub const TRIPS_FILE: &str = "trips.csv";
@@ -39,8 +40,8 @@ const LINES: [ColumnTexts; 6] = [
         "asked: named in the command; path: the street nearest to the middle of the ego vehicle's path",
     ),
     ("passages", "Passages", "", "vehicles whose fronts passed the line, the ego vehicle among them"),
-    ("duration_s", "Duration", "s", "length of the drive"),
-    ("flow_per_h", "Throughput", "1/h", "passages an hour"),
+    measure("duration_s").texts(),
+    ("line_passages_per_h", "Passages an hour", "1/h", "passages an hour"),
     ("resolution_s", "Resolution", "s", "longest time between the two rows of a vehicle by which a passage was told"),
 ];
 

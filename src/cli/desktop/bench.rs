@@ -96,7 +96,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 
 /// Draws the drive for some minutes behind a progress bar.
 fn drive(picture: &mut bench::DrawnDrive, minutes: u32, size: [u32; 2]) -> Result<DriveTimes, CliError> {
-    let bar = crate::cli::progress(1000, format!("{minutes} min of driving"));
+    let bar = crate::cli::progress::progress(1000, format!("{minutes} min of driving"));
     let drive = picture.drive(60.0 * f64::from(minutes), size, |share| bar.set_position((1000.0 * share) as u64))?;
     bar.finish_and_clear();
     Ok(drive)

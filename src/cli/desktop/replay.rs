@@ -17,7 +17,7 @@ pub(in crate::cli) const ABOUT: &str =
     "Drive a recording again from its inputs and prove that every tick is the same; draw it";
 
 /// Last sentence of the help.
-pub(in crate::cli) const DRAWS: &str = " Without --png, --frames and --video nothing is drawn.";
+pub(in crate::cli) const DRAWS: &str = " Without --png, --frames-dir and --video nothing is drawn.";
 
 pub(in crate::cli) fn arguments() -> Vec<Arg> {
     let path =
@@ -26,13 +26,13 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
         Arg::new("window")
             .long("window")
             .action(ArgAction::SetTrue)
-            .conflicts_with_all(["png", "frames", "video", "what-if"])
+            .conflicts_with_all(["png", "frames-dir", "video", "what-if"])
             .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, with a timeline to seek on"),
         path("png", "FILE.png", "One picture, at --at").conflicts_with("what-if"),
-        path("frames", "DIR", "All pictures, numbered, in a new folder").conflicts_with("what-if"),
-        path("video", "FILE.mp4", "All pictures as a video, with the sound if --sound is named; needs ffmpeg")
+        path("frames-dir", "DIR", "All pictures, numbered, in a new folder").conflicts_with("what-if"),
+        path("video", "FILE.mp4", "All pictures as a video, with the sound if --wav is named; needs ffmpeg")
             .conflicts_with("what-if"),
-        path("sound", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive"),
+        path("wav", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive"),
         Arg::new("at")
             .long("at")
             .value_name("SECS")
@@ -88,13 +88,13 @@ impl Outputs {
         let size = matches.get_one::<[u32; 2]>("size").copied().unwrap_or([1280, 720]);
         let rate = matches.get_one::<u32>("rate").copied().unwrap_or(25);
         let at = Tick::at_seconds(matches.get_one::<f64>("at").copied().unwrap_or(60.0));
-        let draws = [path("png"), path("frames"), path("video")].iter().any(Option::is_some);
+        let draws = [path("png"), path("frames-dir"), path("video")].iter().any(Option::is_some);
         let renderer = draws.then(|| ReplayRenderer::new(replay, view_kind(matches), size)).transpose()?;
         let sound = |file: &PathBuf| Ok::<_, CliError>((file.clone(), SoundTrack::begin(file, replay, recording)?));
-        let sound = path("sound").map(sound).transpose()?;
+        let sound = path("wav").map(sound).transpose()?;
         let video = |file: &PathBuf| Ok::<_, CliError>((file.clone(), VideoEncoder::begin(file, size, rate)?));
         let video = path("video").map(video).transpose()?;
-        let frames = path("frames").map(|folder| new_folder(folder)).transpose()?.map(Path::to_owned);
+        let frames = path("frames-dir").map(|folder| new_folder(folder)).transpose()?.map(Path::to_owned);
         let png = path("png").map(|file| (file.clone(), at));
         Ok(Self { png, frames, video, sound, renderer, rate, written: 0 })
     }
@@ -206,7 +206,7 @@ impl VideoEncoder {
             .stdin(process::Stdio::piped())
             .spawn();
         ffmpeg.map(|ffmpeg| Self { ffmpeg }).map_err(|error| {
-            CliError::Failed(format!("ffmpeg cannot be started: {error}; install it, or take --frames"))
+            CliError::Failed(format!("ffmpeg cannot be started: {error}; install it, or take --frames-dir"))
         })
     }
 

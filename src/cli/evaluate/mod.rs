@@ -2,6 +2,8 @@
 //! Drives the fast ring, or whole drives on either traffic engine. Out: a table, CSV and figures.
 
 mod benchmark;
+#[cfg(test)]
+mod columns_tests;
 pub(super) mod plan;
 mod report;
 
@@ -59,15 +61,14 @@ pub(super) fn command() -> Command {
                 "Judge the policies of a benchmark on its sealed rings: ring, or a file like assets/benchmarks/ring.toml; with --over, \
                  --out and --json alone",
             )
-            .conflicts_with_all(["policy", "holds", "driver", "engine", "config", "adherence", "aim", "map", "other-model", "other-share"]),
+            .conflicts_with_all(["policy", "holds", "driver", "traffic", "config", "adherence", "policy-speed", "map", "other-model", "other-model-share"]),
         )
         .arg(
             option(
-                "engine",
+                "traffic",
                 "WORD",
                 "ring: the fast ring; native or sumo: whole drives, physics and pedals included, on that traffic",
             )
-            .visible_alias("traffic")
             .default_value("ring")
             .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
         )
@@ -75,7 +76,7 @@ pub(super) fn command() -> Command {
             option(
                 "advised",
                 "SHARE,...",
-                "Draw the curve of mean speed against how many vehicles are advised, with --engine native or sumo: shares (5%, 0.05; on a \
+                "Draw the curve of mean speed against how many vehicles are advised, with --traffic native or sumo: shares (5%, 0.05; on a \
                  network of the cars that come) or numbers (3); 0, every car the traffic's own, is always among them, and so are the same \
                  vehicles driven by somebody who ignores the advice",
             )
@@ -84,22 +85,21 @@ pub(super) fn command() -> Command {
             .conflicts_with_all(["benchmark", "adherence"]),
         )
         .arg(
-            option("other-model", "WORD", "Car-following model of a share of the other cars, with --engine sumo")
+            option("other-model", "WORD", "Car-following model of a share of the other cars, with --traffic sumo")
                 .default_value(FollowingModel::default().name())
                 .value_parser(FollowingModel::ALL.map(FollowingModel::name)),
         )
         .arg(
-            option("other-share", "SHARE", "That share, 0 to 1; who they are is drawn for each ring")
+            option("other-model-share", "SHARE", "Share of the other cars that use --other-model, 0 to 1; they are drawn for each ring")
                 .default_value("1")
                 .value_parser(value_parser!(f64)),
         )
         .arg(
-            option("map", "NAME", "Road of whole drives, and of --policy auto; a network, such as merge, with --advised and --engine sumo")
+            option("map", "NAME", "Road of whole drives, and of --policy auto; a network, such as merge, with --advised and --traffic sumo")
                 .default_value(Scenario::default().map),
         )
         .arg(
-            option("aim", "MPS", "Speed that the built-in policies aim for; 0 takes 98.5 % of the equilibrium speed of a ring")
-                .visible_alias("policy-speed")
+            option("policy-speed", "MPS", "Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring")
                 .value_parser(value_parser!(f64))
                 .default_value("0"),
         )
@@ -243,7 +243,7 @@ fn whole(
         advised: case.advised,
         policy_speed_mps: plan.settings.aim_mps,
         hold_s: case.hold_s,
-        range_mph: config.reward.range_mps / crate::units::MPS_PER_MPH,
+        range_mph: config.reward.range_mph,
         driver: match &case.driver {
             FollowingDriver::Named(named) => named.text.clone(),
             FollowingDriver::Configured | FollowingDriver::Population(_) => Scenario::default().driver,

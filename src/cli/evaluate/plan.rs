@@ -239,7 +239,7 @@ impl EvaluationPlan {
         let vehicles = config.ring.vehicles_min;
         let advised = advised_curve(matches, &engine, (!is_on_network).then_some(vehicles))?;
         let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
-        let settings = config.policy_settings(matches.get_one::<f64>("aim").copied().unwrap_or_default());
+        let settings = config.policy_settings(matches.get_one::<f64>("policy-speed").copied().unwrap_or_default());
         Ok(Self {
             sources: sources(&policies, &settings, is_on_network).map_err(|e| CliError::Input(e.to_string()))?,
             settings,
@@ -341,7 +341,7 @@ fn holds_s(matches: &ArgMatches, config: &TrainConfig) -> Result<Vec<f64>, CliEr
 }
 
 fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
-    match matches.get_one::<String>("engine").map_or("ring", String::as_str) {
+    match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
         "ring" => Ok(Engine::FastRing),
         traffic => traffic.parse().map(Engine::Traffic).map_err(|e: UnknownEngine| CliError::Input(e.to_string())),
     }
@@ -356,15 +356,15 @@ fn drivers(matches: &ArgMatches, config: &TrainConfig, engine: &Engine) -> Resul
         None if is_ring => vec![FollowingDriver::Configured],
         None => vec![FollowingDriver::Named(Box::new(config.named_driver().ok_or_else(|| {
             CliError::Input(format!(
-                "the configuration draws a driver for each ring (random_driver); engine {engine} needs one for all\n  \
+                "the configuration draws a driver for each ring (random_driver); traffic {engine} needs one for all\n  \
                  remedy: name one with --driver, or random_driver = false"
             ))
         })?))],
     };
     if !is_ring && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
         return Err(CliError::Input(format!(
-            "a population draws a driver for each ring; engine {engine} needs one for all\n  remedy: name one with \
-             --driver, such as follow, or take the engine ring"
+            "a population draws a driver for each ring; traffic {engine} needs one for all\n  remedy: name one with \
+             --driver, such as follow, or take traffic ring"
         )));
     }
     Ok(drivers)
@@ -398,11 +398,11 @@ fn sources(
 /// Fails if an evaluation on a network lacks a setting for which only rings have a default.
 fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
-        format!("engine {engine} is for closed routes\n  remedy: --engine sumo")
+        format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
     } else if !matches.contains_id("advised") {
         "of those that come a share is advised\n  remedy: --advised 10%,25%".into()
     } else if !matches.contains_id("policy") {
-        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --aim, or a file".into()
+        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --policy-speed, or a file".into()
     } else {
         return Ok(());
     };
@@ -419,7 +419,7 @@ fn advised_curve(
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
         return Err(CliError::Input(
-            "--advised is for whole drives; engine ring has one advised car\n  remedy: --engine native or --engine sumo".into(),
+            "--advised is for whole drives; traffic ring has one advised car\n  remedy: --traffic native or --traffic sumo".into(),
         ));
     }
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
@@ -448,13 +448,13 @@ fn advised_curve(
 fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
     let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
     let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
-    let share = matches.get_one::<f64>("other-share").copied().unwrap_or(1.0);
+    let share = matches.get_one::<f64>("other-model-share").copied().unwrap_or(1.0);
     if !(0.0..=1.0).contains(&share) {
-        return Err(CliError::Input(format!("--other-share is {share}; allowed: 0 to 1")));
+        return Err(CliError::Input(format!("--other-model-share is {share}; allowed: 0 to 1")));
     }
     if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
         return Err(CliError::Input(format!(
-            "--other-model is {word}; engine {engine} has only idm\n  remedy: --engine sumo"
+            "--other-model is {word}; traffic {engine} has only idm\n  remedy: --traffic sumo"
         )));
     }
     Ok(ModelMixture { model, share })

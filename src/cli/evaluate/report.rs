@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     driver::NamedDriver,
-    metrics::{Estimate, EvaluationResult, SpeedTrace, figures},
+    metrics::{EVALUATED, Estimate, EvaluatedValue, EvaluationResult, Measure, SpeedTrace, evaluated, figures},
     private,
     train::{TrainConfig, evaluate, trajectories},
 };
@@ -22,28 +22,6 @@ pub struct EvaluationRow {
     pub results: Vec<EvaluationResult>,
 }
 
-/// Measure of a ring; `None` if the ring has none.
-type RingMeasure = fn(&EvaluationResult) -> Option<f64>;
-
-/// Measures and their names in the files.
-const MEASURES: [(&str, RingMeasure); 15] = [
-    ("mean_speed_mps", |v| Some(v.mean_mps)),
-    ("settled_speed_mps", |v| Some(v.settled_mps)),
-    ("sd_over_cars_mps", |v| Some(v.sd_over_cars_mps)),
-    ("sd_in_time_mps", |v| Some(v.sd_in_time_mps)),
-    ("last_disturbance_s", |v| v.last_disturbance_s),
-    ("least_gap_m", |v| Some(v.least_gap_m)),
-    ("crashed", |v| Some(f64::from(u8::from(v.crashed)))),
-    ("fuel_l_100km", |v| v.fuel_l_100km),
-    ("throughput_per_h", |v| Some(v.throughput_per_h)),
-    ("in_range", |v| v.in_range),
-    ("crash_s", |v| v.crash_s),
-    ("inflow_per_h", |v| Some(v.network?.inflow_per_h)),
-    ("outflow_per_h", |v| Some(v.network?.outflow_per_h)),
-    ("vehicles_there", |v| Some(v.network?.vehicles)),
-    ("vehicles_refused", |v| v.network?.refused),
-];
-
 impl EvaluationRow {
     /// Returns the number of rings on which vehicles collided.
     fn crashes(&self) -> usize {
@@ -52,12 +30,12 @@ impl EvaluationRow {
 
     /// Returns the mean speed as a point at this abscissa of a figure.
     fn point(&self, at: f64) -> Option<figures::Point> {
-        let mean = estimate(self, MEASURES[0].1)?;
+        let mean = estimate(self, evaluated("mean_speed_mps"))?;
         Some(figures::Point { at, mean, crashes: [self.crashes(), self.results.len()] })
     }
 }
 
-fn estimate(row: &EvaluationRow, of: RingMeasure) -> Option<Estimate> {
+fn estimate(row: &EvaluationRow, of: EvaluatedValue) -> Option<Estimate> {
     Estimate::of(&row.results.iter().filter_map(of).collect::<Vec<_>>())
 }
 
@@ -108,22 +86,22 @@ fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
 
 /// Returns the number of vehicles that were advised in a drive.
 fn advised_in(plan: &EvaluationPlan, row: &EvaluationRow, result: &EvaluationResult) -> u32 {
-    result.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised)
+    result.network.map_or_else(|| plan.advised_by(&row.case), |network| network.advised_vehicles)
 }
 
 /// Returns a line on vehicles that entered and left a network; empty on a ring.
 fn network_text(row: &EvaluationRow) -> String {
-    let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
+    let value = |of: EvaluatedValue| estimate(row, of).map(|e| e.mean);
     let network = |v: &EvaluationResult| v.network;
     let Some(first) = row.results.iter().find_map(network) else { return String::new() };
-    let refused = value(|v| v.network?.refused).map_or(String::new(), |n| format!(", {n:.0} found no room"));
+    let refused = value(|v| v.network?.vehicles_refused).map_or(String::new(), |n| format!(", {n:.0} found no room"));
     format!(
         "\n          in {:.0}, out {:.0} vehicles/h; {:.1} there{refused}; {} of {} advised in the first drive",
         value(|v| Some(v.network?.inflow_per_h)).unwrap_or(0.0),
         value(|v| Some(v.network?.outflow_per_h)).unwrap_or(0.0),
-        value(|v| Some(v.network?.vehicles)).unwrap_or(0.0),
-        first.advised,
-        first.of
+        value(|v| Some(v.network?.vehicles_present)).unwrap_or(0.0),
+        first.advised_vehicles,
+        first.vehicles
     )
 }
 
@@ -139,11 +117,11 @@ fn crash_text(row: &EvaluationRow) -> Option<String> {
 
 fn row_text(row: &EvaluationRow) -> String {
     let n = row.results.len();
-    let value = |of: RingMeasure| estimate(row, of).map(|e| e.mean);
-    let speed = estimate(row, MEASURES[0].1).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
+    let value = |of: EvaluatedValue| estimate(row, of).map(|e| e.mean);
+    let speed = estimate(row, evaluated("mean_speed_mps")).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 });
     let calm = row.results.iter().filter(|v| v.last_disturbance_s.is_some()).count();
     let after = value(|v| v.last_disturbance_s).map_or(String::new(), |s| format!(" {s:.0} s"));
-    let least = row.results.iter().map(|v| v.least_gap_m).fold(f64::INFINITY, f64::min);
+    let least = row.results.iter().map(|v| v.min_gap_to_neighbours_m).fold(f64::INFINITY, f64::min);
     let crashes = row.crashes();
     format!(
         "  {:>6}   {:.3} [{:.3}, {:.3}]        {:>7.3}  {:>7.2}  {:>7.2}  {:<13}  {least:>6.2} m   {crashes:>5}    {:>5}  {:>6}",
@@ -151,12 +129,12 @@ fn row_text(row: &EvaluationRow) -> String {
         speed.mean,
         speed.low,
         speed.high,
-        value(|v| Some(v.settled_mps)).unwrap_or(0.0),
-        value(|v| Some(v.sd_over_cars_mps)).unwrap_or(0.0),
-        value(|v| Some(v.sd_in_time_mps)).unwrap_or(0.0),
+        value(|v| Some(v.settled_speed_mps)).unwrap_or(0.0),
+        value(|v| Some(v.speed_sd_over_vehicles_mps)).unwrap_or(0.0),
+        value(|v| Some(v.speed_sd_over_time_mps)).unwrap_or(0.0),
         format!("{calm}/{n}{after}"),
         value(|v| v.fuel_l_100km).map_or("-".into(), |f| format!("{f:.1}")),
-        value(|v| v.in_range).map_or("-".into(), |s| format!("{:.0} %", s * 100.0)),
+        value(|v| v.time_in_range).map_or("-".into(), |s| format!("{:.0} %", s * 100.0)),
     )
 }
 
@@ -166,14 +144,14 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         json!({
             "advised_vehicles": row.results.iter().map(|result| advised_in(plan, row, result)).max(), "advised_share": plan.share_advised_by(&row.case),
             "ignores_advice": row.case.ignores_advice, "policy": if row.case.ignores_advice { row.case.label() } else { row.case.policy.clone() }, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
-            "mean_speed_mps": estimate(row, MEASURES[0].1), "rings": row.results,
+            "mean_speed_mps": estimate(row, evaluated("mean_speed_mps")), "rings": row.results,
         })
     };
     json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
-        "engine": plan.engine.to_string(),
+        "traffic": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
-        "aim_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
+        "policy_speed_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
     })
@@ -233,16 +211,32 @@ fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
     format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
 }
 
-fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
-    let names: Vec<&str> = MEASURES.iter().map(|m| m.0).collect();
-    let mut text = format!(
-        "policy,hold_s,driver,engine,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
+/// Returns the head of `rings.csv`.
+pub fn rings_head() -> String {
+    let names: Vec<&str> = EVALUATED.iter().map(|(measure, _)| measure.name).collect();
+    format!(
+        "policy,hold_s,driver,traffic,seed,ring,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
         names.join(",")
-    );
+    )
+}
+
+/// Returns the head of `summary.csv`: each measure with its interval.
+pub fn summary_head() -> String {
+    let with_interval =
+        |(Measure { name, .. }, _): &(Measure, EvaluatedValue)| format!("{name},{name}_low,{name}_high");
+    let names: Vec<String> = EVALUATED.iter().map(with_interval).collect();
+    format!(
+        "policy,hold_s,driver,traffic,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
+        names.join(",")
+    )
+}
+
+fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
+    let mut text = rings_head();
     for row in rows {
         for (ring, result) in row.results.iter().enumerate() {
             let values: Vec<String> =
-                MEASURES.iter().map(|(_, of)| of(result).map_or(String::new(), |x| x.to_string())).collect();
+                EVALUATED.iter().map(|(_, of)| of(result).map_or(String::new(), |x| x.to_string())).collect();
             let _ = writeln!(
                 text,
                 "{},{},{ring},0,{},{},{},{}",
@@ -259,13 +253,9 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
 }
 
 fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> String {
-    let names: Vec<String> = MEASURES.iter().map(|(m, _)| format!("{m},{m}_low,{m}_high")).collect();
-    let mut text = format!(
-        "policy,hold_s,driver,engine,seed,rings,calm_rings,window_from_s,window_to_s,{},advised_vehicles,advised_share\n",
-        names.join(",")
-    );
+    let mut text = summary_head();
     for row in rows {
-        let values: Vec<String> = MEASURES
+        let values: Vec<String> = EVALUATED
             .iter()
             .map(|(_, of)| estimate(row, *of).map_or(",,".into(), |e| format!("{},{},{}", e.mean, e.low, e.high)))
             .collect();
@@ -335,7 +325,7 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
             figures::speeds(
                 &title,
                 &SpeedTrace::of(&with),
-                config.reward.range_mps,
+                config.range_mps(),
                 figures::SINCE_ADVICE,
                 &note,
                 Vec::new(),

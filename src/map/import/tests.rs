@@ -61,7 +61,7 @@ fn net_of(edges: &[(&str, f64, &str)], ways: &[(&str, &str)]) -> String {
 fn path_of(text: &str) -> Result<(Vec<String>, bool, f64), MapError> {
     let net = Network::read(Path::new("t.net.xml"), text)?;
     let path = default_path(Path::new("t.net.xml"), &net)?;
-    let ids = path.streets.iter().map(|lane| net.lane(*lane).id.clone()).collect();
+    let ids = path.lanes(&net).map(|lane| net.lane(lane).id.clone()).collect();
     Ok((ids, path.is_closed, path.length_m(&net)))
 }
 

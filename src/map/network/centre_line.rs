@@ -3,14 +3,11 @@
 //!
 //! A lane is a strip. At a corner of its line the strip is mitred: both sides meet on the bisector of the angle, as the edges of a road
 //! do. Each piece of the strip is a quadrilateral whose sides run along its segment. Both mappings are therefore a few multiplications,
-//! and each is the exact inverse of the other. There are two exceptions. Beyond the offsets of [`CentreLine::unfolded`] the quadrilateral
-//! is turned inside out. On the inside of tight bends a strip may overlap itself, and a point has two positions; the one nearer to the
+//! and each is the exact inverse of the other. There are two exceptions. On the inside of a tight bend, beyond the
+//! centre of its circle, the quadrilateral is turned inside out. On the inside of tight bends a strip may overlap itself, and a point has two positions; the one nearer to the
 //! line is found.
 
-use crate::{
-    map::route::rounded_m,
-    space::{Pose3, wrap_angle},
-};
+use crate::space::{Pose3, wrap_angle};
 use glam::{DVec2, DVec3};
 
 /// Points closer than this on the ground count as one, metres.
@@ -19,6 +16,13 @@ const SAME_M: f64 = 1e-6;
 const EXTENT_M: f64 = 1e-4;
 /// Largest lean of a mitre, as the tangent of half the turn: a corner of 150 degrees. Beyond it, the strip has a gap.
 const MOST_LEAN: f64 = 3.732;
+
+/// Returns the distance on either side of a corner over which a line is rounded at most, metres. An arc that begins there passes the
+/// corner at 1.5 m; drivers do not cut more of a lane. Without this bound, a corner between two long pieces would look like a wide bend.
+pub(in crate::map) fn rounded_m(turn_rad: f64) -> f64 {
+    const CUT_M: f64 = 1.5;
+    CUT_M / (turn_rad.abs() / 4.0).tan()
+}
 
 /// Centre line of a lane: points with their positions.
 #[derive(Clone, Debug, PartialEq)]
@@ -260,20 +264,27 @@ impl CentreLine {
         }
         best
     }
+}
 
-    /// Returns the offsets between which no piece of the strip is turned inside out, metres: right (negative) and left. On the inside of
-    /// a tight bend a wide lane extends beyond them; a place there has no unique position.
-    pub fn unfolded(&self) -> (f64, f64) {
-        let mut limits = (f64::NEG_INFINITY, f64::INFINITY);
-        for k in 0..self.segments() {
-            let segment = self.segment(k);
-            let leans = segment.lean_end - segment.lean_start;
-            if leans < 0.0 {
-                limits.1 = limits.1.min(segment.length_m / -leans);
-            } else if leans > 0.0 {
-                limits.0 = limits.0.max(-segment.length_m / leans);
+#[cfg(test)]
+mod tests {
+    use super::CentreLine;
+
+    impl CentreLine {
+        /// Returns the offsets between which no piece of the strip is turned inside out, metres: right (negative) and left. On the inside of
+        /// a tight bend a wide lane extends beyond them; a place there has no unique position.
+        pub fn unfolded(&self) -> (f64, f64) {
+            let mut limits = (f64::NEG_INFINITY, f64::INFINITY);
+            for k in 0..self.segments() {
+                let segment = self.segment(k);
+                let leans = segment.lean_end - segment.lean_start;
+                if leans < 0.0 {
+                    limits.1 = limits.1.min(segment.length_m / -leans);
+                } else if leans > 0.0 {
+                    limits.0 = limits.0.max(-segment.length_m / leans);
+                }
             }
+            limits
         }
-        limits
     }
 }

@@ -1,7 +1,7 @@
 //! Data derived from a network's elements once all are read: incoming lanes, links of connections, connections of signals, directions of
 //! lanes that are points, and the grid. In: a network with its lists filled. Out: the complete network.
 
-use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, JunctionId, LaneId, Network, SumoText, grid::SegmentGrid};
+use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, LaneId, Network, SumoText, grid::SegmentGrid};
 use glam::{DVec2, DVec3};
 
 impl Network {
@@ -43,9 +43,7 @@ impl Network {
         lanes.sort_by_key(|lane| &self.lane(*lane).id);
         let mut edges: Vec<EdgeId> = self.edge_ids().collect();
         edges.sort_by_key(|edge| &self.edge(*edge).id);
-        let mut junctions: Vec<JunctionId> = (0..self.junctions.len()).map(JunctionId::from_index).collect();
-        junctions.sort_by_key(|junction| &self.junction(*junction).id);
-        (self.lanes_by_id, self.edges_by_id, self.junctions_by_id) = (lanes, edges, junctions);
+        (self.lanes_by_id, self.edges_by_id) = (lanes, edges);
     }
 
     fn chain_lanes(&mut self) {

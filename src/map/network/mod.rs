@@ -26,6 +26,7 @@ mod vehicle_classes;
 
 pub use census::NetworkCensus;
 pub use centre_line::CentreLine;
+pub(super) use centre_line::rounded_m;
 pub use connection::{Connection, ConnectionOptions, LinkState, SignalLink, TurnDirection};
 pub use edge::{Edge, EdgeKind, Lane, LaneSpread};
 pub use ids::{ConnectionId, EdgeId, JunctionId, LaneId, SignalId};
@@ -59,6 +60,23 @@ pub enum Side {
 }
 
 /// Road network, immutable once read.
+///
+/// # Examples
+///
+/// ```
+/// use codrive::map::network::{LanePosition, Network};
+///
+/// let network = Network::load("ring-250")?;
+/// assert_eq!((network.edges().len(), network.lanes().len()), (4, 4));
+/// let lane = network.lane_named("e0_0").expect("a lane of this file");
+/// assert_eq!(network.lane(lane).length_m, 62.5);
+/// // A pose 10 m along the lane, on its centre line; and from the pose back to the lane.
+/// let at = LanePosition { lane, s_m: 10.0, offset_m: 0.0 };
+/// let pose = network.pose(at);
+/// let found = network.locate_pose(&pose, None).expect("a lane is there");
+/// assert!(found.lane == lane && (found.s_m - 10.0).abs() < 0.01 && found.offset_m.abs() < 0.01);
+/// # Ok::<(), codrive::map::MapError>(())
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Network {
     edges: Vec<Edge>,
@@ -80,10 +98,9 @@ pub struct Network {
     /// Lanes that lead into each lane, grouped by that lane; `incoming_starts` holds the start of each group.
     incoming: Vec<LaneId>,
     incoming_starts: Vec<u32>,
-    /// Lanes, edges and junctions in the order of their ids, for lookup by id.
+    /// Lanes and edges in the order of their ids, for lookup by id.
     lanes_by_id: Vec<LaneId>,
     edges_by_id: Vec<EdgeId>,
-    junctions_by_id: Vec<JunctionId>,
     grid: SegmentGrid,
 }
 
@@ -178,12 +195,6 @@ impl Network {
     pub fn edge_named(&self, id: &str) -> Option<EdgeId> {
         let found = self.edges_by_id.binary_search_by_key(&id, |edge| &self.edge(*edge).id);
         found.ok().map(|k| self.edges_by_id[k])
-    }
-
-    /// Returns the junction with a SUMO id.
-    pub fn junction_named(&self, id: &str) -> Option<JunctionId> {
-        let found = self.junctions_by_id.binary_search_by_key(&id, |junction| &self.junction(*junction).id);
-        found.ok().map(|k| self.junctions_by_id[k])
     }
 
     /// Returns the edge that a lane belongs to.

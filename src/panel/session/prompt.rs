@@ -3,6 +3,7 @@
 
 use super::state::{ItemState, SessionCommand, SessionPanelState, SessionPhase, repeatable};
 use crate::panel::theme;
+use PromptedCommand::{Abort, Close, Exclude, Extend, Note, Repeat, Skip, Stop};
 use egui::{Button, Color32, DragValue, Frame, Key, Modifiers, RichText, TextEdit, Ui};
 
 /// Commands that ask for a text first.
@@ -28,66 +29,30 @@ pub(super) struct PromptSpec {
     pub(super) key: Key,
     /// Effect of the command, as tooltip and as title of the prompt.
     pub(super) tip: &'static str,
-    /// Name of the text field.
-    field: &'static str,
     /// Name of the button that confirms.
     confirm: &'static str,
 }
 
-impl PromptSpec {
-    /// Returns a command whose text is its reason.
-    const fn with_reason(
-        command: PromptedCommand,
-        label: &'static str,
-        key: Key,
-        tip: &'static str,
-        confirm: &'static str,
-    ) -> Self {
-        Self { command, label, key, tip, field: "Reason", confirm }
-    }
+const fn prompt(
+    command: PromptedCommand,
+    label: &'static str,
+    key: Key,
+    tip: &'static str,
+    confirm: &'static str,
+) -> PromptSpec {
+    PromptSpec { command, label, key, tip, confirm }
 }
 
 /// Commands that ask for a text, in the order of their buttons.
 pub(super) static PROMPTS: [PromptSpec; 8] = [
-    PromptSpec {
-        command: PromptedCommand::Note,
-        label: "Note",
-        key: Key::N,
-        tip: "Write a note, with its time",
-        field: "Note",
-        confirm: "Write down",
-    },
-    PromptSpec::with_reason(PromptedCommand::Extend, "Extend", Key::E, "Make the drive or the rest longer", "Extend"),
-    PromptSpec::with_reason(PromptedCommand::Skip, "Skip", Key::S, "Skip the current or next item", "Skip it"),
-    PromptSpec::with_reason(PromptedCommand::Repeat, "Repeat", Key::R, "Repeat an earlier item", "Repeat it"),
-    PromptSpec::with_reason(
-        PromptedCommand::Abort,
-        "Break off",
-        Key::B,
-        "Stop this item; it will be repeated",
-        "Break it off",
-    ),
-    PromptSpec::with_reason(
-        PromptedCommand::Stop,
-        "Sickness stop",
-        Key::I,
-        "End the session for good; nothing comes after it",
-        "End the session",
-    ),
-    PromptSpec::with_reason(
-        PromptedCommand::Exclude,
-        "Exclude",
-        Key::D,
-        "Exclude the data of this session, and end it",
-        "Exclude the data",
-    ),
-    PromptSpec::with_reason(
-        PromptedCommand::Close,
-        "Close",
-        Key::Q,
-        "Close the windows; run the same command to resume",
-        "Close the windows",
-    ),
+    prompt(Note, "Note", Key::N, "Write a note, with its time", "Write down"),
+    prompt(Extend, "Extend", Key::E, "Make the drive or the rest longer", "Extend"),
+    prompt(Skip, "Skip", Key::S, "Skip the current or next item", "Skip it"),
+    prompt(Repeat, "Repeat", Key::R, "Repeat an earlier item", "Repeat it"),
+    prompt(Abort, "Break off", Key::B, "Stop this item; it will be repeated", "Break it off"),
+    prompt(Stop, "Sickness stop", Key::I, "End the session for good; nothing comes after it", "End the session"),
+    prompt(Exclude, "Exclude", Key::D, "Exclude the data of this session, and end it", "Exclude the data"),
+    prompt(Close, "Close", Key::Q, "Close the windows; run the same command to resume", "Close the windows"),
 ];
 
 /// Command that is being written.
@@ -108,13 +73,13 @@ pub(super) struct CommandDraft {
 pub(super) fn is_possible(command: PromptedCommand, state: &SessionPanelState<'_>) -> bool {
     let over = state.phase == SessionPhase::Over;
     match command {
-        PromptedCommand::Note | PromptedCommand::Exclude => true,
-        PromptedCommand::Extend => {
+        Note | Exclude => true,
+        Extend => {
             matches!(state.phase, SessionPhase::Driving | SessionPhase::Held | SessionPhase::Resting)
         }
-        PromptedCommand::Repeat => !over && !repeatable(state).is_empty(),
-        PromptedCommand::Abort => !over && state.items.iter().any(|item| item.state == ItemState::Now),
-        PromptedCommand::Skip | PromptedCommand::Stop | PromptedCommand::Close => !over,
+        Repeat => !over && !repeatable(state).is_empty(),
+        Abort => !over && state.items.iter().any(|item| item.state == ItemState::Now),
+        Skip | Stop | Close => !over,
     }
 }
 
@@ -128,7 +93,7 @@ impl CommandDraft {
     pub(super) fn new(spec: &'static PromptSpec, state: &SessionPanelState<'_>) -> Self {
         Self {
             spec,
-            reason: if spec.command == PromptedCommand::Stop { "sickness".into() } else { String::new() },
+            reason: if spec.command == Stop { "sickness".into() } else { String::new() },
             seconds: 60.0,
             item: repeatable(state).len().saturating_sub(1),
             focused: false,
@@ -162,7 +127,7 @@ impl CommandDraft {
     /// Applies the keys of the prompt, with this number of items that can be repeated.
     fn take_keys(&mut self, ui: &Ui, items: usize) -> PromptDecision {
         ui.input_mut(|input| {
-            if self.spec.command == PromptedCommand::Repeat {
+            if self.spec.command == Repeat {
                 let up = input.count_and_consume_key(Modifiers::NONE, Key::ArrowUp);
                 let down = input.count_and_consume_key(Modifiers::NONE, Key::ArrowDown);
                 self.item = (self.item + down).min(items.saturating_sub(1)).saturating_sub(up);
@@ -180,19 +145,18 @@ impl CommandDraft {
     /// Shows the prompt: what the command applies to, its text, and the buttons.
     fn fields(&mut self, ui: &mut Ui, items: &[&str]) -> PromptDecision {
         let spec = self.spec;
-        let ends =
-            matches!(self.spec.command, PromptedCommand::Abort | PromptedCommand::Stop | PromptedCommand::Exclude);
+        let ends = matches!(self.spec.command, Abort | Stop | Exclude);
         let colour = if ends { theme::RED } else { theme::ACCENT };
         let frame = Frame::new().fill(colour.gamma_multiply(0.10)).corner_radius(4).inner_margin(8);
         let shown = frame.show(ui, |ui| {
             ui.set_min_width(ui.available_width());
             ui.label(RichText::new(spec.tip).strong());
             match self.spec.command {
-                PromptedCommand::Repeat => self.item_choice(ui, items),
-                PromptedCommand::Extend => self.duration(ui),
+                Repeat => self.item_choice(ui, items),
+                Extend => self.duration(ui),
                 _ => {}
             }
-            self.text_field(ui, spec.field);
+            self.text_field(ui, if spec.command == Note { "Note" } else { "Reason" });
             ui.horizontal(|ui| {
                 let fill = if ends { Color32::from_rgb(130, 40, 40) } else { Color32::from_rgb(36, 96, 150) };
                 let button = Button::new(RichText::new(spec.confirm).color(Color32::WHITE)).fill(fill);
@@ -242,14 +206,14 @@ impl CommandDraft {
     fn written(&self, items: &[&str]) -> Option<SessionCommand> {
         let reason = self.reason.trim().to_owned();
         Some(match self.spec.command {
-            PromptedCommand::Note => SessionCommand::Note(reason),
-            PromptedCommand::Extend => SessionCommand::Extend { seconds: self.seconds, reason },
-            PromptedCommand::Skip => SessionCommand::Skip(reason),
-            PromptedCommand::Abort => SessionCommand::Abort(reason),
-            PromptedCommand::Stop => SessionCommand::Stop(reason),
-            PromptedCommand::Exclude => SessionCommand::Exclude(reason),
-            PromptedCommand::Close => SessionCommand::Interrupt(reason),
-            PromptedCommand::Repeat => SessionCommand::Repeat { item: (*items.get(self.item)?).to_owned(), reason },
+            Note => SessionCommand::Note(reason),
+            Extend => SessionCommand::Extend { seconds: self.seconds, reason },
+            Skip => SessionCommand::Skip(reason),
+            Abort => SessionCommand::Abort(reason),
+            Stop => SessionCommand::Stop(reason),
+            Exclude => SessionCommand::Exclude(reason),
+            Close => SessionCommand::Interrupt(reason),
+            Repeat => SessionCommand::Repeat { item: (*items.get(self.item)?).to_owned(), reason },
         })
     }
 }

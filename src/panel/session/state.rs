@@ -1,4 +1,4 @@
-//! What the session panel shows and sends. In: the state of a session. Out: [`SessionPanelState`] for the panel, and the commands of the
+//! State and commands of the session panel. In: the state of a session. Out: [`SessionPanelState`] for the panel, and the commands of the
 //! experimenter.
 
 use crate::panel::theme;

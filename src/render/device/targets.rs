@@ -1,9 +1,40 @@
-//! Textures that a picture of the scene is drawn into: light and depth. In: a size. Out: a render pass.
+//! Textures to draw onto, those of a picture of the scene (light and depth), and buffers for uniforms. In: a size. Out: a render pass.
 
 use super::{
     cost::CountedPass,
     pipeline::{DEPTH, HDR},
 };
+
+/// Creates a texture of `size` pixels, at least one, to draw onto, with this format and number of samples per pixel.
+pub fn target(
+    device: &wgpu::Device,
+    label: &str,
+    (format, sample_count): (wgpu::TextureFormat, u32),
+    size: [u32; 2],
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// Creates a buffer for uniforms of `size` bytes.
+pub fn uniform_buffer(device: &wgpu::Device, label: &str, size: usize) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: size as u64,
+        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    })
+}
 
 /// Textures that a picture is drawn into.
 #[derive(Debug)]
@@ -20,19 +51,7 @@ pub struct RenderTargets {
 impl RenderTargets {
     /// Creates textures of `size` pixels.
     pub fn new(device: &wgpu::Device, label: &str, size: [u32; 2], samples: u32) -> Self {
-        let texture = |format, sample_count, usage| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some(label),
-                size: wgpu::Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
+        let texture = |format, samples, usage| target(device, label, (format, samples), size, usage);
         let nothing = wgpu::TextureUsages::empty();
         Self {
             size,

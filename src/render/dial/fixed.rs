@@ -4,6 +4,7 @@
 use egui::{Context, Pos2, RawInput, Rect, TextureId, vec2};
 
 use crate::hud::{DialView, Palette};
+use crate::render::device::targets::target;
 use crate::render::post::ui_pass::{OverlayTarget, UiPass};
 use crate::units::SpeedUnit;
 
@@ -50,17 +51,7 @@ impl FixedParts {
             return (texture, place);
         }
         let size = [place.width() as u32, place.height() as u32];
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("dial"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let view = target(device, "dial", (format, 1), size, wgpu::TextureUsages::TEXTURE_BINDING);
         let input = RawInput { screen_rect: Some(Rect::from_min_size(Pos2::ZERO, place.size())), ..Default::default() };
         let output = ctx.run_pass(input, |ctx| {
             paint(&ctx.layer_painter(egui::LayerId::background()), rect.translate(-place.min.to_vec2()));

@@ -6,6 +6,7 @@ use crate::render::device::{
     cost::{CountedPass, PassCost},
     pipeline::{HDR, PipelineBuilder, PipelineDesc},
     shader::ShaderFault,
+    targets::target,
 };
 
 /// Reduction of the halo's texture against the picture.
@@ -66,7 +67,7 @@ impl BloomPass {
                 ..Default::default()
             }),
             group_layout,
-            targets: FORMATS.map(|format| target(device, format, [1, 1])),
+            targets: targets(device, [1, 1]),
             groups: None,
         }
     }
@@ -98,7 +99,7 @@ impl BloomPass {
 
     /// Fits the textures to a picture of `size` pixels.
     pub fn fit(&mut self, device: &wgpu::Device, light: &wgpu::TextureView, size: [u32; 2]) {
-        self.targets = FORMATS.map(|format| target(device, format, size.map(|side| side.div_ceil(SMALLER))));
+        self.targets = targets(device, size.map(|side| side.div_ceil(SMALLER)));
         self.groups = Some([light, &self.targets[0]].map(|view| {
             device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("bloom"),
@@ -148,16 +149,6 @@ impl BloomPass {
     }
 }
 
-fn target(device: &wgpu::Device, format: wgpu::TextureFormat, [width, height]: [u32; 2]) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("bloom"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
+fn targets(device: &wgpu::Device, size: [u32; 2]) -> [wgpu::TextureView; 2] {
+    FORMATS.map(|format| target(device, "bloom", (format, 1), size, wgpu::TextureUsages::TEXTURE_BINDING))
 }

@@ -4,6 +4,7 @@
 use crate::render::device::{
     pipeline::{PipelineBuilder, PipelineDesc},
     shader::ShaderSources,
+    targets::target,
 };
 
 /// Copies pictures of one format.
@@ -55,19 +56,8 @@ impl PreviewPass {
 
     /// Creates a texture of `size` pixels that can be drawn onto and copied from.
     pub fn canvas(&self, device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureView {
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("preview"),
-            size: wgpu::Extent3d { width: size[0].max(1), height: size[1].max(1), depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: self.format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-                | wgpu::TextureUsages::TEXTURE_BINDING
-                | wgpu::TextureUsages::COPY_SRC,
-            view_formats: &[],
-        });
-        texture.create_view(&wgpu::TextureViewDescriptor::default())
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+        target(device, "preview", (self.format, 1), size, usage)
     }
 
     /// Copies `from`, a view of [`Self::canvas`], to `to`: to all of it, or to its upper left part of this size; the

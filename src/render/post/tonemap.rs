@@ -8,6 +8,7 @@ use crate::{
         layout::QuadUniform,
         pipeline::{PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
+        targets::{target, uniform_buffer},
     },
     scene::{Camera, Lens},
 };
@@ -35,7 +36,7 @@ pub struct ToneMapPipelines {
 #[derive(Debug)]
 struct ToneMapVariants {
     plain: wgpu::RenderPipeline,
-    /// With smoothed edges.
+    /// Tone mapping with smoothed edges.
     smooth: wgpu::RenderPipeline,
     /// Before the edges are smoothed: the picture, or the flat mirror alone, is as large as its light.
     exact: wgpu::RenderPipeline,
@@ -219,13 +220,7 @@ fn corner_px(size: [u32; 2]) -> f32 {
 }
 
 fn quad(device: &wgpu::Device) -> TargetPicture {
-    let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("quad"),
-        size: size_of::<QuadUniform>() as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    TargetPicture { uniform, group: None }
+    TargetPicture { uniform: uniform_buffer(device, "quad", size_of::<QuadUniform>()), group: None }
 }
 
 impl ToneMapPass {
@@ -340,17 +335,8 @@ impl ToneMapPass {
             quad.group = Some(group(&quad.uniform, light));
         }
         self.tone_mapped = soften.then(|| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("tone mapped"),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: self.format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            });
-            let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+            let usage = wgpu::TextureUsages::TEXTURE_BINDING;
+            let view = target(device, "tone mapped", (self.format, 1), size, usage);
             let quad = quad(device);
             let group = Some(group(&quad.uniform, &view));
             ToneMappedPicture { view, size, quad: TargetPicture { group, ..quad } }

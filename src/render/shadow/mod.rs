@@ -15,6 +15,7 @@ use super::{
         layout::{Light, mesh_buffers},
         pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
+        targets::uniform_buffer,
         timing::{PassTimings, TimedPass},
     },
     instances::{InstanceCollector, SceneContents},
@@ -166,12 +167,7 @@ impl ShadowPass {
             view_formats: &[],
         });
         let layer = |index| {
-            let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("light"),
-                size: size_of::<Light>() as u64,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            });
+            let uniform = uniform_buffer(device, "light", size_of::<Light>());
             let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("light"),
                 layout: &group_layout,

@@ -6,7 +6,7 @@ use super::{
     atmosphere::{SIZE, Sky},
     clouds,
 };
-use crate::render::device::{cost::CountedQueue, layout::Air};
+use crate::render::device::{cost::CountedQueue, layout::Air, targets::uniform_buffer};
 use glam::Vec3;
 
 /// Offset of the sun's colour in the buffer, bytes: uniforms are bound at multiples of this.
@@ -75,12 +75,7 @@ impl SkyPass {
         Self {
             clouds,
             clouds_group,
-            uniform: device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("air"),
-                size: SUN_AT + 16,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
+            uniform: uniform_buffer(device, "air", SUN_AT as usize + 16),
             view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
             texture,
             sampler: device.create_sampler(&wgpu::SamplerDescriptor {

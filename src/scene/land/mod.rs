@@ -7,15 +7,13 @@ pub(super) mod tufts;
 use self::noise::{mix, shade, smoothstep};
 use super::{
     Material, Mesh, Vertex,
-    network::{road_surfaces::RoadSurfaces, verge::VergeShape},
+    network::{road_surfaces::RoadSurfaces, verge_shape::VergeShape},
 };
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Linear albedo of the meadow.
 pub(in crate::scene) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
-/// Height of the meadow beside a road at height 0, metres: below the asphalt, above the foot of the verge.
-pub(in crate::scene) const BESIDE_ROAD_M: f32 = -0.045;
 /// Distance from the centre line up to which the land is flat, metres.
 pub(in crate::scene) const FLAT_M: f32 = 15.0;
 /// Reach of the land beyond the road network, metres.
@@ -195,7 +193,7 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
 mod tests {
     use super::*;
     use crate::scene::mesh::tests::{check, faces};
-    use crate::scene::network;
+    use crate::scene::network::{self, verge_shape::BESIDE_ROAD_M};
     use crate::scene::static_scene::tests::{circuit, ring};
 
     #[test]

@@ -10,7 +10,7 @@ use crate::{
     scene::{
         Material, Mesh, TreePlace, Vertex,
         network::{
-            SHOULDER_M,
+            layer::SHOULDER_M,
             road_surfaces::{HALF_LANE_M, RoadSurfaces},
         },
         trees::leaf_cards::VARIANTS,

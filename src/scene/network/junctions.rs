@@ -2,7 +2,7 @@
 //! with a shoulder and a verge along each side without a lane.
 
 use super::{
-    ASPHALT, Layer, SHOULDER, points,
+    layer::{ASPHALT, Layer, SHOULDER, plain_asphalt, points},
     strips::{Column, Ground, Paver},
     triangulation,
     verge::Roadside,
@@ -74,7 +74,7 @@ fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
 /// Paves an area, and the shoulder and the verge of each side without a lane.
 pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
     let JunctionArea { outline, open } = area;
-    paver.area(outline, Layer::Junction, super::plain_asphalt());
+    paver.area(outline, Layer::Junction, plain_asphalt());
     let n = outline.len();
     let outwards = |k: usize| {
         let along = (outline[(k + 1) % n] - outline[k]).truncate().normalize_or_zero();

@@ -2,7 +2,7 @@
 //! pavements with kerbs, rails on ballast. In: a lane of the network. Out: ribbons.
 
 use super::{
-    ASPHALT, Layer, SHOULDER,
+    layer::{ASPHALT, Layer, SHOULDER, plain_asphalt, points},
     road_surfaces::contains,
     strips::{Column, Ground, Paver},
     verge::{Roadside, SurfacePoint},
@@ -120,7 +120,7 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
         let junction = net.edge_of(id).junction;
         let layer =
             if junction.is_some_and(|at| shared.junctions.contains(&at)) { Layer::SharedWay } else { Layer::Way };
-        let columns = [-half_m, half_m].map(|at| Column::tarred(at, layer, super::plain_asphalt()));
+        let columns = [-half_m, half_m].map(|at| Column::tarred(at, layer, plain_asphalt()));
         return paver.ribbon(&rows, &surface_point, columns, Ground::Even, None);
     }
     let markings = through.unwrap_or_else(|| [Side::Right, Side::Left].map(|side| net.marking(id, side)));
@@ -166,7 +166,7 @@ fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     let streets = [before, after].iter().all(|lane| super::paint::is_driven(net, *lane));
     let one_width = (net.lane(before).width_m - net.lane(after).width_m).abs() < 0.05;
     let way = net.connections_from(before).iter().find(|way| way.next() == id)?;
-    if !super::no_one_meets(net, id) || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
+    if !no_one_meets(net, id) || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
         return None;
     }
     let of = |side: Side| match (net.marking(before, side), net.marking(after, side)) {
@@ -295,7 +295,7 @@ pub(super) fn shared_areas(net: &Network) -> SharedAreas {
     let mut shared = SharedAreas::default();
     for id in of_kind(EdgeKind::WalkingArea) {
         let Some(junction) = net.edge_of(id).junction else { continue };
-        let outline = super::points(net.lane(id).shape());
+        let outline = points(net.lane(id).shape());
         let ways = driven.get(&junction).into_iter().flatten();
         if ways.into_iter().any(|at| contains(&outline, at.truncate())) {
             shared.lanes.insert(id);
@@ -307,7 +307,7 @@ pub(super) fn shared_areas(net: &Network) -> SharedAreas {
 
 /// Paves a walking area, with a kerb on each side that borders another paved surface. Shared areas have no kerbs.
 fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roadside) {
-    let outline = super::points(lane.shape());
+    let outline = points(lane.shape());
     if is_shared {
         return paver.area(&outline, Layer::Shared, PAVING);
     }
@@ -352,4 +352,10 @@ fn railway(
             paver.ribbon(rows, surface_point, [pair[0], pair[1]], Ground::Tarred, None);
         }
     }
+}
+
+/// Checks whether a lane is inside a junction that has no crossing connections.
+pub(super) fn no_one_meets(net: &Network, inside: LaneId) -> bool {
+    let junction = net.edge_of(inside).junction.map(|junction| net.junction(junction));
+    junction.is_some_and(|junction| junction.links.iter().all(|link| link.crosses.iter().next().is_none()))
 }

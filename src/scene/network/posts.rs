@@ -1,6 +1,6 @@
 //! Reflector posts beside roads outside towns, at equal distances: a cue for speed. In: a network. Out: one mesh, metres.
 
-use super::{SHOULDER_M, no_one_meets, paint::is_driven, road_surfaces::RoadSurfaces};
+use super::{lanes::no_one_meets, layer::SHOULDER_M, paint::is_driven, road_surfaces::RoadSurfaces};
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
     scene::{

@@ -1,7 +1,10 @@
 //! Ribbons and areas of paved ground. In: points along a line with columns beside it, outlines. Out: one mesh in world axes. `uv` is in
 //! metres: along and across on lanes; world coordinates on areas, shifted away from the range in which lanes have wheel tracks.
 
-use super::{Layer, PAINT, triangulation};
+use super::{
+    layer::{Layer, PAINT},
+    triangulation,
+};
 use crate::scene::{
     Material, Mesh, Vertex,
     land::{

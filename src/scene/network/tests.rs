@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    map::network::{LanePosition, REACH_M},
+    map::network::{LaneId, LanePosition, REACH_M},
     rng,
     scene::{
         self, StaticScene, ViewKind, ViewOptions,
@@ -13,7 +13,7 @@ use crate::{
     sim::{Snapshot, VehicleSnapshot},
     space::Pose,
 };
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
 fn network(name: &str) -> Arc<Network> {

@@ -2,9 +2,10 @@
 //! the deck. In: the edge of the asphalt, the height of the ground. Out: ribbons.
 
 use super::{
-    Layer,
+    layer::Layer,
     road_surfaces::RoadSurfaces,
     strips::{Column, Ground, Paver},
+    verge_shape::VergeShape,
 };
 use glam::Vec3;
 
@@ -19,27 +20,6 @@ const DECK_M: f32 = 0.9;
 const PARAPET_M: f32 = 0.9;
 const PARAPET_WIDE_M: f64 = 0.25;
 const CONCRETE: [f32; 3] = [0.30, 0.295, 0.28];
-
-/// Width and depth of a verge.
-#[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct VergeShape {
-    width_m: f64,
-    foot_m: f32,
-    /// Height of the meadow beside roads relative to them, metres.
-    pub meadow_m: f32,
-}
-
-impl VergeShape {
-    /// Returns the shape of the verges of a network. On networks that are not level, the land follows the roads in cells of some metres. It
-    /// lies lower there, so that it does not cover the asphalt, and the verge reaches further down.
-    pub fn of(surfaces: &RoadSurfaces) -> Self {
-        if surfaces.level_m().is_some() {
-            Self { width_m: 1.7, foot_m: -0.14, meadow_m: crate::scene::land::BESIDE_ROAD_M }
-        } else {
-            Self { width_m: 2.4, foot_m: -0.8, meadow_m: -0.25 }
-        }
-    }
-}
 
 /// Function from metres along a line and metres to its left to a point in world axes.
 pub(super) type SurfacePoint<'a> = &'a dyn Fn(f64, f64) -> Vec3;

@@ -216,7 +216,7 @@ mod tests {
         // From Ss into a roundabout whose junction s is wider than its lanes: somewhere in the junction there is no lane at any heading.
         let map = RoadMap::load_along("tests/data/networks/roundabout.net.xml", &["Ss", "se", "eE"]).expect("a path");
         let net = &map.network;
-        let junction = net.junction(net.junction_named("s").expect("a junction"));
+        let junction = net.junctions().iter().find(|junction| junction.id == "s").expect("a junction");
         let entry = net.lane_named("Ss_0").expect("a lane");
         let end = LanePosition { lane: entry, s_m: net.lane(entry).length_m, offset_m: 0.0 };
         let view = NetworkView::new(&map);

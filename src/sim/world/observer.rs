@@ -1,5 +1,5 @@
 //! The observer of a drive, whose view of all vehicles is recorded and drawn, and from which the other agents' views are copied: the
-//! participant's vehicle, or nobody's. In: the vehicles of the traffic, and the agents. Out: a [`Snapshot`] and events.
+//! participant's vehicle, or none. In: the vehicles of the traffic, and the agents. Out: a [`Snapshot`] and events.
 
 use super::{agent::Agent, derived_state, traffic_coupling::TrafficCoupling};
 use crate::{
@@ -21,9 +21,9 @@ pub(super) struct Spectator {
 
 /// Observer of a drive.
 pub(super) enum Observer {
-    /// The participant's vehicle.
+    /// Vehicle of the participant, with its view.
     Participant(Box<Agent>),
-    /// Nobody's vehicle.
+    /// View of a drive without a participant, from no vehicle.
     Spectator(Spectator),
 }
 

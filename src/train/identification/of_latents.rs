@@ -2,13 +2,15 @@
 //! latents; its decoder is used only here.
 
 use super::{
-    BLOCKS_A_STEP, GruShape, PASSES, Seconds, TrainConfig, estimator,
+    fitting::{BLOCKS_A_STEP, PASSES, estimator},
+    gru::GruShape,
+    seconds::Seconds,
     variational::{SecondsWindow, VariationalLoss, VariationalShape},
 };
 use crate::{
     policy::{DriverEstimator, identification::EstimatedTrait},
     rng,
-    train::{adam::Adam, simd::LANES},
+    train::{TrainConfig, adam::Adam, simd::LANES},
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

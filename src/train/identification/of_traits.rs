@@ -3,14 +3,18 @@
 //!
 //! The loss is the negative log likelihood of a normal distribution with a mean and a standard deviation per trait (Nix 1994).
 
-use super::{BLOCKS_A_STEP, GruShape, GruStep, PASSES, Seconds, TrainConfig, estimator, forward, surprise};
+use super::{
+    fitting::{BLOCKS_A_STEP, PASSES, estimator, forward, surprise},
+    gru::{GruShape, GruStep},
+    seconds::Seconds,
+};
 use crate::{
     policy::{
         DriverEstimator,
         identification::{DriverTraits, EstimatedTrait, INPUTS, TRAITS},
     },
     rng,
-    train::{adam::Adam, simd::LANES},
+    train::{TrainConfig, adam::Adam, simd::LANES},
 };
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

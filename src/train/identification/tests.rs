@@ -9,8 +9,9 @@ use crate::{
         identification::{Identification, SAMPLES},
     },
     train::{
-        ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, RingConfig, RunConfig, StudentConfig,
-        latent_traits::LatentTraits, learner::policy_shape, rollout::RolloutWorker, simd::LANES,
+        ActionKind, AdviceConfig, DriverConfig, EstimatorKind, FollowKind, NetworkConfig, RingConfig, RunConfig,
+        StudentConfig, TrainConfig, latent_traits::LatentTraits, learner::policy_shape, rollout::RolloutWorker,
+        simd::LANES,
     },
 };
 

@@ -7,7 +7,10 @@
 //! beginning of that second, and the advice and the leader's behaviour in it. All inputs but the latents are independent of the driver,
 //! so that the latents must describe the driver. One draw must predict near and far seconds, because a driver stays the same.
 
-use super::{GruShape, GruStep, bounded, by_unbounded, forward, surprise};
+use super::{
+    fitting::{bounded, by_unbounded, forward, surprise},
+    gru::{GruShape, GruStep},
+};
 use crate::{
     policy::identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES},
     rng::Stream,

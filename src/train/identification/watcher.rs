@@ -1,31 +1,19 @@
 //! The student beside a block of rings: it observes each driver second by second and estimates their traits or latents. In: samples of
 //! the block and the drivers' true traits. Out: estimates, and the [`Seconds`] for training.
 
-use super::{EstimatorLearner, GruShape};
+use super::{
+    estimator_learner::EstimatorLearner,
+    gru::GruShape,
+    seconds::{BlockSample, Seconds},
+};
 use crate::{
     policy::{
         DriverEstimator, DriverTraits, WhoDrives,
         identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES, sample},
     },
-    train::simd::{LANES, SimdLanes},
+    train::simd::LANES,
 };
 use serde::{Deserialize, Serialize};
-
-/// State of a block's egos at one instant: speed, leader's speed, gap, advice (negative: none); m/s and m.
-pub type BlockSample = [SimdLanes; 4];
-
-/// Consecutive seconds of a block's rings.
-#[derive(Clone, Debug, Default)]
-pub struct Seconds {
-    /// States before the first second, one row per ring.
-    pub state: Vec<f32>,
-    /// Inputs of each second, one row per ring.
-    pub inputs: Vec<Vec<f32>>,
-    /// Rings that restart in each second.
-    pub begins: Vec<Vec<bool>>,
-    /// True traits of the drivers in each second.
-    pub truths: Vec<[DriverTraits; LANES]>,
-}
 
 /// The student beside one block.
 #[derive(Clone, Debug, Serialize, Deserialize)]

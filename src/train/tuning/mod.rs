@@ -58,7 +58,7 @@ impl TuningTask {
             let config = self.config.held(*hold_s);
             let step_s = config.ring.step_s;
             let results = evaluate(&config, STREAM, self.rings, || Some(controller.policy(step_s)));
-            results.iter().map(|result| result.mean_mps).sum::<f64>() / results.len() as f64
+            results.iter().map(|result| result.mean_speed_mps).sum::<f64>() / results.len() as f64
         };
         self.holds_s.iter().map(of_hold).sum::<f64>() / self.holds_s.len() as f64
     }

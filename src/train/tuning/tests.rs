@@ -98,7 +98,7 @@ fn the_tuning_rings_differ_from_all_other_rings() {
     let task = small(ControllerKind::TwoPhase, 1);
     let of = |stream| {
         let make = || Some(task.start.policy(0.1));
-        evaluate(&task.config.held(1.0), stream, 16, make).iter().map(|r| r.mean_mps).sum::<f64>() / 16.0
+        evaluate(&task.config.held(1.0), stream, 16, make).iter().map(|r| r.mean_speed_mps).sum::<f64>() / 16.0
     };
     assert_eq!(of("tune"), task.mean_mps(&task.start));
     for stream in ["train", "judge", "evaluate", "benchmark"] {

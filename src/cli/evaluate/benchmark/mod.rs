@@ -3,12 +3,12 @@
 
 mod definition;
 mod figure;
-mod report;
+pub(super) mod report;
 
 use super::CliError;
 use crate::{
     cli::{out, stop_on_ctrl_c},
-    metrics::{Estimate, EvaluationResult, correlation},
+    metrics::{Estimate, EvaluationResult, correlation, evaluated},
     policy::{DriverTraits, PolicySource},
     private,
     train::{IdentifiedDriver, TrainConfig, drawn_ring, evaluate, identified},
@@ -36,20 +36,17 @@ pub struct Cell<'a> {
 /// Time after which the policy's trait estimate is read, s. The policies promise estimates within a minute.
 const IDENTIFIED_AFTER_S: f64 = 60.0;
 
-/// Measure of a ring; `None` if the ring has none.
-pub type CellMeasure = fn(&EvaluationResult) -> Option<f64>;
-
 impl Cell<'_> {
     /// Returns the mean of a measure over rings and training seeds; `None` if no ring has the measure.
-    pub fn mean(&self, of: CellMeasure) -> Option<f64> {
-        let numbers: Vec<f64> = self.results.iter().flatten().filter_map(of).collect();
+    pub fn mean(&self, name: &str) -> Option<f64> {
+        let numbers: Vec<f64> = self.results.iter().flatten().filter_map(evaluated(name)).collect();
         (!numbers.is_empty()).then(|| numbers.iter().sum::<f64>() / numbers.len() as f64)
     }
 
     /// Returns the mean speed with its interval over rings and training seeds, m/s.
     pub fn speed(&self) -> Estimate {
         let speeds: Vec<Vec<f64>> =
-            self.results.iter().map(|rings| rings.iter().map(|r| r.mean_mps).collect()).collect();
+            self.results.iter().map(|rings| rings.iter().map(|r| r.mean_speed_mps).collect()).collect();
         Estimate::of_seeds(&speeds).unwrap_or(Estimate { mean: 0.0, low: 0.0, high: 0.0 })
     }
 
@@ -59,14 +56,15 @@ impl Cell<'_> {
         let gains: Vec<Vec<f64>> = self
             .results
             .iter()
-            .map(|rings| rings.iter().zip(base).map(|(ring, base)| ring.mean_mps - base.mean_mps).collect())
+            .map(|rings| rings.iter().zip(base).map(|(ring, base)| ring.mean_speed_mps - base.mean_speed_mps).collect())
             .collect();
         Estimate::of_seeds(&gains)
     }
 
     /// Returns the mean speed of the worst training seed, m/s; `None` with one seed.
     pub fn worst_mps(&self) -> Option<f64> {
-        let means = self.results.iter().map(|rings| rings.iter().map(|r| r.mean_mps).sum::<f64>() / rings.len() as f64);
+        let means =
+            self.results.iter().map(|rings| rings.iter().map(|r| r.mean_speed_mps).sum::<f64>() / rings.len() as f64);
         (self.results.len() > 1).then(|| means.fold(f64::INFINITY, f64::min))
     }
 

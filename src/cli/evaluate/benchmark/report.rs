@@ -1,31 +1,31 @@
 //! Output of a benchmark. In: a [`BenchmarkResult`]. Out: a table as text, CSV, and JSON that names everything the results
 //! depend on.
 
-use super::{BenchmarkResult, Cell, CellMeasure, CliError, SEALED_STREAM};
-use crate::{policy, rng::fnv_1a};
+use super::{BenchmarkResult, Cell, CliError, SEALED_STREAM};
+use crate::{metrics::evaluated, policy, rng::fnv_1a};
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// Share of the advised time above which a mean speed is attributed to the guard or to car-following, not to the advice.
 const MADE_BY_ANOTHER: f64 = 0.5;
 
-/// Measures beside the mean speed, and their names in the files.
-const MEASURES: [(&str, CellMeasure); 15] = [
-    ("settled_speed_mps", |r| Some(r.settled_mps)),
-    ("sd_over_cars_mps", |r| Some(r.sd_over_cars_mps)),
-    ("sd_in_time_mps", |r| Some(r.sd_in_time_mps)),
-    ("fuel_l_100km", |r| r.fuel_l_100km),
-    ("throughput_per_h", |r| Some(r.throughput_per_h)),
-    ("stops_per_km", |r| Some(r.conflicts?.stops_per_km)),
-    ("hard_brakings_per_km", |r| Some(r.conflicts?.hard_brakings_per_km)),
-    ("least_gap_m", |r| Some(r.least_gap_m)),
-    ("least_ttc_s", |r| r.conflicts?.least_ttc_s),
-    ("most_drac_mps2", |r| Some(r.conflicts?.most_drac_mps2)),
-    ("near_misses", |r| Some(f64::from(r.conflicts?.near_misses))),
-    ("in_range", |r| r.in_range),
-    ("advice_share", |r| r.conflicts?.advice_share),
-    ("distance_share", |r| r.conflicts?.distance_share),
-    ("guard_share", |r| r.conflicts?.guard_share),
+/// Names of the measures beside the mean speed in the files.
+const MEASURES: [&str; 15] = [
+    "settled_speed_mps",
+    "speed_sd_over_vehicles_mps",
+    "speed_sd_over_time_mps",
+    "fuel_l_100km",
+    "flow_per_h",
+    "stops_per_km",
+    "hard_brakings_per_km",
+    "min_gap_to_neighbours_m",
+    "min_ttc_to_neighbours_s",
+    "max_drac_to_neighbours_mps2",
+    "close_approaches",
+    "time_in_range",
+    "advice_share",
+    "distance_share",
+    "guard_share",
 ];
 
 /// Header above the lines of a driver.
@@ -94,50 +94,50 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     let is_none = result.benchmark.rows[cell.row].is_no_advice();
     let gain = result.without_advice(cell).filter(|_| !is_none).and_then(|none| cell.gain_over(none));
     let gain = gain.map_or("-".into(), |g| format!("{:+.3} ± {:.3}", g.mean, (g.high - g.low) / 2.0));
-    let number = |of: CellMeasure, digits: usize| cell.mean(of).map_or("-".into(), |x| format!("{x:.digits$}"));
-    let percent = |of: CellMeasure| cell.mean(of).map(|x| x * 100.0);
-    let shares = [
-        percent(|r| r.conflicts?.advice_share),
-        percent(|r| r.conflicts?.distance_share),
-        percent(|r| r.conflicts?.guard_share),
-    ];
+    let number = |name: &str, digits: usize| cell.mean(name).map_or("-".into(), |x| format!("{x:.digits$}"));
+    let percent = |name: &str| cell.mean(name).map(|x| x * 100.0);
+    let shares = ["advice_share", "distance_share", "guard_share"].map(percent);
     let words: Vec<String> = shares.iter().map(|share| share.map_or("-".into(), |x| format!("{x:.0}"))).collect();
     let made_by = match shares {
         [_, _, Some(guard)] if guard > 100.0 * MADE_BY_ANOTHER => " G",
         [_, Some(distance), _] if distance > 100.0 * MADE_BY_ANOTHER => " D",
         _ => "",
     };
-    let least_ttc_s = cell.results.iter().flatten().filter_map(|r| r.conflicts?.least_ttc_s).reduce(f64::min);
+    let least_ttc_s = cell.results.iter().flatten().filter_map(evaluated("min_ttc_to_neighbours_s")).reduce(f64::min);
     let [crashed, driven] = cell.crashes();
     let mean = format!("{:.3} ± {:.3}", speed.mean, (speed.high - speed.low) / 2.0);
     let cells = [
         format!("{:<34} {mean:<15} {gain:<16}", format!("{}{made_by}", result.benchmark.rows[cell.row].name)),
         format!("{:>5}", cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}"))),
-        format!("{:>7}", number(|r| Some(r.sd_in_time_mps), 2)),
-        format!("{:>5}", number(|r| Some(r.conflicts?.stops_per_km), 1)),
-        format!("{:>4}", number(|r| Some(r.conflicts?.hard_brakings_per_km), 2)),
+        format!("{:>7}", number("speed_sd_over_time_mps", 2)),
+        format!("{:>5}", number("stops_per_km", 1)),
+        format!("{:>4}", number("hard_brakings_per_km", 2)),
         format!("{:>5}", least_ttc_s.map_or("-".into(), |s| format!("{s:.2}"))),
-        format!("{:>8}", percent(|r| r.in_range).map_or("-".into(), |x| format!("{x:.0} %"))),
+        format!("{:>8}", percent("time_in_range").map_or("-".into(), |x| format!("{x:.0} %"))),
         format!("{:>7}", words.join("/")),
         format!("{crashed}/{driven}"),
     ];
     format!("    {}", cells.join("  "))
 }
 
+/// Returns the head of the CSV.
+pub fn head() -> String {
+    format!(
+        "road,hold_s,driver,policy,rings,training_seeds,mean_speed_mps,mean_speed_mps_low,mean_speed_mps_high,speed_gain_mps,\
+         speed_gain_mps_low,speed_gain_mps_high,worst_seed_mean_speed_mps,crashes,{}\n",
+        MEASURES.join(",")
+    )
+}
+
 /// Returns the results as CSV, one line for each cell.
 pub fn csv(result: &BenchmarkResult<'_>) -> String {
-    let names: Vec<&str> = MEASURES.iter().map(|measure| measure.0).collect();
-    let mut text = format!(
-        "road,hold_s,driver,policy,rings,training_seeds,mean_speed_mps,mean_speed_mps_low,mean_speed_mps_high,gain_mps,gain_mps_low,\
-         gain_mps_high,worst_seed_mps,crashes,{}\n",
-        names.join(",")
-    );
+    let mut text = head();
     for cell in &result.cells {
         let speed = cell.speed();
         let gain = result.without_advice(cell).and_then(|none| cell.gain_over(none));
         let gain = gain.map_or(",,".into(), |g| format!("{},{},{}", g.mean, g.low, g.high));
         let values: Vec<String> =
-            MEASURES.iter().map(|(_, of)| cell.mean(*of).map_or(String::new(), |x| x.to_string())).collect();
+            MEASURES.iter().map(|name| cell.mean(name).map_or(String::new(), |x| x.to_string())).collect();
         let _ = writeln!(
             text,
             "\"{}\",{},{},\"{}\",{},{},{},{},{},{gain},{},{},{}",
@@ -167,20 +167,20 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
     let mut fingerprint = 0;
     for cell in &result.cells {
         for ring in cell.results.iter().flatten() {
-            fingerprint = fnv_1a(fingerprint, &ring.mean_mps.to_bits().to_le_bytes());
+            fingerprint = fnv_1a(fingerprint, &ring.mean_speed_mps.to_bits().to_le_bytes());
         }
     }
     let cell = |cell: &Cell<'_>| {
         let measures: serde_json::Map<String, Value> =
-            MEASURES.iter().map(|(name, of)| ((*name).to_owned(), json!(cell.mean(*of)))).collect();
+            MEASURES.iter().map(|name| ((*name).to_owned(), json!(cell.mean(name)))).collect();
         json!({
             "road": cell.condition.road.name, "hold_s": cell.condition.hold_s, "driver": cell.condition.driver.name,
             "policy": benchmark.rows[cell.row].name,
             "mean_speed_mps": cell.speed(),
-            "gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
-            "worst_seed_mps": cell.worst_mps(),
+            "speed_gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
+            "worst_seed_mean_speed_mps": cell.worst_mps(),
             "over_fastest_single": result.over_fastest_single(cell).map(|(fastest, gain)| {
-                json!({ "policy": benchmark.rows[fastest.row].name, "gain_mps": gain })
+                json!({ "policy": benchmark.rows[fastest.row].name, "speed_gain_mps": gain })
             }),
             "crashes": cell.crashes()[0], "drives": cell.crashes()[1],
             "trait_correlation": cell.trait_correlations().into_iter().collect::<BTreeMap<_, _>>(),
@@ -199,7 +199,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
     Ok(json!({
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "benchmark": benchmark.title,
-        "engine": "fast ring",
+        "traffic": "ring",
         "random_numbers": SEALED_STREAM,
         "seed": benchmark.seed,
         "rings": benchmark.rings,

@@ -212,5 +212,4 @@ impl VehicleSnapshot {
 }
 
 #[cfg(test)]
-#[path = "snapshot_tests.rs"]
 mod tests;

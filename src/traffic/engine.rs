@@ -1,0 +1,169 @@
+//! Interface of traffic engines: the trait [`Traffic`], the setups that they start with, and the reports of externally driven vehicles.
+//! Metres, m/s, seconds.
+
+use super::{
+    demand::Demand,
+    error::TrafficError,
+    mixture::ModelMixture,
+    vehicles::{EGO, VehicleChanges, VehicleId, VehicleLamps, VehicleState},
+};
+use crate::{
+    idm::IdmParams,
+    map::{
+        RoadMap,
+        network::{LaneId, Network},
+    },
+    space::Pose,
+};
+use std::{path::PathBuf, sync::Arc};
+
+/// Hardest braking of any vehicle of the traffic, m/s2 (SUMO's default for passenger cars). The model is never clipped at `b`
+/// (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops suddenly.
+pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
+
+/// Creep limit, m/s2: SUMO rounds a speed below this times the step length to 0. Without this rule, the two engines agree to 1e-5 m/s
+/// instead of 1e-11 once a queue moves up in very small steps.
+pub const CREEP_MPS2: f64 = 1e-4;
+
+/// Initial position and speed of a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialVehicle {
+    /// Front bumper along the route, metres.
+    pub s_m: f64,
+    pub speed_mps: f64,
+}
+
+/// Start settings of a fixed number of vehicles on a closed route.
+#[derive(Clone, Debug)]
+pub struct FixedSetup {
+    pub map: Arc<RoadMap>,
+    /// Initial vehicles; vehicle `i` has [`VehicleId`] `i`, vehicle 0 is the ego.
+    pub cars: Vec<InitialVehicle>,
+    /// Car-following parameters of every vehicle, noise included.
+    pub idm: IdmParams,
+    /// Other vehicles with a different car-following model.
+    pub mixture: ModelMixture,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// Seed of the noise, of the choice of vehicles with a different model, and of SUMO's random numbers.
+    pub seed: u64,
+    /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as in the car-following model.
+    pub lateral_accel_mps2: Option<f64>,
+}
+
+/// Start settings of vehicles that come and go on a network.
+#[derive(Clone, Debug)]
+pub struct DemandSetup {
+    pub network: Arc<Network>,
+    /// File of the network, which messages name.
+    pub net_file: PathBuf,
+    pub demand: Demand,
+    /// Vehicles that drivers outside SUMO move from the start.
+    pub egos: Vec<EgoStart>,
+    /// Number of the first vehicle, that of the first ego if there is one. A drive without a participant begins with 1, as 0 is theirs.
+    pub first_number: u32,
+    /// Car-following parameters of the cars of the demand's flows.
+    pub idm: IdmParams,
+    /// Length of a step, seconds.
+    pub step_s: f64,
+    /// Time until which the demand's limit on vehicles counts, seconds ([`Demand::horizon_s`]).
+    pub until_s: f64,
+    /// Seed of everything random in SUMO.
+    pub seed: u64,
+}
+
+/// Initial place of an ego on a network.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EgoStart {
+    pub lane: LaneId,
+    /// Front bumper along the lane, metres.
+    pub s_m: f64,
+    /// Initial speed, m/s.
+    pub speed_mps: f64,
+    /// Edges along which it is expected to drive, that of the lane first: others give way to it, or take theirs, by where it will cross
+    /// their path. Empty where only the lane is known.
+    pub route: Vec<String>,
+}
+
+/// State of an externally driven vehicle in one step: at present, and as predicted for the end of the step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExternalVehicleState {
+    /// Present pose of its centre.
+    pub pose: Pose,
+    /// Present speed, m/s, not negative.
+    pub speed_mps: f64,
+    /// Pose predicted for the end of the step with constant acceleration (docs/decisions.md: 4).
+    pub next_pose: Pose,
+    /// Speed predicted for the end of the step, m/s.
+    pub next_speed_mps: f64,
+}
+
+/// Report of an externally driven vehicle, which does not follow its model in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VehicleReport {
+    pub id: VehicleId,
+    pub state: ExternalVehicleState,
+    /// Lane on which it will be at the end of the step: where lanes cross, SUMO cannot know. `None` off all lanes, where others do not see
+    /// it. On a closed route with a fixed number of vehicles the engines find the place by the pose.
+    pub lane: Option<LaneId>,
+    /// True if it heads against that lane's direction. SUMO's vehicles know of none that comes towards them: for them it stands there.
+    pub is_wrong_way: bool,
+    pub lamps: VehicleLamps,
+}
+
+impl VehicleReport {
+    /// Creates the report of a vehicle on a closed route, its lamps dark.
+    pub fn on_route(id: VehicleId, state: ExternalVehicleState) -> Self {
+        Self { id, state, lane: None, is_wrong_way: false, lamps: VehicleLamps::default() }
+    }
+
+    /// Creates the report of the ego on a closed route, its lamps dark.
+    pub fn of_ego(state: ExternalVehicleState) -> Self {
+        Self::on_route(EGO, state)
+    }
+}
+
+/// Traffic engine. One call is one step; all vehicles move at once from one state. An engine may start on one thread and run on another, so
+/// that a window stays responsive.
+pub trait Traffic: Send {
+    /// Advances by one step. Vehicles with a report, by ascending id, move as reported; the model drives every other vehicle, from the
+    /// position of its last report if it had one. Other vehicles do not see an externally driven vehicle whose body has left the lane.
+    ///
+    /// # Errors
+    /// The engine failed, after which the drive cannot continue; a number is not finite; the reports are not of existing vehicles, each
+    /// once and in order; or a vehicle that was left off the lane has no report.
+    fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
+
+    /// Returns all vehicles at the end of the last step, by ascending id, the ego first. Poses that follow from places along a route are
+    /// computed here, once a step.
+    fn vehicles(&mut self) -> &[VehicleState];
+
+    /// Returns the vehicles that have come and gone in the last step; none of a fixed number.
+    fn changes(&self) -> &VehicleChanges {
+        static NONE: VehicleChanges = VehicleChanges { departed: Vec::new(), arrived: Vec::new() };
+        &NONE
+    }
+
+    /// Returns the letters that all signals show, and where those of each signal begin, with one more at the end. An engine without
+    /// signals has none.
+    fn signals(&self) -> (&[u8], &[u32]) {
+        (&[], &[])
+    }
+
+    /// Makes a vehicle of the demand one with reports, from the next step on; returns the edges of its route. Without a report its model
+    /// drives it again.
+    ///
+    /// # Errors
+    /// The vehicle is not there, or the engine has no vehicles with routes.
+    fn take_over(&mut self, _id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        Err(TrafficError::Setup("only vehicles of a demand are taken over along their routes".into()))
+    }
+
+    /// Returns the canonical copies of the demand's files that SUMO reads, in their order.
+    fn demand_files(&self) -> &[PathBuf] {
+        &[]
+    }
+
+    /// Returns name and version of the engine, for recordings and messages.
+    fn describe(&self) -> String;
+}
