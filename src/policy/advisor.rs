@@ -285,43 +285,4 @@ mod tests {
             "{error}"
         );
     }
-    #[test]
-    fn auto_is_the_shipped_speed_policy_of_the_map_and_two_phase_elsewhere() {
-        use super::super::{file_of, resolve, resolve_among, shipped};
-        use crate::{data_folders, map::RoadMap};
-        let on = |policy: &str, map: &str| resolve(policy, &RoadMap::load(map).unwrap());
-        assert_eq!(
-            on("auto", "ring-250").to_string(),
-            "ring-250-speed (auto: the policy that is shipped for ring-250)"
-        );
-        assert_eq!(on("auto", "ring-641").name, "ring-641-speed");
-        assert_eq!(on("auto", "practice").to_string(), "two-phase (auto: no policy is shipped for practice)");
-        assert_eq!(on("pi", "ring-250").to_string(), "pi");
-        // The same ring, given by path and as a copy with another name.
-        let net = data_folders::root().join("maps/ring-250/net.xml");
-        assert_eq!(on("auto", &net.to_string_lossy()).name, "ring-250-speed");
-        assert_eq!(on("auto", &net.parent().unwrap().to_string_lossy()).name, "ring-250-speed");
-        let folder = tempfile::tempdir().unwrap();
-        let copy = folder.path().join("other.net.xml");
-        std::fs::copy(&net, &copy).unwrap();
-        assert_eq!(on("auto", &copy.to_string_lossy()).name, "ring-250-speed");
-        // A different road with the name of a shipped map does not count as that map.
-        let other = folder.path().join("ring-250");
-        std::fs::create_dir(&other).unwrap();
-        std::fs::copy(data_folders::root().join("maps/ring-641/net.xml"), other.join("net.xml")).unwrap();
-        assert_eq!(on("auto", &other.to_string_lossy()).name, "ring-641-speed");
-        let text = std::fs::read_to_string(&net).unwrap().replace("speed=\"30.000000\"", "speed=\"20.000000\"");
-        std::fs::write(other.join("net.xml"), text).unwrap();
-        assert_eq!(
-            on("auto", &other.to_string_lossy()).to_string(),
-            "two-phase (auto: no policy is shipped for ring-250)"
-        );
-        let none = resolve_among(&[], "auto", &RoadMap::load("ring-250").unwrap());
-        assert!(none.to_string().starts_with("two-phase (auto: no shipped policies at "), "{none:?}");
-        let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
-        for name in shipped() {
-            assert!(file_of(&name).is_some_and(|file| file.exists()));
-            assert!(build(&name, &settings).is_ok_and(|policy| policy.is_some()), "{name}");
-        }
-    }
 }

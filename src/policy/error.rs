@@ -1,7 +1,83 @@
-//! Faults of a trained policy's file, by kind and as messages.
+//! Reasons that a policy cannot be built or its file cannot be used, by kind and as messages.
 
-use super::{Feature, network::PolicyNetworkFault};
+use super::{
+    ControllerFileError, FEATURES, NAMES, NotCorrectable, PolicyNetworkFault,
+    names::{all_names, correctable_names},
+};
+use crate::toml_text::did_you_mean;
 use std::path::{Path, PathBuf};
+
+/// Reasons that a policy cannot be built.
+#[derive(Debug, thiserror::Error)]
+pub enum PolicyError {
+    /// No policy has this name.
+    #[error(
+        "policy `{name}` is unknown{}; known are {}, or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml",
+        did_you_mean(name, &all_names()), all_names().join(", ")
+    )]
+    Unknown {
+        /// Policy name as the user gave it.
+        name: String,
+    },
+    /// No controller has this name.
+    #[error(
+        "controller `{name}` is unknown{}; known are {}, or the FILE.toml of one",
+        did_you_mean(name, &NAMES[1..]), NAMES[1..].join(", ")
+    )]
+    UnknownController {
+        /// Controller name as the user gave it.
+        name: String,
+    },
+    /// No controller and no correctable policy has this name.
+    #[error(
+        "controller or policy `{name}` is unknown{}; known are {}, or the FILE.toml of a controller or of a trained policy",
+        did_you_mean(name, &correctable_names()), correctable_names().join(", ")
+    )]
+    UnknownCorrected {
+        /// Name as the user gave it.
+        name: String,
+    },
+    /// An ONNX network cannot be embedded in a policy file.
+    #[error("policy {name} cannot be corrected: it is no policy file of this program\n  remedy: name its policy.toml")]
+    CorrectedOnnx {
+        /// Policy name as the user gave it.
+        name: String,
+    },
+    /// The policy's advice cannot be corrected.
+    #[error("policy {name} {fault}")]
+    NotCorrectable {
+        /// Policy name as the user gave it.
+        name: String,
+        /// Reason that it cannot be corrected.
+        fault: NotCorrectable,
+    },
+    /// The policy was trained with the driver's traits as input. A drive does not supply them.
+    #[error(
+        "policy {name} must be told who drives ({}), and has no estimator that finds out\n  remedy: train it with \
+         estimator_rounds above 0, or name another policy",
+        FEATURES.iter().filter(|feature| feature.is_of_driver()).map(|feature| feature.name()).collect::<Vec<_>>().join(", ")
+    )]
+    MustBeTold {
+        /// Policy name as the user gave it.
+        name: String,
+    },
+    /// The policy needs more of the road than training and evaluation rings have.
+    #[error(
+        "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: codrive run, or name another policy"
+    )]
+    NotOnRings {
+        /// Policy name as the user gave it.
+        name: String,
+        /// Part of the road that the policy needs.
+        why: String,
+    },
+    /// The file of a trained policy cannot be used.
+    #[error("policy {0}")]
+    File(#[from] PolicyFileError),
+    /// The file of a controller cannot be used.
+    #[error("policy {0}")]
+    Controller(#[from] ControllerFileError),
+}
 
 /// Error for an unusable policy file.
 #[derive(Debug, thiserror::Error)]
@@ -53,29 +129,4 @@ pub enum PolicyFileFault {
          remedy: build it with cargo build --release, which scripts/drive keeps"
     )]
     WithoutOnnx,
-}
-
-/// Fault of a setting that both file formats have.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SettingFault {
-    /// The limits of the action are empty or not finite.
-    #[error("limits are {low} to {high}; the first must be below the second")]
-    Limits {
-        /// Lowest action, m/s² or m/s.
-        low: f64,
-        /// Highest action, m/s² or m/s.
-        high: f64,
-    },
-    /// The bound on the change of speed is negative or not finite.
-    #[error("speed_change_mps must be 0 or more")]
-    SpeedChange,
-    /// The least spacing is negative or not finite.
-    #[error("least_spacing_m must be 0 or more")]
-    LeastSpacing,
-    /// The bound on the expected gain is not finite.
-    #[error("silent_below_mps must be a finite number")]
-    SilentBelow,
-    /// An input's range is empty or not finite.
-    #[error("input {}: `to` must be above `from`", .0.name())]
-    Input(Feature),
 }

@@ -1,10 +1,8 @@
 //! A running controller with its memory. In: an [`Observation`] each step. Out: a speed on request. Unlike a boxed policy, it can be
 //! saved in a checkpoint with its memory.
 
-use super::Controller;
-use crate::policy::{
-    Action, ConstantSpeed, FollowerStopper, LinearFeedback, Observation, PiSaturation, Policy, TwoPhase,
-};
+use super::{ConstantSpeed, Controller, FollowerStopper, LinearFeedback, PiSaturation, TwoPhase};
+use crate::policy::{Action, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
 /// A controller with its memory.
@@ -53,5 +51,12 @@ impl Policy for EngagedController {
 
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
         Action::Speed(self.command_mps(time_s, observation))
+    }
+}
+
+impl Controller {
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
+    pub fn policy(&self, step_s: f64) -> Box<dyn Policy> {
+        Box::new(EngagedController::new(self, step_s))
     }
 }

@@ -1,7 +1,10 @@
 //! Faults of a controller's file: the kind, and a message with file, line and a mark below the place.
 
-use super::{CONTROLLERS, ControllerKind, file::FORMAT};
+use super::{CONTROLLERS, ControllerKind};
 use crate::toml_text::{TomlError, did_you_mean, unknown_key};
+
+/// Format and version of a controller's file.
+pub(super) const FORMAT: &str = "codrive controller 1";
 
 /// Error for an unusable controller's file.
 #[derive(Debug, thiserror::Error)]

@@ -1,16 +1,10 @@
 //! The file of a controller: TOML with its kind and its parameters, each with the unit in its key. In: text. Out: a [`Controller`], or an
 //! error with file, line, value and allowed values. A controller is also written as text that reads back to the same bits.
 
-use super::{Controller, ControllerFault, ControllerFileError, ControllerKind};
-use crate::{
-    policy::parameters::{Order, Parameter},
-    toml_text::{self, KeyPart},
-};
+use super::{Controller, ControllerFault, ControllerFileError, ControllerKind, Order, Parameter, error::FORMAT};
+use crate::toml_text::{self, KeyPart};
 use serde::Deserialize;
 use std::fmt::Write;
-
-/// Format and version of a controller's file.
-pub const FORMAT: &str = "codrive controller 1";
 
 /// Prefix of the format in all versions.
 const FORMAT_NAME: &str = "codrive controller";

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    policy::{Action, Advisor, Hold, NAMES, Observation, build},
+    policy::{Action, Advisor, Hold, NAMES, Observation, PolicySettings, build},
     time::Tick,
 };
 use std::fs;

@@ -2,7 +2,7 @@
 //! recurrent unit and its readout.
 
 use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
-use crate::policy::{Feature, NetworkLayer, network_file::row};
+use crate::policy::{Feature, NetworkLayer, file_text::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -22,6 +22,13 @@ pub struct EstimatedTrait {
     pub centre: f64,
     /// Change of the trait per unit of readout, in the trait's unit.
     pub spread: f64,
+}
+
+impl EstimatedTrait {
+    /// Returns the readout scaling of latent `k`, counted from 0: centre 0, spread 1.
+    pub fn latent(k: usize) -> Self {
+        Self { name: latent_name(k), centre: 0.0, spread: 1.0 }
+    }
 }
 
 /// A fitted driver estimator: a gated recurrent unit with a linear readout.

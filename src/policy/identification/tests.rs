@@ -1,7 +1,7 @@
 //! The estimator in a drive: hand-computed arithmetic, update rate, file, and inconsistent parts.
 
 use super::*;
-use crate::policy::{Feature, Network, NetworkLayer};
+use crate::policy::{Feature, Network, NetworkLayer, Observation};
 
 /// Returns an estimator with `units` units and irregular weights.
 fn small(units: usize) -> DriverEstimator {

@@ -1,4 +1,5 @@
-//! Traits that distinguish drivers for advice. In: nothing. Out: five numbers, which a teacher is given and a student estimates.
+//! Traits and latents that distinguish drivers for advice. In: nothing. Out: five numbers, which a teacher is given and a student
+//! estimates, and the number and names of the latents.
 
 use serde::{Deserialize, Serialize};
 
@@ -53,4 +54,12 @@ impl DriverTraits {
     pub fn of([reaction_s, speed_bias_mps, error_mps, time_gap_factor, willingness]: [f64; TRAITS]) -> Self {
         Self { reaction_s, speed_bias_mps, error_mps, time_gap_factor, willingness }
     }
+}
+
+/// Largest number of latents, each of which a policy can take as input.
+pub const MOST_LATENTS: usize = 4;
+
+/// Returns the name of latent `k` in files; `k` counts from 0 and the first name is `latent_1`.
+pub fn latent_name(k: usize) -> String {
+    format!("latent_{}", k + 1)
 }

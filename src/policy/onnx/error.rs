@@ -1,12 +1,8 @@
 //! Faults of an ONNX network, by kind: encoding, description, structure, weights, inputs, runtime errors and outputs.
 
-use super::{
-    EXAMPLE,
-    limits::{
-        MOST_BYTES, MOST_DEPTH, MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_FIELDS, MOST_NODES,
-        MOST_VARINTS, MOST_WHOLE_NUMBERS, MOST_WORK,
-    },
-    load::OPERATOR_SETS,
+use super::limits::{
+    MOST_BYTES, MOST_DEPTH, MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_FIELDS, MOST_NODES,
+    MOST_VARINTS, MOST_WHOLE_NUMBERS, MOST_WORK, OPERATOR_SETS,
 };
 use crate::{
     file::size_text,
@@ -15,6 +11,20 @@ use crate::{
 };
 use std::{io, path::PathBuf};
 use tract_onnx::prelude::TractError;
+
+/// Example of a description, for messages.
+const EXAMPLE: &str = r#"action = "acceleration"   # or "speed"
+limits = [-0.5, 0.5]       # m/s2 or m/s
+holds_s = [1.0, 1.0]       # shortest and longest hold, s
+output = "scaled"          # -1..1 spans the limits; "si": the action itself; "levels": one number a level
+inputs = [                 # `from` is seen as -1 and `to` as 1
+  { feature = "speed", from = 0.0, to = 10.0 },
+  { feature = "leader_speed", from = 0.0, to = 10.0 },
+  { feature = "gap", from = 0.0, to = 300.0 },
+  { feature = "circumference", from = 200.0, to = 300.0 },
+]
+# input_name = "obs"       # where it has several inputs; of the others each is a constant:
+# fixed = { mask = 1.0 }"#;
 
 /// Reasons that an ONNX network cannot be used as a policy.
 #[derive(Debug, thiserror::Error)]

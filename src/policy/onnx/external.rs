@@ -4,14 +4,15 @@
 
 use super::{
     OnnxFault, TensorFault,
-    limits::{MOST_BYTES, MOST_ELEMENTS, element_bytes},
+    limits::{MOST_BYTES, MOST_ELEMENTS},
+    structure::{element_bytes, is_external},
 };
 use crate::file::read_part;
 use std::{
     io,
     path::{Component, Path, PathBuf},
 };
-use tract_onnx::pb::{GraphProto, ModelProto, TensorProto, tensor_proto::DataLocation};
+use tract_onnx::pb::{GraphProto, ModelProto, TensorProto};
 
 /// Inlines the weights of other files into the network.
 ///
@@ -52,10 +53,6 @@ fn attributes(graph: &GraphProto) -> impl Iterator<Item = &TensorProto> {
 fn tensors_mut(graph: &mut GraphProto) -> impl Iterator<Item = &mut TensorProto> {
     let attributes = graph.node.iter_mut().flat_map(|node| &mut node.attribute);
     graph.initializer.iter_mut().chain(attributes.flat_map(|a| a.t.iter_mut().chain(&mut a.tensors)))
-}
-
-pub(super) fn is_external(tensor: &TensorProto) -> bool {
-    tensor.data_location == Some(DataLocation::External.into()) || !tensor.external_data.is_empty()
 }
 
 /// Returns the tensor's `location`, `offset` or `length` in its file, if given.

@@ -3,14 +3,15 @@
 
 use super::{
     AnswerFault, METADATA_KEY, NetworkDescription, OnnxFault, OutputMeaning, RunFault, RuntimeFault, external, inputs,
-    limits, sizes, wire,
+    limits::{MOST_BYTES, OPERATOR_SETS},
+    sizes, structure, wire,
 };
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
     policy::{
         Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, RoadKind,
-        bounded, observe::withholds_advice, road_ahead::lacked,
+        bounded, features::withholds_advice, needs::lacked,
     },
     rng,
     toml_text::did_you_mean_file,
@@ -25,8 +26,6 @@ use tract_onnx::{
     prelude::*,
 };
 
-/// Operator sets that the runtime knows.
-pub(super) const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;
 /// Number of random observations for which every network must give finite numbers before it drives.
 const QUESTIONS: usize = 200;
 
@@ -47,7 +46,7 @@ impl OnnxPolicy {
     /// output that is not finite.
     pub fn from_file(path: &Path) -> Result<Self, PolicyFileError> {
         let fault = |fault: PolicyFileFault| PolicyFileError { path: path.display().to_string(), fault: fault.into() };
-        let bytes = read_bounded(path, limits::MOST_BYTES)
+        let bytes = read_bounded(path, MOST_BYTES)
             .map_err(|source| fault(PolicyFileFault::Unreadable { source, near: did_you_mean_file(path) }))?;
         let beside = description_of(path);
         let text = match read_text(&beside, SETTINGS_BYTES) {
@@ -78,7 +77,7 @@ impl OnnxPolicy {
     pub fn files(path: &Path) -> Vec<PathBuf> {
         let mut files = vec![path.to_owned(), description_of(path)];
         files.retain(|file| file.is_file());
-        let bytes = read_bounded(path, limits::MOST_BYTES).ok().filter(|bytes| wire::check(bytes).is_ok());
+        let bytes = read_bounded(path, MOST_BYTES).ok().filter(|bytes| wire::check(bytes).is_ok());
         let model = bytes.and_then(|bytes| ModelProto::decode(bytes.as_slice()).ok());
         files.extend(model.iter().flat_map(|model| external::files(model, path.parent().unwrap_or(Path::new("")))));
         files
@@ -110,7 +109,7 @@ impl OnnxPolicy {
             external::inline(&mut model, folder)?;
         }
         let graph = model.graph.as_ref().ok_or(OnnxFault::Empty)?;
-        limits::check(&model, graph)?;
+        structure::check(&model, graph)?;
         let graph = model.graph.as_mut().ok_or(OnnxFault::Empty)?;
         let shapes = inputs::prepare(graph, &description)?;
         // The runtime's tanh turns a NaN into a number, so that test observations alone would not find it.

@@ -4,127 +4,20 @@
 
 #[cfg(test)]
 mod border_tests;
+mod description;
 mod error;
 mod external;
 mod inputs;
 pub mod limits;
 mod load;
 mod sizes;
+mod structure;
 mod wire;
 mod write;
 mod write_estimator;
 
+pub use description::{METADATA_KEY, NetworkDescription, OutputMeaning};
 pub use error::{AnswerFault, DescriptionFault, NodeFault, OnnxFault, PortFault, RunFault, RuntimeFault, TensorFault};
 pub use load::OnnxPolicy;
 pub use write::{describe, write};
 pub use write_estimator::write_estimator;
-
-use super::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, SettingFault, network_file::is_zero};
-use crate::toml_text;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
-
-/// Key of the description in a file's metadata.
-pub const METADATA_KEY: &str = "codrive";
-
-/// Meaning of a network's output.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum OutputMeaning {
-    /// One number: -1 and 1 map to the limits, and values beyond are clamped.
-    #[default]
-    Scaled,
-    /// One number: the action itself, m/s² or m/s, clamped to the limits.
-    Si,
-    /// One number per level; the largest wins. Levels are evenly spaced between the limits, both included.
-    Levels,
-}
-
-/// Meaning of a network's inputs and outputs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NetworkDescription {
-    /// Quantity that the network advises.
-    pub action: NetworkOutput,
-    /// Lowest and highest action, m/s² or m/s.
-    pub limits: [f64; 2],
-    /// Largest change of speed caused by an acceleration within one hold, m/s; 0: no bound.
-    #[serde(default)]
-    pub speed_change_mps: f64,
-    /// Road per vehicle, m, below which the policy withholds advice; 0: never.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub least_spacing_m: f64,
-    /// Shortest and longest hold in training, s.
-    pub holds_s: [f64; 2],
-    /// Meaning of the output.
-    #[serde(default)]
-    pub output: OutputMeaning,
-    /// Index of the output used as action, if there are several (a mean before a deviation, for example).
-    #[serde(default)]
-    pub element: Option<usize>,
-    /// Name of the input tensor; optional if there is only one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub input_name: Option<String>,
-    /// Constant values of inputs that are not part of the observation, by input name.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub fixed: BTreeMap<String, f64>,
-    /// Name of the output tensor; optional if there is only one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub output_name: Option<String>,
-    /// Inputs of the network, in order.
-    pub inputs: Vec<NetworkInput>,
-    /// Advice that the network corrects, if any; the action is then added to that speed, m/s.
-    #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
-    pub corrected: Option<CorrectedAdvice>,
-    /// Predictor of the gain from advice, used to withhold advice, if trained.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expected_gain: Option<ExpectedGain>,
-}
-
-/// Example of a description, for messages.
-const EXAMPLE: &str = r#"action = "acceleration"   # or "speed"
-limits = [-0.5, 0.5]       # m/s2 or m/s
-holds_s = [1.0, 1.0]       # shortest and longest hold, s
-output = "scaled"          # -1..1 spans the limits; "si": the action itself; "levels": one number a level
-inputs = [                 # `from` is seen as -1 and `to` as 1
-  { feature = "speed", from = 0.0, to = 10.0 },
-  { feature = "leader_speed", from = 0.0, to = 10.0 },
-  { feature = "gap", from = 0.0, to = 300.0 },
-  { feature = "circumference", from = 200.0, to = 300.0 },
-]
-# input_name = "obs"       # where it has several inputs; of the others each is a constant:
-# fixed = { mask = 1.0 }"#;
-
-impl NetworkDescription {
-    /// Parses a description.
-    ///
-    /// # Errors
-    /// The text is not TOML, has unknown keys, or a number is out of range.
-    pub fn from_toml(text: &str) -> Result<Self, DescriptionFault> {
-        let d: Self = toml_text::parse(text, "its description").map_err(DescriptionFault::Toml)?;
-        let [low, high] = d.limits;
-        if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(SettingFault::Limits { low, high }.into());
-        }
-        let [shortest, longest] = d.holds_s;
-        if !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err(DescriptionFault::Holds { shortest, longest });
-        }
-        if !(d.speed_change_mps.is_finite() && d.speed_change_mps >= 0.0) {
-            return Err(SettingFault::SpeedChange.into());
-        }
-        if !(d.least_spacing_m.is_finite() && d.least_spacing_m >= 0.0) {
-            return Err(SettingFault::LeastSpacing.into());
-        }
-        if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
-        }
-        d.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?;
-        d.corrected.as_ref().map_or(Ok(()), |advice| advice.check(d.action, d.least_spacing_m))?;
-        match d.inputs.iter().find(|input| !input.is_sound()) {
-            Some(input) => Err(SettingFault::Input(input.feature).into()),
-            None if d.inputs.is_empty() => Err(DescriptionFault::NoInputs),
-            None => Ok(d),
-        }
-    }
-}

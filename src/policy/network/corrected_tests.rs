@@ -1,7 +1,9 @@
 //! Corrected advice: its files, what is refused, and the sum.
 
 use super::*;
-use crate::policy::{Action, DriverEstimator, ExpectedGain, FORMAT, Feature, NetworkInput, NetworkLayer, PiParameters};
+use crate::policy::{
+    Action, DriverEstimator, ExpectedGain, FORMAT, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings,
+};
 
 /// Returns a network that advises half of the leader's speed, within 0 to 10 m/s.
 fn half_the_leaders() -> Network {

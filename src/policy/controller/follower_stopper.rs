@@ -5,10 +5,8 @@
 //! of its own. That is the driver `exact` with a response time of half a second: `--driver exact --ego-response 0.5` in `codrive
 //! evaluate` and `codrive tune`, `follow = "exact"` and `ego_response_s = 0.5` in a training's configuration.
 
-use super::{
-    Action, Observation, Policy,
-    parameters::{GAIN, Order, Parameter, Parametric, SPEED},
-};
+use super::parameters::{GAIN, Order, Parameter, Parametric, SPEED};
+use crate::policy::{Action, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
 /// The controller, which has no state.

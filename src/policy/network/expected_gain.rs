@@ -2,10 +2,11 @@
 //! of all vehicles with this policy's advice minus that without advice, m/s, learned from paired drives (`train::silence`). Inputs are
 //! the road, the hold and the driver, not the current speeds.
 
-use super::{
-    NetworkInput, NetworkLayer, Observation, SettingFault,
-    network::{LayerFault, check_layers, run_layers},
-    network_file::row,
+use super::{ExpectedGainFault, SettingFault};
+use crate::policy::{
+    NetworkInput, NetworkLayer, Observation,
+    file_text::row,
+    layers::{check_layers, run_layers},
 };
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -23,20 +24,9 @@ pub struct ExpectedGain {
     pub layers: Vec<NetworkLayer>,
 }
 
-/// Reasons that the predictor cannot be used.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ExpectedGainFault {
-    /// The layers are inconsistent.
-    #[error("expected_gain: {0}")]
-    Layers(#[from] LayerFault),
-    /// The bound is not finite, or an input has no range.
-    #[error("expected_gain: {0}")]
-    Setting(#[from] SettingFault),
-}
-
 impl ExpectedGain {
     /// Checks that the numbers can be used.
-    pub(super) fn check(&self) -> Result<(), ExpectedGainFault> {
+    pub(in crate::policy) fn check(&self) -> Result<(), ExpectedGainFault> {
         if !self.silent_below_mps.is_finite() {
             return Err(SettingFault::SilentBelow.into());
         }

@@ -1,10 +1,8 @@
 //! PI with saturation (Stern et al. 2018, eqs. 3-6; docs/references.md: pi): estimate the traffic's speed by own mean speed over 38 s,
 //! aim slightly above it at a wide gap, and follow the leader at a small one. In: an observation each step. Out: a speed.
 
-use super::{
-    Action, Observation, Policy,
-    parameters::{GAIN, Order, Parameter, Parametric},
-};
+use super::parameters::{GAIN, Order, Parameter, Parametric};
+use crate::policy::{Action, Observation, Policy};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

@@ -4,10 +4,8 @@
 //! A network that corrects a controller or another network is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant
 //! policy). Its output is added to the other's speed, so that an untrained network is as good as the advice that it corrects.
 
-use super::{
-    Action, CorrectedAdvice, DriverEstimator, EngagedAdvice, ExpectedGain, Observation, Policy, WhoDrives,
-    identification::Identification,
-};
+use super::{CorrectedAdvice, EngagedAdvice, ExpectedGain, Network};
+use crate::policy::{Action, DriverEstimator, Observation, Policy, WhoDrives, identification::Identification};
 
 /// Time for which withheld advice stays withheld, s. Without advice the driver reveals nothing, the estimate of the driver decays, and
 /// advice that returns too soon does its harm again.
@@ -88,6 +86,20 @@ impl Policy for AssistedPolicy {
 
     fn who_drives(&self) -> Option<WhoDrives> {
         self.driver.as_ref().map(Identification::who_drives)
+    }
+}
+
+impl Network {
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
+    pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
+        let (estimator, gain) = (self.estimator.clone(), self.expected_gain.clone());
+        match (&estimator, &self.corrected, &gain) {
+            (None, None, None) => Box::new(self),
+            (_, corrected, _) => {
+                let corrected = corrected.clone();
+                Box::new(AssistedPolicy::new(Box::new(self), estimator, corrected, gain, step_s))
+            }
+        }
     }
 }
 

@@ -1,9 +1,7 @@
 //! Open-loop policies: a constant speed, or a slow phase first. In: seconds since the start. Out: a speed.
 
-use super::{
-    Action, Observation, Policy,
-    parameters::{GAIN, Parameter, Parametric, SPEED},
-};
+use super::parameters::{GAIN, Parameter, Parametric, SPEED};
+use crate::policy::{Action, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
 /// A constant advised speed.

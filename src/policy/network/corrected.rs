@@ -4,10 +4,8 @@
 //! A corrected network stays as it was trained (PeRP 2023 corrects a piecewise-constant policy). It is asked whenever its corrector is,
 //! so that its advice has the same hold as the correction.
 
-use super::{
-    Controller, EngagedController, Network, NetworkOutput, Observation, Policy, PolicyError, PolicyNetworkFault,
-    PolicySettings, PolicySource, SourceKind,
-};
+use super::{CorrectionFault, Network, NetworkOutput, NotCorrectable};
+use crate::policy::{Controller, EngagedController, Observation, Policy};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
 use std::fmt::Write;
 
@@ -23,82 +21,7 @@ pub enum CorrectedAdvice {
     Network(Box<Network>),
 }
 
-/// Reasons that a policy cannot correct an advice.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CorrectionFault {
-    /// An acceleration cannot be added to a speed.
-    #[error("only a policy whose action is \"speed\" can correct a controller or a network")]
-    OfAcceleration,
-    /// A parameter of the corrected controller is out of range.
-    #[error("the controller's {key} is {value}; allowed: {allowed}")]
-    Controller {
-        /// Key of the parameter.
-        key: &'static str,
-        /// Value of the parameter.
-        value: f64,
-        /// Allowed values in words.
-        allowed: String,
-    },
-    /// The network itself is invalid.
-    #[error("the network that is corrected: {0}")]
-    Network(Box<PolicyNetworkFault>),
-    /// The network is valid but cannot be corrected.
-    #[error("the network that is corrected {0}")]
-    NotCorrectable(#[from] NotCorrectable),
-}
-
-/// Reasons that a network cannot be corrected; the message follows the network's name.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NotCorrectable {
-    /// The network advises an acceleration.
-    #[error("advises an acceleration, to which no speed can be added{}", REMEDY)]
-    Acceleration,
-    /// The network itself corrects another advice.
-    #[error("corrects another advice itself{}", REMEDY)]
-    CorrectsItself,
-    /// The network needs the driver's traits or latents.
-    #[error("asks who drives{}", REMEDY)]
-    AsksWhoDrives,
-    /// The network withholds advice where it expects no gain.
-    #[error("is silent where it expects harm{}", REMEDY)]
-    IsSilent,
-    /// The network withholds advice on roads on which its corrector does not.
-    #[error(
-        "withholds advice where there is less than {corrected_m} m of road for each car, its correction below {own_m} m\n  \
-         remedy: train the correction with least_spacing_m = {corrected_m} or more"
-    )]
-    LeastSpacing {
-        /// Road per vehicle below which the network withholds advice, m.
-        corrected_m: f64,
-        /// Road per vehicle below which its corrector withholds advice, m.
-        own_m: f64,
-    },
-}
-
-const REMEDY: &str = "\n  remedy: name a speed policy that stands alone, such as ring-250-speed, or a controller";
-
 impl CorrectedAdvice {
-    /// Reads the advice of a name or a file: a controller or a trained policy.
-    ///
-    /// # Errors
-    /// The name is unknown, the file cannot be used, or the advice cannot be corrected.
-    pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
-        if name.ends_with(".onnx") {
-            return Err(PolicyError::CorrectedOnnx { name: name.into() });
-        }
-        match PolicySource::for_rings(name, settings).map(|source| source.kind) {
-            Ok(SourceKind::Controller(controller)) => Ok(Self::Controller(controller)),
-            Ok(SourceKind::Network(network)) => match stands_alone(&network) {
-                Ok(()) => Ok(Self::Network(network)),
-                Err(fault) => Err(PolicyError::NotCorrectable { name: name.into(), fault }),
-            },
-            Ok(SourceKind::NoAdvice | SourceKind::Onnx(_)) | Err(PolicyError::Unknown { .. }) => {
-                Err(PolicyError::UnknownCorrected { name: name.into() })
-            }
-            Err(other) => Err(other),
-        }
-    }
-
     /// Checks that a policy with such actions, which withholds advice below `least_spacing_m` metres of road per vehicle, can correct
     /// this advice.
     ///
@@ -141,7 +64,7 @@ impl CorrectedAdvice {
 }
 
 /// Checks that a network needs only the traffic as input and advises a speed wherever its spacing bound permits.
-fn stands_alone(network: &Network) -> Result<(), NotCorrectable> {
+pub(in crate::policy) fn stands_alone(network: &Network) -> Result<(), NotCorrectable> {
     if network.action != NetworkOutput::Speed {
         return Err(NotCorrectable::Acceleration);
     }

@@ -1,19 +1,27 @@
 //! A trained network as a policy, and its file. In: an [`Observation`]. Out: an [`Action`]. The TOML file holds everything needed to use
 //! the network: kind of action, limits, holds, inputs and layers as plain numbers.
 
+mod assisted;
+mod corrected;
+mod expected_gain;
+mod fault;
+mod file;
+
+pub use assisted::{AssistedPolicy, residual};
+pub(super) use corrected::stands_alone;
+pub use corrected::{CorrectedAdvice, EngagedAdvice};
+pub use expected_gain::ExpectedGain;
+pub use fault::{CorrectionFault, ExpectedGainFault, NotCorrectable, PolicyNetworkFault, SettingFault};
+
 use super::{
-    Action, AssistedPolicy, CorrectedAdvice, CorrectionFault, DriverEstimator, ExpectedGain, NetworkInput, Observation,
-    Policy, PolicyFileError, PolicyFileFault, SettingFault, expected_gain::ExpectedGainFault,
-    identification::EstimatorFault, network_file, observe::withholds_advice,
+    Action, DriverEstimator, FORMAT, NetworkInput, NetworkLayer, Observation, Policy, PolicyFileError, PolicyFileFault,
+    features::withholds_advice,
+    file_text::is_zero,
+    layers::{check_layers, run_layers},
 };
 use crate::{file::read_text, toml_text::did_you_mean_file};
 use serde::{Deserialize, Serialize};
-use std::{cell::RefCell, path::Path};
-
-thread_local! {
-    /// Values of the current layer and of the previous one, kept to avoid allocation during a drive.
-    static LAYERS: RefCell<[Vec<f32>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
-}
+use std::path::Path;
 
 /// Kind of a network's action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -23,16 +31,6 @@ pub enum NetworkOutput {
     Acceleration,
     /// Target speed in m/s, driven for the hold.
     Speed,
-}
-
-/// One layer: `y = x W + b`, followed by tanh in all layers but the last.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NetworkLayer {
-    /// One value per output.
-    pub bias: Vec<f32>,
-    /// One row per input with one value per output.
-    pub weights: Vec<Vec<f32>>,
 }
 
 /// A trained policy: the mean of a normal distribution over actions (one output), or the most probable of `levels` actions.
@@ -49,7 +47,7 @@ pub struct Network {
     /// ([`bounded`]).
     pub speed_change_mps: f64,
     /// Road length per vehicle, m, below which advice is withheld; 0: never withheld.
-    #[serde(default, skip_serializing_if = "network_file::is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub least_spacing_m: f64,
     /// Number of discrete levels; 0: continuous action.
     pub levels: u32,
@@ -73,116 +71,6 @@ pub struct Network {
 
 /// Largest policy file, bytes; two layers of 64 units take 0.1 MB.
 pub const MOST_BYTES: u64 = 2 << 20;
-
-/// Identifier of the file format and its version.
-pub const FORMAT: &str = "codrive policy 2";
-
-/// Reasons that a text is not a valid policy file.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PolicyNetworkFault {
-    /// The text is not TOML or has unknown keys.
-    #[error("is no policy file: {0}")]
-    Foreign(toml::de::Error),
-    /// The format or its version is another.
-    #[error("format is `{}`; known is `{}`", .0, FORMAT)]
-    Format(String),
-    /// The layers are inconsistent.
-    #[error(transparent)]
-    Layers(#[from] LayerFault),
-    /// The predictor of the expected gain is invalid.
-    #[error(transparent)]
-    ExpectedGain(#[from] ExpectedGainFault),
-    /// The driver estimator is invalid.
-    #[error(transparent)]
-    Estimator(#[from] EstimatorFault),
-    /// The policy cannot correct the advice that it names.
-    #[error(transparent)]
-    Correction(#[from] CorrectionFault),
-    /// A setting is out of range.
-    #[error(transparent)]
-    Setting(#[from] SettingFault),
-    /// `levels` is 1, or the holds are not positive, finite and ascending.
-    #[error("levels or holds_s cannot be used")]
-    LevelsOrHolds,
-}
-
-/// Reasons that layers are inconsistent.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LayerFault {
-    /// A layer's input count differs from the previous layer's output count.
-    #[error("layer {layer} has {inputs} inputs; what is before it gives {given}")]
-    Inputs {
-        /// Index of the layer, from 0.
-        layer: usize,
-        /// Inputs of the layer.
-        inputs: usize,
-        /// Outputs of the previous layer.
-        given: usize,
-    },
-    /// A row of weights differs in length from the layer's biases.
-    #[error("layer {layer} has {outputs} outputs in a row of its weights and {biases} biases")]
-    Row {
-        /// Index of the layer, from 0.
-        layer: usize,
-        /// Length of the row.
-        outputs: usize,
-        /// Number of biases of the layer.
-        biases: usize,
-    },
-    /// A weight or bias is infinite or NaN.
-    #[error("layer {0} holds a number that is not finite")]
-    NotFinite(usize),
-    /// The last layer has the wrong number of outputs.
-    #[error("the last layer has {outputs} outputs; {needed} needed", needed = if *needed == 1 { "1 is".into() } else { format!("{needed} are") })]
-    Outputs {
-        /// Outputs of the last layer.
-        outputs: usize,
-        /// Number of outputs needed.
-        needed: usize,
-    },
-}
-
-/// Checks that the layers take `inputs` values, give `needed` values and hold finite numbers only.
-pub(super) fn check_layers(layers: &[NetworkLayer], inputs: usize, needed: usize) -> Result<(), LayerFault> {
-    let mut size = inputs;
-    for (i, layer) in layers.iter().enumerate() {
-        if layer.weights.len() != size {
-            return Err(LayerFault::Inputs { layer: i, inputs: layer.weights.len(), given: size });
-        }
-        size = layer.bias.len();
-        if let Some(row) = layer.weights.iter().find(|row| row.len() != size) {
-            return Err(LayerFault::Row { layer: i, outputs: row.len(), biases: size });
-        }
-        if layer.weights.iter().flatten().chain(&layer.bias).any(|x| !x.is_finite()) {
-            return Err(LayerFault::NotFinite(i));
-        }
-    }
-    if size != needed || layers.is_empty() { Err(LayerFault::Outputs { outputs: size, needed }) } else { Ok(()) }
-}
-
-/// Runs the layers and returns the result of `look` on the last layer's outputs, without copying them.
-pub(super) fn run_layers<T>(
-    layers: &[NetworkLayer],
-    inputs: impl Iterator<Item = f32>,
-    look: impl FnOnce(&[f32]) -> T,
-) -> T {
-    LAYERS.with_borrow_mut(|[x, y]| {
-        x.clear();
-        x.extend(inputs);
-        for (i, layer) in layers.iter().enumerate() {
-            y.clear();
-            y.extend_from_slice(&layer.bias);
-            for (x, weights) in x.iter().zip(&layer.weights) {
-                y.iter_mut().zip(weights).for_each(|(y, w)| *y += x * w);
-            }
-            if i + 1 < layers.len() {
-                y.iter_mut().for_each(|y| *y = y.tanh());
-            }
-            std::mem::swap(x, y);
-        }
-        look(x)
-    })
-}
 
 /// Reads the text of a policy file.
 pub(super) fn read(path: &Path) -> Result<String, PolicyFileError> {
@@ -249,18 +137,6 @@ impl Network {
             estimator.check_tells(self.inputs.iter().chain(expects).map(|input| input.feature))?;
         }
         Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
-    }
-
-    /// Returns a newly engaged policy with steps of `step_s` seconds.
-    pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
-        let (estimator, gain) = (self.estimator.clone(), self.expected_gain.clone());
-        match (&estimator, &self.corrected, &gain) {
-            (None, None, None) => Box::new(self),
-            (_, corrected, _) => {
-                let corrected = corrected.clone();
-                Box::new(AssistedPolicy::new(Box::new(self), estimator, corrected, gain, step_s))
-            }
-        }
     }
 
     /// Returns the last layer's outputs. The hold is clamped to the range of training, so that a policy trained on holds of a second can

@@ -4,22 +4,16 @@
 //! A latent is a quantity that a variational encoder (Kingma and Welling 2014) found informative about a driver. Over all drivers it is
 //! approximately normal with mean 0 and standard deviation 1.
 
-use super::{DriverEstimate, EstimatedTrait};
+use super::{DriverTraits, MOST_LATENTS};
 use crate::policy::Observation;
 
-/// Largest number of latents, each of which a policy can take as input.
-pub const MOST_LATENTS: usize = 4;
-
-/// Returns the name of latent `k` in files; `k` counts from 0 and the first name is `latent_1`.
-pub fn latent_name(k: usize) -> String {
-    format!("latent_{}", k + 1)
-}
-
-impl EstimatedTrait {
-    /// Returns the readout scaling of latent `k`, counted from 0: centre 0, spread 1.
-    pub fn latent(k: usize) -> Self {
-        Self { name: latent_name(k), centre: 0.0, spread: 1.0 }
-    }
+/// Estimate of a driver's traits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriverEstimate {
+    /// Most likely traits of the driver.
+    pub mean: DriverTraits,
+    /// Standard deviation of each trait, in the trait's unit.
+    pub sd: DriverTraits,
 }
 
 /// Estimate of a driver by latents.

@@ -2,13 +2,11 @@
 //! speed. Out: a speed.
 //!
 //! Linear feedback is the simplest controller with a network's inputs: a network that does not beat it, once tuned, has learned nothing useful. The
-//! command is aim + k_lead (v_lead - v) + k_gap (gap - gap_m) + k_mean (v_mean - v), never below 0; [`super::Advisor`] keeps it within
+//! command is aim + k_lead (v_lead - v) + k_gap (gap - gap_m) + k_mean (v_mean - v), never below 0; [`crate::policy::Advisor`] keeps it within
 //! the speed limit.
 
-use super::{
-    Action, Observation, Policy,
-    parameters::{GAIN, Parameter, Parametric, SPEED},
-};
+use super::parameters::{GAIN, Parameter, Parametric, SPEED};
+use crate::policy::{Action, Observation, Policy};
 use serde::{Deserialize, Serialize};
 
 /// The controller, which has no state.
@@ -23,7 +21,7 @@ pub struct LinearFeedback {
     pub k_gap_per_s: f64,
     /// Gap at which the gap term is 0, m.
     pub gap_m: f64,
-    /// Gain on own mean speed over about half a minute ([`super::MeanSpeed`]) minus current speed, dimensionless.
+    /// Gain on own mean speed over about half a minute ([`crate::policy::MeanSpeed`]) minus current speed, dimensionless.
     pub k_mean: f64,
 }
 

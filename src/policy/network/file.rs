@@ -1,7 +1,8 @@
 //! Text of a trained network's file. In: a [`Network`]. Out: TOML whose numbers are as short as possible and still read back to the same
 //! bits.
 
-use super::{Network, NetworkInput};
+use super::Network;
+use crate::policy::{NetworkInput, file_text::row};
 use std::fmt::Write;
 
 impl Network {
@@ -43,23 +44,4 @@ impl Network {
             text.push_str("]\n");
         }
     }
-}
-
-/// Returns true for 0; used to skip keys that have their default value.
-pub(super) fn is_zero(x: &f64) -> bool {
-    *x == 0.0
-}
-
-/// Formats numbers as a TOML array.
-pub(super) fn row(numbers: &[f32]) -> String {
-    let words: Vec<String> = numbers.iter().map(|x| number(*x)).collect();
-    format!("[{}]", words.join(", "))
-}
-
-fn number(x: f32) -> String {
-    // TOML requires lower-case `nan`.
-    let short = format!("{x:?}").to_lowercase();
-    // The reader parses as f64 and rounds again, which in rare cases gives the neighbouring f32.
-    let same = short.parse::<f64>().is_ok_and(|y| (y as f32).to_bits() == x.to_bits());
-    if same { short } else { format!("{:?}", f64::from(x)) }
 }
