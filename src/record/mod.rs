@@ -36,6 +36,7 @@ pub mod parts;
 mod recorder;
 pub mod recover;
 pub mod seals;
+mod stream_clock;
 pub mod streams;
 pub mod table;
 pub mod tables;
