@@ -39,20 +39,21 @@ impl TimeStatistics {
     }
 }
 
-/// Returns the peak memory of this process, MiB; `None` if the system does not report it.
+/// Returns the peak memory of this process, MB; `None` if the system does not report it.
 pub fn peak_memory_mb() -> Option<f64> {
     memory_mb("VmHWM:")
 }
 
-/// Returns the present memory of this process, MiB; `None` if the system does not report it.
+/// Returns the present memory of this process, MB; `None` if the system does not report it.
 fn present_memory_mb() -> Option<f64> {
     memory_mb("VmRSS:")
 }
 
 fn memory_mb(name: &str) -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    // The kernel counts in units of 1024 bytes.
     let line = status.lines().find(|line| line.starts_with(name))?;
-    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? * 1024.0 / 1e6)
 }
 
 /// Returns the size of the program's own file, with all that is built in, MB; `None` if it cannot be read.

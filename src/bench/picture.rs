@@ -61,7 +61,7 @@ pub struct DriveTimes {
     pub times: TimeStatistics,
     /// Number of frames that took more than twice the median.
     pub hitches: usize,
-    /// Growth of the process's memory from the first picture to the last, MiB; `None` if the system does not report it.
+    /// Growth of the process's memory from the first picture to the last, MB; `None` if the system does not report it.
     pub grown_mb: Option<f64>,
 }
 

@@ -41,7 +41,7 @@ pub(crate) use stop::stop_on_ctrl_c;
 use crate::{data_folders, toml_text::nearest, traffic::sumo};
 use clap::{
     Arg, Command,
-    error::{ContextKind, ContextValue},
+    error::{ContextKind, ContextValue, ErrorKind},
     value_parser,
 };
 pub use flags::HelpListing;
@@ -114,7 +114,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
 /// level if none is near.
 fn suggest_command(error: &mut clap::Error, program: &Command, arguments: &[OsString]) {
     let Some(ContextValue::String(word)) = error.get(ContextKind::InvalidSubcommand) else { return };
-    if error.get(ContextKind::SuggestedSubcommand).is_some() {
+    if error.kind() != ErrorKind::InvalidSubcommand || error.get(ContextKind::SuggestedSubcommand).is_some() {
         return;
     }
     let parents = arguments.iter().take_while(|argument| *argument != word.as_str());

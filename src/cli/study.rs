@@ -42,12 +42,9 @@ fn check_command() -> Command {
 
 fn rehearse_command() -> Command {
     Command::new("rehearse")
-        .about(
-            "Take simulated participants through the whole plan at full speed, questions and baselines included; Ctrl-C stops it; \
-             run the same command to resume",
-        )
+        .about("Take simulated participants through the whole plan at full speed")
         .after_help(
-            "Example: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out rehearsed/",
+            "Questions and baselines are included. Ctrl-C stops it; run the same command to resume.\n\nExample: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out rehearsed/",
         )
         .args([file(), data_set(), participants()])
         .arg(path_flag(
@@ -63,9 +60,7 @@ fn rehearse_command() -> Command {
 
 fn preregister_command() -> Command {
     Command::new("preregister")
-        .about(
-            "Write a preregistration (Markdown) of the study and of its [analysis], with the power against the number of participants",
-        )
+        .about("Write a preregistration (Markdown), with the power against the number of participants")
         .after_help("Example: codrive study preregister my.toml --rehearsed rehearsed/ --out plan.md")
         .args([file(), participants()])
         .arg(path_flag(
@@ -82,16 +77,17 @@ fn preregister_command() -> Command {
 
 fn exclude_command() -> Command {
     Command::new("exclude")
-        .about(
-            "Exclude a participant's data from the study, also after the session; codrive analyse leaves them out, nothing is deleted",
+        .about("Leave a participant's data out of the analysis; nothing is deleted")
+        .after_help(
+            "It works during and after a session, when its windows are closed.\n\nExample: codrive study exclude my.toml P03 --from \
+             data/ --reason \"fell asleep\"",
         )
-        .after_help("Example: codrive study exclude my.toml P03 --from data/ --reason \"fell asleep\"")
         .args([file(), participant(), from(), reason()])
 }
 
 fn export_command() -> Command {
     Command::new("export")
-        .about("Copy everything of a participant to a folder, to be given to them; nothing of anybody else is in it")
+        .about("Copy all data of a participant to a folder, to be given to them")
         .after_help("Example: codrive study export my.toml P03 --from data/ --to p03/")
         .args([file(), participant(), from()])
         .arg(
@@ -102,11 +98,11 @@ fn export_command() -> Command {
 
 fn erase_command() -> Command {
     Command::new("erase")
-        .about(
-            "Erase everything of a participant for good: recordings, answers, log, rows of all tables, and all results of \
-             codrive analyse in the data set; erased.tsv keeps code, reason and time",
+        .about("Erase all data of a participant for good")
+        .after_help(
+            "Erased are recordings, answers, log, rows of all tables, and all results of codrive analyse in the data set; erased.tsv keeps \
+             code, reason and time.\n\nExample: codrive study erase my.toml P03 --from data/ --reason \"asked for it on 3 May\"",
         )
-        .after_help("Example: codrive study erase my.toml P03 --from data/ --reason \"asked for it on 3 May\"")
         .args([file(), participant(), from(), reason()])
 }
 

@@ -3,7 +3,7 @@
 //!
 //! Each tick, `perception` delivers the advice with the driver's delay and anticipates the leader. The wanted
 //! acceleration is the smallest of three: reach the advised speed, keep the distance to the leader (IDM), slow down for
-//! a bend, a lower limit or a stop line. `pedals` turns it into accelerator and brake, `steering` the lane into an
+//! a bend, a lower limit (`speeds_ahead`) or a stop line. `pedals` turns it into accelerator and brake, `steering` the lane into an
 //! angle of the wheel. [`manoeuvres`] decides on networks: right of way and lane changes.
 
 mod compliance;
@@ -14,6 +14,7 @@ mod params;
 mod pedals;
 mod perception;
 mod population;
+mod speeds_ahead;
 mod steering;
 
 pub use compliance::{Compliance, HELD_BACK_S};
@@ -21,6 +22,7 @@ pub use fitted::{DriversFile, DriversFileError, FORMAT as DRIVERS_FORMAT, Fitted
 pub use named::{NamedDriver, named};
 pub use params::{DriverError, DriverParams, LeaderRule, MACHINES, PRESETS, preset};
 pub use population::{LONGEST_REACTION_S, Population};
+pub use speeds_ahead::bend_speed_mps;
 
 use crate::{
     controls::{Controls, Indicator, Selector},
@@ -34,6 +36,7 @@ use compliance::AdviceTaken;
 use glam::{DVec2, dvec2};
 use pedals::PedalModel;
 use perception::{DelayedPerception, OrnsteinUhlenbeck};
+use speeds_ahead::{corner_per_m, next_limit_speed_mps};
 use steering::SteeringModel;
 pub use steering::TURN_IN_S;
 
@@ -228,112 +231,6 @@ impl SimulatedDriver {
         let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| follow(gap_m, 0.0));
         behind.min(advised).min(road).min(stop)
     }
-}
-
-/// Step of the look-ahead for bends, m.
-const LOOK_EVERY_M: f64 = 5.0;
-
-/// Returns the highest speed at `s_m` of a route with which every bend ahead remains comfortable for this driver, m/s.
-/// The look-ahead is the way needed to stop at half the comfortable deceleration, plus 10 m.
-pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
-    let decel = params.decel_mps2 / 2.0;
-    let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
-    let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
-    let scale = route.drawn_scale(s_m);
-    (0..=looks)
-        .map(|i| {
-            let ahead_m = i as f64 * LOOK_EVERY_M;
-            let Bend { felt_per_m: bend, wheel_per_m } = bend_at(route, s_m + ahead_m / scale, scale);
-            let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
-            // The curvature of a corner is fully visible half a window after the corner begins, and the foot moves a
-            // little later.
-            let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
-            let corner_mps = corner_speed_mps(params, wheel_per_m);
-            comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
-        })
-        .fold(f64::INFINITY, f64::min)
-}
-
-/// Returns the highest speed at `s_m` of a route from which this driver reaches each lower limit ahead in time, m/s. As
-/// for bends, the driver brakes with half the comfortable deceleration.
-fn next_limit_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps: f64) -> f64 {
-    let decel = params.decel_mps2 / 2.0;
-    let speed_mps = speed_mps.max(0.0);
-    let late_m = speed_mps * params.speed_relaxation_s;
-    let far_m = late_m + speed_mps * speed_mps / (2.0 * decel);
-    let (lanes, (here, at_m)) = (route.lanes(), route.lane_at(s_m));
-    let limit_mps = lanes[here].speed_limit_mps;
-    let mut ahead_m = lanes[here].length_m - at_m;
-    let mut found_mps = f64::INFINITY;
-    for k in here + 1..here + lanes.len() {
-        if ahead_m > far_m || (k >= lanes.len() && !route.is_closed()) {
-            break;
-        }
-        let lane = &lanes[k % lanes.len()];
-        if lane.speed_limit_mps < limit_mps {
-            let braking_m = (ahead_m - late_m).max(0.0);
-            found_mps = found_mps.min((lane.speed_limit_mps.powi(2) + 2.0 * decel * braking_m).sqrt());
-        }
-        ahead_m += lane.length_m;
-    }
-    found_mps
-}
-
-/// Bend for a driver.
-struct Bend {
-    /// Curvature that determines the lateral acceleration, 1/m.
-    felt_per_m: f64,
-    /// Curvature that determines the wheel's angle, 1/m.
-    wheel_per_m: f64,
-}
-
-/// Returns the bend around a position of a route; `scale` is drawn metres per declared metre. In an S-bend within the
-/// window the turns to both sides are added, not cancelled: the wheel turns twice as far, over a way 1.5 times as long.
-fn bend_at(route: &Route, s_m: f64, scale: f64) -> Bend {
-    /// Smallest turn to either side in an S-bend, rad: within 10 m a smaller one moves the line by 0.25 m, for which a
-    /// lane has room.
-    const SIDE_RAD: f64 = 0.1;
-    /// Turn above which a bend is a street corner, rad.
-    const CORNER_RAD: f64 = 1.0;
-    let window_m = 2.0 * LOOK_EVERY_M / scale;
-    let yaws = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|quarter| route.yaw_at(s_m + window_m * quarter / 4.0));
-    let turn_per_m = (wrap_angle(yaws[4] - yaws[0]) / window_m).abs().max(1e-6 * scale);
-    // Street corners are shorter than the window, so half of it is checked too; gentler bends are cut.
-    let half_per_m = || wrap_angle(yaws[3] - yaws[1]).abs() / (window_m / 2.0);
-    let wheel_per_m = if turn_per_m * window_m > CORNER_RAD { turn_per_m.max(half_per_m()) } else { turn_per_m };
-    let turns = yaws.windows(2).map(|pair| wrap_angle(pair[1] - pair[0]));
-    let [left_rad, right_rad] = turns.fold([0.0, 0.0], |[l, r], turn| [l + turn.max(0.0), r - turn.min(0.0)]);
-    if left_rad.min(right_rad) < SIDE_RAD {
-        return Bend { felt_per_m: turn_per_m / scale, wheel_per_m: wheel_per_m / scale };
-    }
-    let felt_per_m = (left_rad + right_rad) / (window_m * scale);
-    Bend { felt_per_m, wheel_per_m: felt_per_m * 2.0 / 1.5 }
-}
-
-/// Returns the curvature of a street corner around a position of a route, 1/m, positive to the left; 0 for no corner.
-/// `scale` is drawn metres per declared metre. The curvature is taken between two chords of 5 m, so that a spike in the
-/// line is no corner.
-fn corner_per_m(route: &Route, s_m: f64, scale: f64) -> f64 {
-    /// Turn up to which a bend is cut and is no corner, rad.
-    const CORNER_RAD: f64 = 0.8;
-    let [before, here, after] = [-1.0, 0.0, 1.0].map(|share| route.point_at(s_m + share * LOOK_EVERY_M / scale));
-    let turn_rad = (here - before).angle_to(after - here);
-    if turn_rad.abs() > CORNER_RAD { turn_rad / LOOK_EVERY_M } else { 0.0 }
-}
-
-/// Returns the highest speed at which the arms can turn the wheel in time for a corner of this curvature, m/s; infinite
-/// for bends that are no corners.
-fn corner_speed_mps(params: &DriverParams, bend_per_m: f64) -> f64 {
-    /// Radius below which a bend is a corner, m: the wheel must go round by about half a turn.
-    const CORNER_RADIUS_M: f64 = 15.0;
-    /// Way on which the wheel is turned, m: on a longer one the ego would leave a lane of 3.2 m.
-    const WAY_M: f64 = 3.5;
-    if bend_per_m * CORNER_RADIUS_M <= 1.0 {
-        return f64::INFINITY;
-    }
-    let wheelbase_m = CarParams::default().body.wheelbase_m;
-    let wheel_rad = (wheelbase_m * bend_per_m).atan() * f64::from(crate::controls::STEERING_RATIO);
-    params.wheel_rad_s * WAY_M / wheel_rad
 }
 
 /// Returns the largest acceleration without an imminent collision, m/s². It follows from the safe speed of Krauss

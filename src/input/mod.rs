@@ -158,11 +158,12 @@ impl Devices {
         self.source
     }
 
-    /// Resets keyboard and wheel before a drive: pedals up, indicators off, selector in Drive.
+    /// Resets keyboard, wheel and pads before a drive: pedals up, indicators off, selector in Drive.
     pub fn rest(&mut self) {
         self.keyboard.rest();
         self.stalk = Stalk::default();
         self.rig.select_drive();
+        self.pads.select_drive();
     }
 
     /// Returns a short description of the driving device, for display.

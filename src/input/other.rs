@@ -67,6 +67,11 @@ impl GilrsWheelState {
         self.reverse = !self.reverse;
     }
 
+    /// Puts the selector into drive.
+    pub fn select_drive(&mut self) {
+        self.reverse = false;
+    }
+
     /// Returns the controls that the wheel asks for.
     pub fn controls(&self) -> Controls {
         Controls {

@@ -100,6 +100,16 @@ impl Pads {
         touched
     }
 
+    /// Puts the selectors of all devices into drive.
+    pub fn select_drive(&mut self) {
+        for device in self.devices.values_mut() {
+            match &mut device.kind {
+                PadDeviceKind::Wheel { state, .. } => state.select_drive(),
+                PadDeviceKind::Pad(state) => state.reverse = false,
+            }
+        }
+    }
+
     /// Applies a movement by a hand or foot to a device. Returns false if the device is unknown.
     fn touch(&mut self, key: usize, moved: PadEvent) -> bool {
         let Some(device) = self.devices.get_mut(&key) else { return false };
@@ -334,6 +344,10 @@ mod tests {
         assert_eq!((pads.controls(), pads.name()), (Some(asked), Some("Pad")));
         pads.touch(3, PadEvent::Press(Button::West, KEY));
         assert_eq!(pads.controls().map(|c| c.selector), Some(Selector::Drive));
+        // The next drive does not begin in reverse.
+        pads.touch(3, PadEvent::Press(Button::West, KEY));
+        pads.select_drive();
+        assert_eq!(pads.controls().map(|c| c.selector), Some(Selector::Drive));
         pads.disconnect(4);
         assert!(pads.controls().is_some(), "that was another");
         pads.disconnect(3);
@@ -354,6 +368,8 @@ mod tests {
         assert_eq!(pads.controls(), Some(asked));
         pads.touch(7, PadEvent::Press(Button::Unknown, KEY + 293));
         assert_eq!(pads.controls(), Some(Controls { selector: Selector::Reverse, ..asked }));
+        pads.select_drive();
+        assert_eq!(pads.controls(), Some(asked));
     }
 
     #[test]

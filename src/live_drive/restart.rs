@@ -38,7 +38,7 @@ impl LiveDrive {
 
     fn begin(&mut self, scenario: &Scenario) -> Result<(), RunError> {
         self.drive.world.stop_traffic();
-        self.devices.keyboard.rest();
+        self.devices.rest();
         // A drive that is still starting must release the engine first.
         self.starting = None;
         self.starting =

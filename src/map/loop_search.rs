@@ -43,7 +43,7 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
         None => match default_path(file, net) {
             Ok(path) if path.is_closed => path.streets,
-            // A loop with lane changes takes precedence over an open path, for compatibility with versions without open paths.
+            // A loop, even with lane changes, takes precedence over an open path: a drive on it does not end.
             found => match (longest_loop(file, net), found) {
                 (Err(_), Ok(path)) => {
                     let edges: Vec<&str> = path.streets.iter().map(|lane| net.edge_of(*lane).id.as_str()).collect();

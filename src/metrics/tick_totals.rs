@@ -16,7 +16,7 @@ impl Default for RunningMean {
 }
 
 impl RunningMean {
-    /// Adds a value.
+    /// Adds the next value to sum and count.
     pub fn add(&mut self, value: f64) {
         self.sum += value;
         self.n += 1;

@@ -34,6 +34,7 @@ mod recorder;
 pub mod recover;
 pub mod seals;
 mod sha256;
+mod stream_clock;
 pub mod streams;
 pub mod table;
 mod table_writer;

@@ -83,7 +83,7 @@ impl Scenario {
 
     /// Returns this scenario as text that [`Scenario::from_toml`] reads back.
     pub fn to_toml(&self) -> String {
-        format!("format = {}\n", toml_text::FORMAT) + &toml::to_string(self).unwrap_or_default()
+        format!("format = {}\n", toml_text::FORMAT) + &toml::to_string(self).expect("settings are TOML values")
     }
 }
 

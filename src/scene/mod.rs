@@ -16,11 +16,12 @@ mod trees;
 mod vehicles;
 mod view;
 
+pub use camera::MirrorOptions;
 pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
 pub use cockpit::mirrors::MirrorPane;
 pub use cockpit::{BONNET_EDGE, Cockpit};
 pub use network::signals::SignalHead;
-pub use options::{MirrorOptions, ViewOptions};
+pub use options::ViewOptions;
 pub use scenario_options::view_options;
 pub use view::view;
 

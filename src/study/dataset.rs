@@ -23,7 +23,7 @@ use super::{
     bids::{self, TsvColumn, TsvTable},
     checksums, erasure,
     event_table::{self, DriveEvents},
-    fms_table, inherited, lock, motion,
+    file_names, fms_table, inherited, lock, motion,
     scans::{self, DateShift, ScannedDrive, ScannedFile},
     session_log::{self, ParticipantKind, SessionLog},
     source,
@@ -285,8 +285,8 @@ impl DataSet {
         let mut stems = BTreeSet::new();
         for planned in &plan.items {
             let Some(passage) = log.done(&planned.name) else { continue };
-            let name = format!("{subject}/beh/{}", file_name(&subject, planned));
-            stems.extend([name.clone(), format!("{subject}/motion/{}", motion_name(&subject, planned))]);
+            let name = format!("{subject}/beh/{}", file_names::file_name(&subject, planned));
+            stems.extend([name.clone(), format!("{subject}/motion/{}", file_names::motion_name(&subject, planned))]);
             match &planned.item {
                 PlanItem::Drive { scenario, levels, .. } => {
                     let Some(folder) = &passage.recording else { continue };
@@ -302,7 +302,7 @@ impl DataSet {
                     let baseline = if record::is_there(&self.root.join(&baseline))? { baseline } else { String::new() };
                     let began = Manifest::load(&place)?.began;
                     let began = if began.is_empty() { passage.began.as_str() } else { began.as_str() };
-                    let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_name(&subject, planned)));
+                    let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_names::file_name(&subject, planned)));
                     let drive = ScannedDrive { levels, seed: scenario.seed, recording, baseline };
                     let file = ScannedFile { name, began, planned, drive: Some(drive) };
                     table.rows.push(scans::row(study, file, shift));
@@ -312,9 +312,9 @@ impl DataSet {
                     else {
                         continue;
                     };
-                    let facts = bids::task(&task(planned), &q.title, &planned.text, institution);
+                    let facts = bids::task(&file_names::task(planned), &q.title, &planned.text, institution);
                     self.write_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
-                    let name = format!("beh/{}_beh.tsv", file_name(&subject, planned));
+                    let name = format!("beh/{}_beh.tsv", file_names::file_name(&subject, planned));
                     let file = ScannedFile { name, began: &passage.began, planned, drive: None };
                     table.rows.push(scans::row(study, file, shift));
                 }
@@ -370,7 +370,7 @@ impl DataSet {
         events: &DriveEvents,
         facts: Value,
     ) -> Result<Option<String>, SessionError> {
-        let stem = motion_name(subject, planned);
+        let stem = file_names::motion_name(subject, planned);
         let (within, name) = (format!("motion/{stem}"), format!("{subject}/motion/{stem}"));
         record::new_private_dir(&self.root.join(subject).join("motion"))?;
         let table = format!("{within}_motion.tsv");
@@ -380,26 +380,6 @@ impl DataSet {
         self.write(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
         Ok(Some(table))
     }
-}
-
-/// Returns the BIDS task name: `trial`, and `trialTrust` for the questionnaire after it.
-fn task(planned: &PlannedItem) -> String {
-    match &planned.after {
-        Some(after) => bids::label(&format!("{}-{}", planned.segment, after.questionnaire)),
-        None => bids::label(&planned.segment),
-    }
-}
-
-/// Returns the stem of a file name in `beh`: `sub-P03_task-trial_run-2`.
-fn file_name(subject: &str, planned: &PlannedItem) -> String {
-    let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
-    format!("{subject}_task-{}{run}", task(planned))
-}
-
-/// Returns the stem of a file name in `motion`: `sub-P03_task-trial_tracksys-codrive_run-2`.
-fn motion_name(subject: &str, planned: &PlannedItem) -> String {
-    let run = planned.run.map_or(String::new(), |run| format!("_run-{run}"));
-    format!("{subject}_task-{}_tracksys-{}{run}", task(planned), motion::TRACKING_SYSTEM)
 }
 
 fn description(study: &Study) -> String {

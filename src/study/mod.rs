@@ -37,6 +37,7 @@ mod event_table;
 mod exclusion;
 mod export;
 pub mod file;
+mod file_names;
 pub mod fms;
 mod fms_table;
 mod inherited;

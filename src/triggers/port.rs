@@ -83,6 +83,7 @@ mod system {
 
     use super::{TriggerError, TriggerSettings, WrittenTrigger};
     use crate::lsl::local_clock_s;
+    use nix::fcntl::{FcntlArg, OFlag, fcntl};
     use nix::sys::termios::{BaudRate, ControlFlags, SetArg, cfmakeraw, cfsetspeed, tcgetattr, tcsetattr};
     use std::{
         fs::{File, OpenOptions},
@@ -109,6 +110,8 @@ mod system {
         let flags = nix::libc::O_NOCTTY | nix::libc::O_NONBLOCK;
         let file =
             OpenOptions::new().read(true).write(true).custom_flags(flags).open(&settings.device).map_err(fault)?;
+        // From here on a write waits for room in the buffer, so that no byte is lost.
+        fcntl(&file, FcntlArg::F_SETFL(OFlag::O_RDWR)).map_err(|why| fault(why.into()))?;
         let mut port = tcgetattr(&file).map_err(|_| fault(Error::other("it is no serial port")))?;
         cfmakeraw(&mut port);
         port.control_flags |= ControlFlags::CLOCAL | ControlFlags::CREAD;

@@ -125,7 +125,10 @@ fn an_evaluation_without_advised_vehicles_matches_sumos_own_program() {
     let per_h = |vehicles: f64| vehicles * 3600.0 / scenario.duration_s;
     assert!((flow.inflow_per_h - per_h(last.inserted)).abs() < 1e-9, "{flow:?} and {}", last.inserted);
     assert!((flow.outflow_per_h - per_h(last.ended)).abs() < 1e-9, "{flow:?} and {}", last.ended);
-    assert_eq!((flow.refused, flow.advised, f64::from(flow.of)), (Some(last.waiting), 0, last.inserted));
+    assert_eq!(
+        (flow.vehicles_refused, flow.advised_vehicles, f64::from(flow.vehicles)),
+        (Some(last.waiting), 0, last.inserted)
+    );
 }
 
 #[test]
@@ -136,8 +139,11 @@ fn an_evaluation_of_a_share_states_the_number_of_advised_vehicles() {
     let flow = found.network.expect("a network");
     // The random streams alone determine the chosen vehicles; numbers start at 1.
     let takes = |id: u32| rng::stream(scenario.seed, &format!("vehicle/{id}/advised")).uniform(0.0, 1.0) < 0.5;
-    assert_eq!(flow.advised as usize, (1..=flow.of).filter(|id| takes(*id)).count(), "{flow:?}");
-    assert!(flow.advised >= 5 && found.in_range.is_some_and(|share| (0.0..=1.0).contains(&share)), "{found:?}");
+    assert_eq!(flow.advised_vehicles as usize, (1..=flow.vehicles).filter(|id| takes(*id)).count(), "{flow:?}");
+    assert!(
+        flow.advised_vehicles >= 5 && found.time_in_range.is_some_and(|share| (0.0..=1.0).contains(&share)),
+        "{found:?}"
+    );
     assert!(
         !found.crashed && found.min_gap_to_neighbours_m > 0.5 && found.min_gap_to_neighbours_m < 100.0,
         "{found:?}"
@@ -214,7 +220,10 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     // Only a share of the entering vehicles can be advised: a number would select none.
     let several = Scenario { advised: AdvisedVehicles::Count(3), ..merge(0.0) };
     let printed = World::new(&several).map(drop).expect_err("a number").to_string();
-    assert!(printed.starts_with("advised is 3; allowed on map merge, where vehicles enter and leave: a share"), "{printed}");
+    assert!(
+        printed.starts_with("advised is 3; allowed on map merge, where vehicles enter and leave: a share"),
+        "{printed}"
+    );
     let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
     assert!(alone.policy().to_string().contains("the participant's alone, which is not there"), "{}", alone.policy());
 }

@@ -245,7 +245,7 @@ fn advice_is_never_worse_than_none_on_ten_rings_of_210_to_290_m() {
                 let results = driven_on(name, &ring, 16);
                 let with = mean(&results, |v| v.mean_speed_mps);
                 let where_ = format!("{name}, {length_m} m, {cars} cars, {hold_s} s, {error_mps} m/s");
-                assert!(results.iter().all(|v| v.in_range.is_some()), "{where_}: silent");
+                assert!(results.iter().all(|v| v.time_in_range.is_some()), "{where_}: silent");
                 assert!(with > without + least_mps, "{where_}: {with} against {without}");
             }
         }

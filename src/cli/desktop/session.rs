@@ -10,18 +10,13 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 
 pub(in crate::cli) fn command() -> Command {
     Command::new("session")
-        .about(
-            "Lead a participant through the whole plan, in a window for them and one for the experimenter. After a closed window \
-             or a crash, run the same command to resume",
+        .about("Lead a participant through the study, in a window for them and one for the experimenter")
+        .after_help(
+            "After a closed window or a crash, run the same command to resume.\n\nExample: codrive study session \
+             assets/studies/congestion.toml P03 --out data/ --fullscreen --monitor 2",
         )
-        .after_help("Example: codrive study session assets/studies/congestion.toml P03 --out data/ --fullscreen --monitor 2")
         .args([arguments::file(), arguments::participant(), arguments::data_set()])
-        .arg(
-            Arg::new("fullscreen")
-                .long("fullscreen")
-                .action(ArgAction::SetTrue)
-                .help("Fill the participant's screen"),
-        )
+        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the participant's screen"))
         .args(place_arguments())
         .arg(
             Arg::new("wheel")

@@ -24,7 +24,7 @@ pub(super) enum Observer {
     /// Vehicle of the participant, with its view.
     Participant(Box<Agent>),
     /// View of a drive without a participant, from no vehicle.
-    Spectator(Spectator),
+    Spectator(Box<Spectator>),
 }
 
 impl Observer {
@@ -33,7 +33,7 @@ impl Observer {
         let position = (map.network.bounds().0.truncate() - DVec2::splat(AWAY_M)).extend(0.0);
         let ego = EgoState { position, ..EgoState::default() };
         let view = Snapshot { is_without_ego: true, ..derived_state::first_snapshot(&ego, 0.0) };
-        Self::Spectator(Spectator { view, events: Vec::new() })
+        Self::Spectator(Box::new(Spectator { view, events: Vec::new() }))
     }
 
     /// Returns the view of all vehicles.
