@@ -1,6 +1,8 @@
-//! Checks of the structure: imports run downwards, files are small and state their purpose, each outside library stays in its modules, and
-//! comments cite only works and entries of `docs/`.
+//! Checks of the structure: imports run downwards and in small circles only, files are small and state their purpose, each outside library
+//! stays in its modules, and comments cite only works and entries of `docs/`.
 
+#[path = "layers/circles.rs"]
+mod circles;
 #[path = "layers/english.rs"]
 mod english;
 

@@ -1,21 +1,12 @@
 //! Checksums of a recording, by which later changes of its files are found (`seals`). In: the rows and files as they are
 //! written. Out: `checksums.json`.
 
-use super::{
-    RecordError, files, inputs,
-    manifest::{self, hex},
-    seals,
-};
+use super::{RecordError, sha256::hex};
 use crate::file;
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, StringArray, UInt32Array, UInt64Array};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use std::{
-    collections::BTreeMap,
-    fs::File,
-    io::{self, ErrorKind, Read, Write},
-    path::Path,
-};
+use std::{collections::BTreeMap, path::Path};
 
 /// File name of the checksums.
 pub(super) const FILE: &str = "checksums.json";
@@ -51,55 +42,6 @@ impl Checksums {
         let path = recording.join(FILE);
         let text = file::read_text(&path, file::SETTINGS_BYTES).map_err(RecordError::file(&path))?;
         serde_json::from_str(&text).map_err(|e| RecordError::Table { path, why: e.to_string() })
-    }
-
-    /// Adds the other files of a recording and saves all checksums. Returns the SHA-256 of the saved file.
-    pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
-        let beside = seals::unsealed(recording, &self)?.into_iter().filter(|name| !name.contains('/'));
-        for name in beside.chain(inputs::carried(recording)?) {
-            let sum = file_sha256(&recording.join(&name))?;
-            self.files.insert(name, sum);
-        }
-        let text = serde_json::to_string_pretty(&self).expect("numbers and words") + "\n";
-        files::replace(&recording.join(FILE), text.as_bytes())?;
-        Ok(manifest::sha256(text.as_bytes()))
-    }
-}
-
-/// Returns the SHA-256 of a file, hexadecimal, in bounded memory.
-///
-/// # Errors
-/// The file cannot be read.
-pub fn file_sha256(path: &Path) -> Result<String, RecordError> {
-    let mut file = file::open_regular(path).map_err(RecordError::file(path))?;
-    let mut hash = Sha256::new();
-    let mut piece = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut piece) {
-            Ok(0) => return Ok(hex(&hash.finalize())),
-            Ok(n) => hash.update(&piece[..n]),
-            // A signal interrupted the call before anything was read.
-            Err(why) if why.kind() == ErrorKind::Interrupted => {}
-            Err(why) => return Err(RecordError::file(path)(why)),
-        }
-    }
-}
-
-/// File with the running SHA-256 of the bytes written to it.
-pub(super) struct HashedFile {
-    pub file: File,
-    pub hash: Sha256,
-}
-
-impl Write for HashedFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let n = self.file.write(bytes)?;
-        self.hash.update(&bytes[..n]);
-        Ok(n)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.file.flush()
     }
 }
 
@@ -152,6 +94,7 @@ fn put<const N: usize>(bytes: &mut Vec<u8>, value: Option<[u8; N]>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::record::sha256::sha256;
     use arrow_schema::{Field, Schema};
     use std::sync::Arc;
 
@@ -188,30 +131,11 @@ mod tests {
             ("word", b"\x01\x02\0\0\0\0\0\0\0ab\0\x01\x01\0\0\0\0\0\0\0c"),
         ];
         let expected: BTreeMap<String, String> =
-            bytes.iter().map(|(name, bytes)| ((*name).to_owned(), manifest::sha256(bytes))).collect();
+            bytes.iter().map(|(name, bytes)| ((*name).to_owned(), sha256(bytes))).collect();
         for cuts in [vec![0, 3], vec![0, 1, 3], vec![0, 1, 2, 3]] {
             let mut sums = ColumnSums::default();
             cuts.windows(2).for_each(|pair| sums.push(&rows(pair[0], pair[1])));
             assert_eq!(sums.finish(), expected, "{cuts:?}");
         }
-    }
-
-    #[test]
-    fn the_sha256_of_a_file_agrees_with_published_values() {
-        let folder = tempfile::tempdir().expect("a folder");
-        let path = folder.path().join("file");
-        // FIPS 180-2: "abc", and a million times the letter a, which is longer than one read.
-        for (text, sum) in [
-            (b"abc".to_vec(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"),
-            (vec![b'a'; 1_000_000], "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0"),
-        ] {
-            std::fs::write(&path, &text).expect("written");
-            assert_eq!(file_sha256(&path).expect("there"), sum);
-            let mut hashed = HashedFile { file: File::create(&path).expect("made"), hash: Sha256::new() };
-            hashed.write_all(&text).expect("room");
-            hashed.flush().expect("room");
-            assert_eq!(hex(&hashed.hash.finalize()), sum);
-        }
-        assert!(file_sha256(&folder.path().join("gone")).is_err());
     }
 }

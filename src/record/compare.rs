@@ -7,11 +7,10 @@
 
 use super::{
     RecordError, Table,
-    network_tables::{NetworkObserver, NetworkRows},
     table::{ColumnValue, TableBatches, TableColumn},
     tables::{
         self, ADVICE, ADVISED, ARRIVALS, AdviceRow, AdvisedRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow,
-        EventRow, PATH, SIGNALS, recorded_cars,
+        EventRow, NetworkObserver, NetworkRows, PATH, SIGNALS, recorded_cars,
     },
 };
 use crate::{

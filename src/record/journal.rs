@@ -20,6 +20,10 @@ use std::{
     sync::mpsc::Receiver,
 };
 
+/// Folder of the journal, in the recording.
+pub(super) const FOLDER: &str = "journal";
+/// Folder of unreadable journals, in the recording.
+pub const LOST_AND_FOUND: &str = "lost+found";
 /// File name, in the journal's folder.
 pub(super) const FILE: &str = "rows.blocks";
 /// Compression level of zstd: fast, and on a second of rows within a tenth of the size at higher levels.

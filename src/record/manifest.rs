@@ -1,11 +1,13 @@
 //! Manifest of a recording: facts that another lab needs to judge or reproduce it. In: facts of the drive loop. Out:
 //! `manifest.json`.
 
-use super::{RecordError, checksums::file_sha256, files};
+use super::{
+    RecordError, files,
+    sha256::{file_sha256, sha256},
+};
 use crate::{file, sim::HandOver};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use sha2::{Digest, Sha256};
 use std::path::Path;
 
 /// File name of the manifest.
@@ -175,15 +177,6 @@ impl NamedHash {
     pub fn of_text(name: &str, text: &str) -> Self {
         Self { name: name.into(), sha256: Some(sha256(text.as_bytes())) }
     }
-}
-
-/// Returns the SHA-256 of bytes, hexadecimal.
-pub(super) fn sha256(bytes: &[u8]) -> String {
-    hex(&Sha256::digest(bytes))
-}
-
-pub(super) fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl Manifest {
@@ -357,6 +350,5 @@ mod tests {
         for none in [None, Some(folder.path().join("gone"))] {
             assert_eq!(NamedHash::of("x", none.as_deref()).sha256, None);
         }
-        assert_eq!(hex(&[0x0f, 0xa0, 0]), "0fa000");
     }
 }

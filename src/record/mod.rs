@@ -16,12 +16,10 @@
 //! Each row carries its tick, so rows of different tables join exactly. [`tables`] names every column with its unit. Nothing is
 //! ever overwritten, and files are private to the user. Names and contact data of people are never recorded.
 
-mod advised_table;
 mod block;
-mod car_table;
 mod checksums;
 pub mod compare;
-mod event_table;
+mod error;
 mod files;
 pub mod inputs;
 mod journal;
@@ -31,136 +29,30 @@ mod journal_tests;
 pub mod kill_point;
 mod lock;
 pub mod manifest;
-mod network_tables;
 pub mod parts;
 mod recorder;
 pub mod recover;
 pub mod seals;
+mod sha256;
 mod stream_clock;
 pub mod streams;
 pub mod table;
+mod table_writer;
 pub mod tables;
 
-pub use checksums::{Checksums, file_sha256};
+pub use checksums::Checksums;
 pub use compare::{CellDifference, TableComparison};
+pub use error::RecordError;
 pub use files::{
     BESIDE, LITTLE_GB, TOO_LITTLE_GB, entries, free_bytes, is_there, new_private_dir, remove, rename, replace,
     replace_streaming, write_new,
 };
+pub use journal::LOST_AND_FOUND;
 pub use journal_reader::LostRows;
 pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
-pub use recover::{LOST_AND_FOUND, RecoveryReport, count, open, recover, remove_unbegun};
+pub use recover::{RecoveryReport, count, open, recover, remove_unbegun};
 pub use seals::{AlteredFile, changes};
+pub use sha256::file_sha256;
 pub use table::{TableColumn, TableParts, TableReader};
 pub use tables::Table;
-
-use std::path::PathBuf;
-
-/// Reason why a recording cannot begin, continue or be read.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordError {
-    /// Folder that holds a recording already.
-    #[error("{folder} holds a recording already ({file}); nothing is overwritten: name another folder")]
-    Taken {
-        folder: PathBuf,
-        /// Name of the file found in it.
-        file: String,
-    },
-    /// File that the system refused.
-    #[error("{path}: {why}{}", remedy(why))]
-    File {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the system.
-        why: std::io::Error,
-    },
-    /// Writer too slow for the drive, seconds of rows in the queue.
-    #[error("recording stopped: the disk writer stalled ({0} s of rows wait); everything before is kept")]
-    Full(u64),
-    /// Writing thread that stopped, with the reason.
-    #[error("recording stopped: {0}; everything before is kept")]
-    Stopped(String),
-    /// Table that is not as this program writes it.
-    #[error("{path}: {why}")]
-    Table {
-        /// Path of the file.
-        path: PathBuf,
-        /// Description of the fault.
-        why: String,
-    },
-    /// Recording of a drive still in progress.
-    #[error(
-        "{0}: the drive is still running and is being recorded\n  remedy: end it first (Esc in its window, Ctrl-C where there is none)"
-    )]
-    Running(PathBuf),
-    /// Recording that was cut and not yet recovered.
-    #[error("{0}: the recording was cut before its end\n  remedy: codrive recover {0}")]
-    Cut(PathBuf),
-    /// Journal that the disk did not return as it was written.
-    #[error(
-        "{folder}: the recording ended, but the disk lost part of it: {missing}. All that can be read is in the tables, the journal is kept in {kept}\n  remedy: check this disk before you record on it again"
-    )]
-    Damaged {
-        /// Folder of the recording.
-        folder: PathBuf,
-        /// Description of the missing rows.
-        missing: String,
-        /// Folder where the journal is kept.
-        kept: PathBuf,
-    },
-    /// Folder without a recording.
-    #[error("{0} holds no recording: there is no manifest.json in it")]
-    Absent(PathBuf),
-}
-
-/// Remedy for a full disk.
-const FULL: &str = "; what was written before is kept\n  remedy: make room on the disk; codrive recover FOLDER completes the \
-                    recording of a drive that was cut";
-
-fn remedy(why: &std::io::Error) -> &'static str {
-    match why.kind() {
-        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => FULL,
-        // A file over the program's own size limit is no full disk; the system's EFBIG is.
-        std::io::ErrorKind::FileTooLarge if why.raw_os_error().is_some() => FULL,
-        std::io::ErrorKind::AlreadyExists => "; nothing is overwritten: name another",
-        std::io::ErrorKind::PermissionDenied => "; choose a folder that you may write to",
-        _ => "",
-    }
-}
-
-impl RecordError {
-    fn file(path: impl Into<PathBuf>) -> impl FnOnce(std::io::Error) -> Self {
-        let path = path.into();
-        move |why| Self::File { path, why }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::io::{Error, ErrorKind};
-
-    #[test]
-    fn a_refused_file_is_reported_with_a_remedy() {
-        for (kind, remedy) in [
-            (ErrorKind::StorageFull, "make room on the disk; codrive recover FOLDER"),
-            (ErrorKind::QuotaExceeded, "make room on the disk; codrive recover FOLDER"),
-            (ErrorKind::AlreadyExists, "nothing is overwritten: name another"),
-            (ErrorKind::PermissionDenied, "choose a folder that you may write to"),
-        ] {
-            let message = RecordError::file("drives/p1")(Error::from(kind)).to_string();
-            assert!(message.contains("drives/p1") && message.contains(remedy), "{message}");
-        }
-        let full = RecordError::file("drives/p1")(Error::from_raw_os_error(nix::libc::EFBIG)).to_string();
-        assert!(full.contains("make room on the disk; codrive recover FOLDER"), "{full}");
-        let large = RecordError::file("in.rou.xml")(Error::new(ErrorKind::FileTooLarge, "it holds more than 64 MiB"));
-        assert_eq!(
-            large.to_string(),
-            "in.rou.xml: it holds more than 64 MiB",
-            "an input that is too large fills no disk"
-        );
-        let other = RecordError::file("drives/p1")(Error::from(ErrorKind::NotFound)).to_string();
-        assert!(!other.contains("; "), "there is none: {other}");
-    }
-}

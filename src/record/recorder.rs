@@ -3,12 +3,13 @@
 
 use super::{
     Manifest, RecordError, checksums, files,
-    journal::{DurableFile, Journal},
+    journal::{self, DurableFile, Journal},
     lock::RecordingLock,
     manifest::RecordingState,
-    network_tables::NetworkObserver,
     recover,
-    tables::{AdviceRow, AdvisedRow, CarRow, EgoRow, EventRow, FrameRow, RowBatch, Table, recorded_cars},
+    tables::{
+        AdviceRow, AdvisedRow, CarRow, EgoRow, EventRow, FrameRow, NetworkObserver, RowBatch, Table, recorded_cars,
+    },
 };
 use crate::{
     controls::Controls,
@@ -98,7 +99,7 @@ impl Recorder {
     ) -> Result<Self, RecordError> {
         files::new_private_dir(folder)?;
         let lock = RecordingLock::take(folder)?;
-        let names = ["manifest.json", "scenario.toml", "summary.json", checksums::FILE, recover::JOURNAL];
+        let names = ["manifest.json", "scenario.toml", "summary.json", checksums::FILE, journal::FOLDER];
         let tables = Table::ALL.map(|table| format!("{}.parquet", table.name()));
         let names = names.into_iter().map(str::to_owned).chain(tables);
         for file in names {
@@ -112,7 +113,7 @@ impl Recorder {
         fail_point!("begin.manifest");
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
         fail_point!("begin.scenario");
-        let blocks = folder.join(recover::JOURNAL);
+        let blocks = folder.join(journal::FOLDER);
         files::new_private_dir(&blocks)?;
         let journal = open(&blocks)?;
         fail_point!("begin.journal");

@@ -7,38 +7,25 @@
 
 use super::{
     Manifest, RecordError, Table,
-    checksums::{Checksums, ColumnSums, HashedFile, TableSums},
+    checksums::{Checksums, ColumnSums, TableSums},
     files,
+    journal::{self, LOST_AND_FOUND},
     journal_reader::{self, LostRows},
     lock::{self, RecordingLock},
-    manifest::{self, RecordingState, hex},
+    manifest::{self, RecordingState},
+    sha256::file_sha256,
     streams,
-    table::{self, TableReader, table_fault},
-    tables,
+    table::TableReader,
+    table_writer::{FinishedTable, TableWriter},
+    tables::schema,
 };
 use crate::time::Tick;
-use arrow_array::{Array, RecordBatch, UInt64Array};
-use arrow_schema::Schema;
 use fail::fail_point;
-use parquet::{
-    arrow::ArrowWriter,
-    basic::{Compression, ZstdLevel},
-    file::properties::WriterProperties,
-};
-use sha2::{Digest, Sha256};
 use std::{
     fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
-    sync::Arc,
 };
-
-/// Folder of the journal, in the recording.
-pub(super) const JOURNAL: &str = "journal";
-/// Folder of unreadable journals, in the recording.
-pub const LOST_AND_FOUND: &str = "lost+found";
-/// Number of rows gathered before they go to the disk; it bounds the memory of long drives.
-const ROW_GROUP: usize = 50_000;
 
 /// Contents of a recording, as found by a recovery.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,7 +49,7 @@ pub struct RecoveryReport {
 pub fn recover(recording: &Path) -> Result<RecoveryReport, RecordError> {
     Manifest::load(recording)?;
     lock::check_free(recording)?;
-    let journal = recording.join(JOURNAL);
+    let journal = recording.join(journal::FOLDER);
     // A complete recording may be read-only, so no lock is taken.
     if !files::is_there(&journal)? && Manifest::load(recording)?.is_complete() {
         return whole(recording);
@@ -198,7 +185,7 @@ pub(super) struct RecoveredJournal {
 /// before the first is put in place.
 pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<RecoveredJournal, RecordError> {
     let mut writers: Vec<Option<TableWriter>> = Table::ALL.iter().map(|_| None).collect();
-    let holes = journal_reader::read(&recording.join(JOURNAL), &mut |table, batch| {
+    let holes = journal_reader::read(&recording.join(journal::FOLDER), &mut |table, batch| {
         let place = Table::ALL.iter().position(|t| *t == table).unwrap_or_default();
         let writer = match &mut writers[place] {
             Some(writer) => writer,
@@ -232,83 +219,16 @@ pub(super) fn write_tables(recording: &Path, tables: &[Table]) -> Result<Recover
         all.checksums.tables.insert(table.name().into(), sums);
     }
     streams::settle(recording, &mut all.holes)?;
-    files::sync_dir(&recording.join(JOURNAL))?;
+    files::sync_dir(&recording.join(journal::FOLDER))?;
     fail_point!("finish.tables");
     Ok(all)
-}
-
-pub(super) fn schema(table: Table) -> Arc<Schema> {
-    match table {
-        Table::Ego => table::schema(tables::EGO),
-        Table::Cars => table::schema(tables::CARS),
-        Table::Advice => table::schema(tables::ADVICE),
-        Table::Frames => table::schema(tables::FRAMES),
-        Table::Events => table::schema(tables::EVENTS),
-        Table::Departures => table::schema(tables::DEPARTURES),
-        Table::Arrivals => table::schema(tables::ARRIVALS),
-        Table::Signals => table::schema(tables::SIGNALS),
-        Table::Path => table::schema(tables::PATH),
-        Table::Advised => table::schema(tables::ADVISED),
-    }
 }
 
 /// Returns the checksums of an existing table.
 fn sums_of(path: &Path) -> Result<TableSums, RecordError> {
     let mut columns = ColumnSums::default();
     let rows = TableReader::each_batch(path, &mut |batch| columns.push(batch))?;
-    Ok(TableSums { rows, sha256: super::checksums::file_sha256(path)?, columns: columns.finish() })
-}
-
-/// Table being written beside its place.
-pub(super) struct TableWriter {
-    path: PathBuf,
-    beside: PathBuf,
-    writer: ArrowWriter<HashedFile>,
-    columns: ColumnSums,
-    rows: u64,
-    ticks: Option<[u64; 2]>,
-}
-
-/// Table that is on the disk but not yet in its place.
-pub(super) struct FinishedTable {
-    pub path: PathBuf,
-    pub beside: PathBuf,
-    sums: TableSums,
-    ticks: Option<[u64; 2]>,
-}
-
-impl TableWriter {
-    pub fn new(path: PathBuf, schema: Arc<Schema>) -> Result<Self, RecordError> {
-        // Each table has its own file name: all of them are beside their places at the same time.
-        let (beside, file) = files::new_beside(&path)?;
-        let properties = WriterProperties::builder()
-            .set_compression(Compression::ZSTD(ZstdLevel::default()))
-            .set_max_row_group_row_count(Some(ROW_GROUP))
-            .build();
-        let file = HashedFile { file, hash: Sha256::new() };
-        let writer = ArrowWriter::try_new(file, schema, Some(properties)).map_err(table_fault(&path))?;
-        Ok(Self { path, beside, writer, columns: ColumnSums::default(), rows: 0, ticks: None })
-    }
-
-    pub fn write(&mut self, batch: &RecordBatch) -> Result<(), RecordError> {
-        self.writer.write(batch).map_err(table_fault(&self.path))?;
-        self.columns.push(batch);
-        self.rows += batch.num_rows() as u64;
-        let ticks = batch.column_by_name("tick").and_then(|column| column.as_any().downcast_ref::<UInt64Array>());
-        if let Some(ticks) = ticks.filter(|ticks| !ticks.is_empty()) {
-            let (first, last) = (ticks.value(0), ticks.value(ticks.len() - 1));
-            self.ticks = Some([self.ticks.map_or(first, |[first, _]| first), last]);
-        }
-        Ok(())
-    }
-
-    pub fn finish(self) -> Result<FinishedTable, RecordError> {
-        let Self { path, beside, writer, columns, rows, ticks } = self;
-        let HashedFile { file, hash } = writer.into_inner().map_err(table_fault(&path))?;
-        files::sync_file(&file, &beside)?;
-        let sums = TableSums { rows, sha256: hex(&hash.finalize()), columns: columns.finish() };
-        Ok(FinishedTable { path, beside, sums, ticks })
-    }
+    Ok(TableSums { rows, sha256: file_sha256(path)?, columns: columns.finish() })
 }
 
 /// Removes the journal once tables and manifest are on the disk, or keeps it in `lost+found/` if it has holes. Returns the
@@ -318,10 +238,10 @@ pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Opt
         drop_journal(recording)?;
         return Ok(None);
     }
-    let journal = recording.join(JOURNAL);
+    let journal = recording.join(journal::FOLDER);
     let folder = recording.join(LOST_AND_FOUND);
     files::new_private_dir(&folder)?;
-    let names = (1..).map(|n| if n == 1 { JOURNAL.into() } else { format!("{JOURNAL}-{n}") });
+    let names = (1..).map(|n| if n == 1 { journal::FOLDER.into() } else { format!("{}-{n}", journal::FOLDER) });
     let kept = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("numbers do not end");
     fs::rename(&journal, &kept).map_err(RecordError::file(&journal))?;
     files::sync_dir(&kept)?;
@@ -330,7 +250,7 @@ pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Opt
 }
 
 fn drop_journal(recording: &Path) -> Result<(), RecordError> {
-    let journal = recording.join(JOURNAL);
+    let journal = recording.join(journal::FOLDER);
     if files::is_there(&journal)? {
         fs::remove_dir_all(&journal).map_err(RecordError::file(&journal))?;
         files::sync_dir(&journal)?;

@@ -3,11 +3,12 @@
 
 use super::{
     Manifest, RecordError, Table,
-    checksums::{self, Checksums, ColumnSums, TableSums, file_sha256},
-    files, inputs, lock, manifest,
+    checksums::{self, Checksums, ColumnSums, TableSums},
+    files, inputs, journal, lock, manifest,
     manifest::RecordingState,
-    recover,
+    sha256::{file_sha256, sha256},
     table::{TableBatches, TableReader},
+    tables::schema,
 };
 use crate::{file, scenario::Scenario};
 use std::{fmt, fs, path::Path};
@@ -15,7 +16,7 @@ use std::{fmt, fs, path::Path};
 /// File extension of a signature, appended to the name of the signed file, as `ssh-keygen -Y sign` does.
 pub const SIGNATURE: &str = "sig";
 /// Folders without seals: the journal, which is removed at the end, unreadable journals, and results of an analysis.
-const UNSEALED: [&str; 3] = [recover::JOURNAL, recover::LOST_AND_FOUND, "analysis"];
+const UNSEALED: [&str; 3] = [journal::FOLDER, journal::LOST_AND_FOUND, "analysis"];
 /// Files that file managers create in viewed folders.
 pub const OF_SYSTEMS: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
@@ -164,7 +165,7 @@ fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<S
     if rows != was.rows {
         found.push(format!("has {rows} rows; {} were written", was.rows));
     }
-    let (there, format, now) = (TableBatches::open(path)?.schema(), recover::schema(table), sums.finish());
+    let (there, format, now) = (TableBatches::open(path)?.schema(), schema(table), sums.finish());
     for field in format.fields() {
         let name = field.name();
         match there.field_with_name(name) {
@@ -192,8 +193,22 @@ fn table_differences(table: Table, path: &Path, was: &TableSums) -> Result<Vec<S
     Ok(found)
 }
 
+impl Checksums {
+    /// Adds the other files of a recording and saves all checksums. Returns the SHA-256 of the saved file.
+    pub(super) fn save(mut self, recording: &Path) -> Result<String, RecordError> {
+        let beside = unsealed(recording, &self)?.into_iter().filter(|name| !name.contains('/'));
+        for name in beside.chain(inputs::carried(recording)?) {
+            let sum = file_sha256(&recording.join(&name))?;
+            self.files.insert(name, sum);
+        }
+        let text = serde_json::to_string_pretty(&self).expect("numbers and words") + "\n";
+        files::replace(&recording.join(checksums::FILE), text.as_bytes())?;
+        Ok(sha256(text.as_bytes()))
+    }
+}
+
 /// Returns the files of a recording, relative to its folder, that should be in its checksums and are not.
-pub(super) fn unsealed(recording: &Path, sums: &Checksums) -> Result<Vec<String>, RecordError> {
+fn unsealed(recording: &Path, sums: &Checksums) -> Result<Vec<String>, RecordError> {
     let known = |name: &str| {
         let table = name.strip_suffix(".parquet").is_some_and(|table| sums.tables.contains_key(table));
         let signature = format!("{}.{SIGNATURE}", manifest::FILE);
@@ -206,7 +221,7 @@ pub(super) fn unsealed(recording: &Path, sums: &Checksums) -> Result<Vec<String>
         for entry in fs::read_dir(&path).map_err(RecordError::file(&path))? {
             let entry = entry.map_err(RecordError::file(&path))?;
             let own = entry.file_name().to_string_lossy().into_owned();
-            let is_begun = Path::new(&own).extension().is_some_and(|ending| ending == super::BESIDE);
+            let is_begun = Path::new(&own).extension().is_some_and(|ending| ending == files::BESIDE);
             if is_begun || OF_SYSTEMS.contains(&own.as_str()) || (folder.is_empty() && UNSEALED.contains(&own.as_str()))
             {
                 continue;

@@ -7,8 +7,8 @@ use super::{
     block::{self, BlockHeader, JournalBlocks, JournalPart},
     files,
     journal_reader::{LostRows, unpack},
-    recover::{FinishedTable, TableWriter},
     stream_clock::DriveClock,
+    table_writer::{FinishedTable, TableWriter},
 };
 use crate::file;
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};

@@ -71,6 +71,26 @@ impl<R> TableColumn<R> {
     }
 }
 
+/// Returns a column of numbers.
+pub(super) const fn number<R>(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    get: fn(&R) -> Option<f64>,
+) -> TableColumn<R> {
+    TableColumn { name, unit, about, get: ColumnValue::Number(get) }
+}
+
+/// Returns a column with this accessor.
+pub(super) const fn column<R>(
+    name: &'static str,
+    unit: &'static str,
+    about: &'static str,
+    get: ColumnValue<R>,
+) -> TableColumn<R> {
+    TableColumn { name, unit, about, get }
+}
+
 /// Returns the columns as an Arrow schema, with unit and meaning as metadata.
 pub fn schema<R>(columns: &[TableColumn<R>]) -> Arc<Schema> {
     let field = |column: &TableColumn<R>| {

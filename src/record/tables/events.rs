@@ -1,10 +1,7 @@
 //! Table of events. In: an [`Event`] of the world, or a mark or note of a person or a window. Out: its row. Speeds in m/s.
 
-use super::{
-    table::{ColumnValue, TableColumn},
-    tables::{column, number},
-};
 use crate::{
+    record::table::{ColumnValue, TableColumn, column, number},
     sim::{Event, EventKind},
     time::Tick,
 };
@@ -33,7 +30,7 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    pub(super) const KINDS_OF_WORLD: [&str; 14] = [
+    const KINDS_OF_WORLD: [&str; 14] = [
         ADVICE_WITHHELD,
         "contact",
         "left_road",

@@ -1,12 +1,9 @@
 //! Table of the vehicles. In: the world at the end of a step. Out: one row for each vehicle. SI units; positions in world axes
 //! (x east, y north). On a network vehicles enter and leave; those far from the ego have a row each second only.
 
-use super::{
-    table::{ColumnValue, TableColumn},
-    tables::{column, number},
-};
 use crate::{
     map::network::{LanePosition, Network},
+    record::table::{ColumnValue, TableColumn, column, number},
     sim::{Snapshot, VehicleSnapshot},
     time::{TICKS_PER_S, Tick},
 };

@@ -1,14 +1,12 @@
 //! Table of the advised vehicles other than the ego. In: each such vehicle at the end of a step. Out: one row for each. SI
 //! units; positions in world axes (x east, y north). The ego is in the tables ego and advice.
 
-use super::{
-    table::{ColumnValue, TableColumn},
-    tables::{column, number, selector_word},
-};
+use super::selector_word;
 use crate::{
     controls::Controls,
     ego::EgoState,
     policy::Advice,
+    record::table::{ColumnValue, TableColumn, column, number},
     sim::{Agent, World},
     time::Tick,
 };

@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::{
-    controls::Indicator,
+    controls::{Controls, Indicator, Selector},
     ego::EgoState,
     map::network::{LanePosition, Network},
-    policy::{Action, DriverEstimate, DriverTraits},
-    sim::{EndReason, Event, EventKind, Leader, VehicleSnapshot},
+    policy::{Action, Advice, DriverEstimate, DriverTraits},
+    sim::{EndReason, Event, EventKind, Leader, Snapshot, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
 };

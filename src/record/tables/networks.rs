@@ -4,16 +4,13 @@
 //! The ego is present from the first tick to the last and has no row. A vehicle that enters and leaves within one step is in no
 //! snapshot, and thus in neither table.
 
-use super::{
-    car_table::in_lane,
-    table::{ColumnValue, TableColumn},
-    tables::{column, number},
-};
+use super::cars::in_lane;
 use crate::{
     map::{
         RoadMap,
         network::{LanePosition, Network, SignalId, SignalStates},
     },
+    record::table::{ColumnValue, TableColumn, column, number},
     sim::{Snapshot, World},
     time::Tick,
     traffic::{VehicleBody, VehicleId},
@@ -159,7 +156,7 @@ pub const PATH: &[TableColumn<PathRow>] = &[
 
 /// Rows of these tables, to be written or compared.
 #[derive(Debug, Default, PartialEq)]
-pub(super) struct NetworkRows {
+pub(in crate::record) struct NetworkRows {
     pub departures: Vec<DepartureRow>,
     pub arrivals: Vec<ArrivalRow>,
     pub signals: Vec<SignalRow>,
@@ -168,7 +165,7 @@ pub(super) struct NetworkRows {
 
 /// Finds vehicles and signal states that are new in a world since the last step.
 #[derive(Debug, Default)]
-pub(super) struct NetworkObserver {
+pub(in crate::record) struct NetworkObserver {
     /// Vehicles at the end of the last step, by ascending id, without the ego.
     vehicles: Vec<(VehicleId, Option<LanePosition>)>,
     /// Signal states at the end of the last step; `None` before the start and on closed routes.
@@ -235,5 +232,5 @@ impl NetworkObserver {
 }
 
 #[cfg(test)]
-#[path = "network_tables_tests.rs"]
+#[path = "networks_tests.rs"]
 mod tests;
