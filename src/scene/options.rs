@@ -1,7 +1,7 @@
 //! Options of the picture, and values derived from them: the angle of view, the sun, the paints. In: settings, metres and
 //! degrees. Out: [`ViewOptions`], which `view` reads.
 
-use super::{ViewKind, camera::MirrorOptions};
+use super::{MirrorOptions, ViewKind};
 use crate::hud::Palette;
 use crate::scenario::CockpitView;
 use crate::traffic::{EGO, VehicleId};

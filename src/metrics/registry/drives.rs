@@ -1,6 +1,6 @@
 //! Measures of every recorded drive. In: nothing. Out: their names, units and definitions, in the order of the tables.
 
-use super::{Measure, advised, all_vehicles, ego};
+use super::measure::{Measure, advised, all_vehicles, ego};
 
 /// Measures in the order of the tables.
 pub(super) const MEASURES: &[Measure] = &[

@@ -1,7 +1,7 @@
 //! Measures of summaries, evaluated policies, benchmarks and trainings that recorded drives do not have. In: nothing. Out: their
 //! names, units and definitions.
 
-use super::{Measure, advised, all_vehicles, ego};
+use super::measure::{Measure, advised, all_vehicles, ego};
 
 /// Measures of drives, conflicts, networks, benchmarks and trainings, in this order.
 pub(super) const MEASURES: &[Measure] = &[

@@ -1,6 +1,6 @@
 //! Measures of drives on networks. In: nothing. Out: their names, units and definitions, in the order of the tables.
 
-use super::{Measure, all_vehicles, ego};
+use super::measure::{Measure, all_vehicles, ego};
 
 /// Measures in the order of the tables.
 pub(super) const MEASURES: &[Measure] = &[
