@@ -11,7 +11,7 @@ use super::{
     table_writer::{FinishedTable, TableWriter},
 };
 use crate::file;
-use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, StringArray};
+use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
 use arrow_ipc::writer::StreamWriter;
 use arrow_schema::{DataType, Field, Schema};
 use std::{
