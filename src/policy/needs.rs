@@ -1,4 +1,4 @@
-//! What policies need from the road. In: a policy and a kind of road. Out: the reason that the policy cannot advise there, or nothing.
+//! Needs of policies from the road. In: a policy and a kind of road. Out: the reason that the policy cannot advise there, or nothing.
 
 use super::{Controller, CorrectedAdvice, ExpectedGain, Feature, Network, NetworkInput, RoadKind};
 use crate::map::network::Side;

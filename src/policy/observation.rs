@@ -1,4 +1,4 @@
-//! What a policy sees each step: the traffic around the ego, the advice in force, the driver and the road ahead. In: plain numbers, SI.
+//! Input of a policy at each step: the traffic around the ego, the advice in force, the driver and the road ahead. In: plain numbers, SI.
 //! Out: an [`Observation`].
 
 use super::{DriverTraits, RoadAhead, identification::MOST_LATENTS};

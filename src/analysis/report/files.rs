@@ -22,7 +22,7 @@ pub struct AnalysisResults<'a> {
     pub contents: &'a FolderContents,
     /// Result of comparing the files with their checksums and places.
     pub proof: &'a FileProof,
-    /// Analysed drives.
+    /// Drives that were analysed, in their order.
     pub drives: &'a [AnalysedRecording],
     /// Driver of each participant.
     pub fitted: &'a [ParticipantDriver],
