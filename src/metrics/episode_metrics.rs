@@ -26,7 +26,7 @@ pub struct EvaluationResult {
     pub crashed: bool,
     /// Time of the collision, seconds from the first advice (to the end of that step).
     pub crash_s: Option<f64>,
-    /// Fuel of all vehicles per 100 km ([`fuel`]), litres; `None` if no vehicle moved.
+    /// Fuel of all vehicles per 100 km ([`fuel`](super::fuel)), litres; `None` if no vehicle moved.
     pub fuel_l_100km: Option<f64>,
     /// Flow on a closed route, 1/h: density times mean speed (Edie 1963).
     pub flow_per_h: Option<f64>,

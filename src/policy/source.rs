@@ -29,7 +29,7 @@ impl PolicySource {
     /// Reads a policy by name, shipped ones included, or by the path of its file (`.toml`, `.onnx`).
     ///
     /// # Errors
-    /// The name is neither in [`NAMES`] nor shipped, or the file cannot be used.
+    /// The name is neither in [`NAMES`](super::NAMES) nor shipped, or the file cannot be used.
     pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
         let kind = match (ControllerKind::named(name), file_of(name)) {
             (Some(kind), _) => SourceKind::Controller(Controller::by_name(kind, settings)),
