@@ -107,7 +107,7 @@ fn measure(setup: &DemandSetup) -> Result<(SumoTimes, f64), TrafficError> {
     ratios.sort_by(f64::total_cmp);
     let ratio = ratios[ratios.len() / 2];
     let times = SumoTimes {
-        engine: traffic.describe().to_owned(),
+        engine: traffic.name_and_version().to_owned(),
         bare: TimeStatistics::of(bare),
         full: TimeStatistics::of(full),
         ratio,

@@ -120,7 +120,12 @@ fn sumo(scenario: &Scenario) -> Result<SumoTimes, WorldError> {
     let mut ratios: Vec<f64> = bare.iter().zip(&full).map(|(b, f)| f.as_secs_f64() / b.as_secs_f64()).collect();
     ratios.sort_by(f64::total_cmp);
     let ratio = ratios[BLOCKS / 2];
-    Ok(SumoTimes { engine: traffic.describe(), bare: TimeStatistics::of(bare), full: TimeStatistics::of(full), ratio })
+    Ok(SumoTimes {
+        engine: traffic.name_and_version(),
+        bare: TimeStatistics::of(bare),
+        full: TimeStatistics::of(full),
+        ratio,
+    })
 }
 
 fn native_steps(scenario: &Scenario) -> Result<TimeStatistics, WorldError> {

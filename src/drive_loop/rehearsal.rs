@@ -64,7 +64,7 @@ impl<'a> Rehearsal<'a> {
     /// The folder holds something else, or sessions of people.
     pub fn open(study: &'a Study, root: &Path, participants: usize) -> Result<Self, RunError> {
         let data = DataSet::open(root, study)?;
-        if let Some(log) = data.logs()?.iter().find(|log| log.who == ParticipantKind::Person) {
+        if let Some(log) = data.logs()?.iter().find(|log| log.kind == ParticipantKind::Person) {
             return Err(SessionError::Refused(format!(
                 "{} holds data of a person ({}); rehearse in a folder of its own",
                 root.display(),

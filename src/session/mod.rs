@@ -150,7 +150,7 @@ impl LiveSession {
     /// # Errors
     /// The session cannot be written.
     pub fn new(study: &Study, session: Session, utc: fn() -> String) -> Result<Self, RunError> {
-        let fresh = session.log().passages.is_empty();
+        let fresh = session.log().item_runs.is_empty();
         let mut live_session = Self {
             session,
             study: study.clone(),

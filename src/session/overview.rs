@@ -10,9 +10,9 @@ use crate::{
 /// Describes earlier runs of an item, without the last run if the item's present state already shows it: an item that was broken off and
 /// then skipped was not skipped twice.
 fn earlier(log: &SessionLog, item: &str, is_running: bool, is_over: bool) -> String {
-    let of_it = log.passages.iter().filter(|passage| passage.item == item);
+    let of_it = log.item_runs.iter().filter(|item_run| item_run.item == item);
     let mut words: Vec<&str> = of_it
-        .filter_map(|passage| match passage.outcome {
+        .filter_map(|item_run| match item_run.outcome {
             ItemOutcome::Done => Some("done"),
             ItemOutcome::Aborted => Some("broken off"),
             ItemOutcome::Cut => Some("cut"),
@@ -20,7 +20,7 @@ fn earlier(log: &SessionLog, item: &str, is_running: bool, is_over: bool) -> Str
             ItemOutcome::Repeat => None,
         })
         .collect();
-    let last = log.last(item).map(|passage| passage.outcome);
+    let last = log.last(item).map(|item_run| item_run.outcome);
     let is_said = matches!(last, Some(ItemOutcome::Done | ItemOutcome::Skipped))
         || (is_over && matches!(last, Some(ItemOutcome::Aborted | ItemOutcome::Cut)));
     if !is_running && is_said {
@@ -87,7 +87,7 @@ impl LiveSession {
         items
             .map(|planned| {
                 let now = running == Some(planned.name.as_str());
-                let state = match log.last(&planned.name).map(|passage| passage.outcome) {
+                let state = match log.last(&planned.name).map(|item_run| item_run.outcome) {
                     _ if now => ItemState::Now,
                     None => ItemState::Ahead,
                     Some(ItemOutcome::Done) => ItemState::Done,

@@ -107,7 +107,7 @@ fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, Run
 /// Refuses the data set of a rehearsal. Makes missing baselines of a session that is over, which happens if its window was closed while
 /// they were driven; such a session is then refused.
 fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
-    if let Some(log) = data.logs()?.iter().find(|log| log.who == ParticipantKind::Simulated) {
+    if let Some(log) = data.logs()?.iter().find(|log| log.kind == ParticipantKind::Simulated) {
         return Err(SessionError::Refused(format!(
             "{} holds a rehearsal ({}); people take part in a folder of its own",
             data.root().display(),

@@ -379,7 +379,7 @@ impl World {
 
     /// Returns the name and version of the traffic engine.
     pub fn traffic_engine(&self) -> String {
-        self.traffic.describe()
+        self.traffic.engine_name()
     }
 
     /// Returns the canonical copies of the demand's files that SUMO reads, in the scenario's order; empty after [`World::stop_traffic`].

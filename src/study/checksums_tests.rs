@@ -176,7 +176,7 @@ fn an_unlisted_file_is_reported_unless_its_session_is_open() {
     }
     put(root, FILE, &whole);
     // The session of P1 is open: its files may change until it is over; those of others may not.
-    let log = r#"{"participant": "P1", "index": 0, "who": "person", "order": [], "passages": []}"#;
+    let log = r#"{"participant": "P1", "index": 0, "kind": "person", "order": [], "item_runs": []}"#;
     put(root, "sourcedata/sub-P1/session.json", log);
     forget(root, "sourcedata/sub-P1").unwrap();
     forget(root, "sub-P1").unwrap();

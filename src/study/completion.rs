@@ -53,7 +53,7 @@ impl Completion {
                 Some(EndCause::NotEligible) => Self::NotEligible,
                 Some(EndCause::ScoreLimit) | None => Self::Withdrawn,
             }
-        } else if log.passages.iter().any(|passage| skipped(&passage.item)) {
+        } else if log.item_runs.iter().any(|item_run| skipped(&item_run.item)) {
             Self::Partial
         } else {
             Self::Complete

@@ -284,12 +284,12 @@ impl DataSet {
         let institution = study.file.institution.as_deref();
         let mut stems = BTreeSet::new();
         for planned in &plan.items {
-            let Some(passage) = log.done(&planned.name) else { continue };
+            let Some(item_run) = log.done(&planned.name) else { continue };
             let name = format!("{subject}/beh/{}", file_names::file_name(&subject, planned));
             stems.extend([name.clone(), format!("{subject}/motion/{}", file_names::motion_name(&subject, planned))]);
             match &planned.item {
                 PlanItem::Drive { scenario, levels, .. } => {
-                    let Some(folder) = &passage.recording else { continue };
+                    let Some(folder) = &item_run.recording else { continue };
                     let about =
                         format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
                     let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text, institution);
@@ -301,7 +301,7 @@ impl DataSet {
                     let baseline = format!("{recording}{BASELINE}");
                     let baseline = if record::is_there(&self.root.join(&baseline))? { baseline } else { String::new() };
                     let began = Manifest::load(&place)?.began;
-                    let began = if began.is_empty() { passage.began.as_str() } else { began.as_str() };
+                    let began = if began.is_empty() { item_run.began.as_str() } else { began.as_str() };
                     let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_names::file_name(&subject, planned)));
                     let drive = ScannedDrive { levels, seed: scenario.seed, recording, baseline };
                     let file = ScannedFile { name, began, planned, drive: Some(drive) };
@@ -315,7 +315,7 @@ impl DataSet {
                     let facts = bids::task(&file_names::task(planned), &q.title, &planned.text, institution);
                     self.write_table(&format!("{name}_beh"), &timed(study, planned, answers), facts)?;
                     let name = format!("beh/{}_beh.tsv", file_names::file_name(&subject, planned));
-                    let file = ScannedFile { name, began: &passage.began, planned, drive: None };
+                    let file = ScannedFile { name, began: &item_run.began, planned, drive: None };
                     table.rows.push(scans::row(study, file, shift));
                 }
                 PlanItem::Text(_) | PlanItem::Break(_) => {}
@@ -445,7 +445,7 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
         table.columns.push(TsvColumn::new(&format!("true_{name}"), "number of the simulated participant", unit));
     }
     for log in logs {
-        let kind = if log.who == ParticipantKind::Person { "person" } else { "simulated" };
+        let kind = if log.kind == ParticipantKind::Person { "person" } else { "simulated" };
         let mut row = vec![
             log.participant.subject(),
             (log.index + 1).to_string(),

@@ -40,7 +40,7 @@ fn study() -> Study {
 /// Returns the log of a participant's session, extended by `more`.
 fn log(code: &str, index: usize, more: Value) -> SessionLog {
     let mut log =
-        json!({ "participant": code, "index": index, "who": "person", "order": ["wide", "narrow"], "passages": [] });
+        json!({ "participant": code, "index": index, "kind": "person", "order": ["wide", "narrow"], "item_runs": [] });
     log.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
     serde_json::from_value(log).unwrap()
 }
@@ -49,7 +49,7 @@ fn answered(question: &str, answer: Value, time_s: f64) -> Value {
     json!({ "question": question, "answer": answer, "time_s": time_s })
 }
 
-fn passage(item: &str, outcome: &str) -> Value {
+fn item_run(item: &str, outcome: &str) -> Value {
     json!({ "item": item, "outcome": outcome, "began": "t0", "ended": "t1" })
 }
 
@@ -78,7 +78,7 @@ fn each_participant_has_one_row_of_answers_and_rounded_scores() {
         answered("more", json!("a\tb"), 7.0),
     ];
     let done = |code: &str, index: usize, outcome: &str, answers: &[Value]| {
-        log(code, index, json!({ "passages": [passage("q", outcome)], "answers": { "q": answers } }))
+        log(code, index, json!({ "item_runs": [item_run("q", outcome)], "answers": { "q": answers } }))
     };
     let logs = [
         done("P1", 0, "done", &all),
@@ -125,7 +125,7 @@ fn a_score_is_rounded_to_six_decimals() {
         let questionnaire = Questionnaire::parse(text, "third.json").unwrap();
         let given: Vec<Value> =
             ["a", "b", "c"].iter().zip(answers).map(|(name, value)| answered(name, json!(value), 1.0)).collect();
-        let log = log("P1", 0, json!({ "passages": [passage("q", "done")], "answers": { "q": given } }));
+        let log = log("P1", 0, json!({ "item_runs": [item_run("q", "done")], "answers": { "q": given } }));
         assert_eq!(phenotype(&questionnaire, "q", &[log]).rows[0][4], expected);
     }
 }
@@ -147,9 +147,12 @@ fn participants_are_listed_with_number_order_state_and_traits() {
     let end = |complete: bool| json!({ "end": { "complete": complete, "reason": "", "at": "t" } });
     let mut drawn = end(true);
     let traits = json!({ "level": 0.5, "error_mps": 0.2, "reaction_s": 1.25 });
-    drawn.as_object_mut().unwrap().extend(json!({ "who": "simulated", "traits": traits }).as_object().unwrap().clone());
+    drawn
+        .as_object_mut()
+        .unwrap()
+        .extend(json!({ "kind": "simulated", "traits": traits }).as_object().unwrap().clone());
     let mut skipped = end(true);
-    skipped["passages"] = json!([passage("ssq-before", "skipped")]);
+    skipped["item_runs"] = json!([item_run("ssq-before", "skipped")]);
     let mut excluded = end(true);
     excluded["end"]["excluded"] = "fell asleep".into();
     let logs = [
@@ -307,7 +310,7 @@ fn publishing_writes_answer_times_for_that_participant_only() {
     let data = DataSet::open(folder.path(), &study).unwrap();
     let given = json!({ "ssq-before": [answered("mental", json!(35), 2.25)] });
     let logs = ["P1", "P2"]
-        .map(|code| log(code, 0, json!({ "passages": [passage("ssq-before", "done")], "answers": given.clone() })));
+        .map(|code| log(code, 0, json!({ "item_runs": [item_run("ssq-before", "done")], "answers": given.clone() })));
     logs.iter().for_each(|log| save(&data, log));
     let table = |code: &str| folder.path().join(format!("sub-{code}/beh/sub-{code}_task-ssqBefore_beh.tsv"));
     data.publish(&study, &logs[0].participant).unwrap();
@@ -338,8 +341,8 @@ fn no_tables_for_answers_and_drives_that_left_the_session() {
     let code = ParticipantCode::new("P1").unwrap();
     let there = |name: &str| root.join("sub-P1").join(name).exists();
     let tables = ["sub-P1_scans.tsv", "beh/sub-P1_task-ssqBefore_beh.tsv", "beh/sub-P1_task-ssqBefore_beh.json"];
-    let passages = [passage("ssq-before", "done")];
-    save(&data, &log("P1", 0, json!({ "passages": passages, "answers": answers })));
+    let item_runs = [item_run("ssq-before", "done")];
+    save(&data, &log("P1", 0, json!({ "item_runs": item_runs, "answers": answers })));
     data.publish(&study, &code).unwrap();
     assert!(tables.iter().all(|table| there(table)));
     // A table of a drive that is no longer part of the session.
@@ -349,7 +352,7 @@ fn no_tables_for_answers_and_drives_that_left_the_session() {
     assert!(tables.iter().all(|table| there(table)));
     assert!(!there("motion/sub-P1_task-trial_tracksys-codrive_run-1_motion.tsv"));
     // The item was begun again and then skipped.
-    save(&data, &log("P1", 0, json!({ "passages": [passage("ssq-before", "skipped")], "answers": answers })));
+    save(&data, &log("P1", 0, json!({ "item_runs": [item_run("ssq-before", "skipped")], "answers": answers })));
     data.publish(&study, &code).unwrap();
     assert!(!tables.iter().any(|table| there(table)));
 }

@@ -6,7 +6,7 @@ use super::{
     checksums::WHAT_IF,
     dataset::{BASELINE, STUDY},
     scans,
-    session_log::{self, ItemOutcome, SegmentRecord, SessionLog},
+    session_log::{self, ItemOutcome, ItemRun, SessionLog},
 };
 use crate::{
     file::read_text,
@@ -116,8 +116,8 @@ impl Places<'_> {
                 format!("the order is {order}; that of participant number {number} in {STUDY} is another"),
             );
         }
-        for passage in &log.passages {
-            self.check_passage(&source, &log.participant, passage, plan.as_ref())?;
+        for item_run in &log.item_runs {
+            self.check_item_run(&source, &log.participant, item_run, plan.as_ref())?;
         }
         self.check_folders(&source, &log)?;
         if let Some(plan) = &plan {
@@ -145,16 +145,16 @@ impl Places<'_> {
     }
 
     /// Checks one run of an item, if it was recorded.
-    fn check_passage(
+    fn check_item_run(
         &mut self,
         source: &str,
         code: &ParticipantCode,
-        passage: &SegmentRecord,
+        item_run: &ItemRun,
         plan: Option<&SessionPlan>,
     ) -> Result<(), SessionError> {
-        let Some(folder) = &passage.recording else { return Ok(()) };
+        let Some(folder) = &item_run.recording else { return Ok(()) };
         let name = format!("{source}/{folder}");
-        let is_done = passage.outcome == ItemOutcome::Done;
+        let is_done = item_run.outcome == ItemOutcome::Done;
         let manifest = match Manifest::load(&self.root.join(&name)) {
             Ok(manifest) => manifest,
             // The run was cut before its first file was written.
@@ -165,7 +165,7 @@ impl Places<'_> {
             }
         };
         self.check_owner(&name, code, &manifest);
-        let [began, ended] = [&passage.began, &passage.ended];
+        let [began, ended] = [&item_run.began, &item_run.ended];
         // Times say nothing if the clock was set back during the run.
         if began <= ended && !(began..=ended).contains(&&manifest.began) && !manifest.began.is_empty() {
             let at = &manifest.began;
@@ -174,22 +174,22 @@ impl Places<'_> {
                 format!(
                     "was begun at {at}; {} says that {} was from {began} to {ended}",
                     session_log::FILE,
-                    passage.item
+                    item_run.item
                 ),
             );
         }
         if !is_done {
             return Ok(());
         }
-        let is_of = folder == &passage.item || folder.starts_with(&format!("{}-again-", passage.item));
+        let is_of = folder == &item_run.item || folder.starts_with(&format!("{}-again-", item_run.item));
         if !is_of {
             self.add_fault(
                 &name,
-                format!("is not named after {}, of which {} says that it is", passage.item, session_log::FILE),
+                format!("is not named after {}, of which {} says that it is", item_run.item, session_log::FILE),
             );
         }
         if let Some(plan) = plan {
-            self.check_trial(&name, &passage.item, plan, &manifest)?;
+            self.check_trial(&name, &item_run.item, plan, &manifest)?;
         }
         let baseline = format!("{name}{BASELINE}");
         if is_there(&self.root.join(&baseline))? {
@@ -264,9 +264,9 @@ impl Places<'_> {
 
     /// Checks that the log names every folder beside it.
     fn check_folders(&mut self, source: &str, log: &SessionLog) -> Result<(), SessionError> {
-        let passages = log.passages.iter().filter_map(|passage| passage.recording.as_deref());
+        let item_runs = log.item_runs.iter().filter_map(|item_run| item_run.recording.as_deref());
         let known: BTreeSet<&str> =
-            passages.chain(log.running.iter().map(|running| running.recording.as_str())).collect();
+            item_runs.chain(log.running.iter().map(|running| running.recording.as_str())).collect();
         let is_known = |name: &str| {
             let own = name.strip_suffix(PART).unwrap_or(name);
             name.contains(WHAT_IF) || known.contains(name) || known.contains(own.strip_suffix(BASELINE).unwrap_or(own))
@@ -290,7 +290,9 @@ impl Places<'_> {
         let mut expected: BTreeMap<String, [String; 5]> = BTreeMap::new();
         for planned in &plan.items {
             let PlanItem::Drive { scenario, .. } = &planned.item else { continue };
-            let Some(folder) = log.done(&planned.name).and_then(|passage| passage.recording.as_ref()) else { continue };
+            let Some(folder) = log.done(&planned.name).and_then(|item_run| item_run.recording.as_ref()) else {
+                continue;
+            };
             let recording = format!("sourcedata/{subject}/{folder}");
             let baseline = format!("{recording}{BASELINE}");
             let baseline = if is_there(&self.root.join(&baseline))? { baseline } else { "n/a".into() };

@@ -60,7 +60,9 @@ impl DateShift {
             Err(why) if why.kind() == io::ErrorKind::NotFound => {}
             Err(why) => return Err(RecordError::File { path, why }.into()),
         }
-        let Some(first) = log.passages.iter().find_map(|passage| passage.began.parse().ok()) else { return Ok(None) };
+        let Some(first) = log.item_runs.iter().find_map(|item_run| item_run.began.parse().ok()) else {
+            return Ok(None);
+        };
         let Some(shift) = Self::drawn(first, RandomState::new().build_hasher().finish()) else { return Ok(None) };
         let text = serde_json::to_string(&shift).expect("a number");
         record::replace(&path, (text + "\n").as_bytes())?;

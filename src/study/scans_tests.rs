@@ -4,10 +4,10 @@ use super::*;
 use std::fs;
 
 fn log(began: &[&str]) -> SessionLog {
-    let passage = |at: &&str| serde_json::json!({ "item": "a", "outcome": "done", "began": at, "ended": "t" });
-    let passages: Vec<Value> = began.iter().map(passage).collect();
+    let item_run = |at: &&str| serde_json::json!({ "item": "a", "outcome": "done", "began": at, "ended": "t" });
+    let item_runs: Vec<Value> = began.iter().map(item_run).collect();
     serde_json::from_value(serde_json::json!({
-        "participant": "P1", "index": 0, "who": "person", "order": [], "passages": passages,
+        "participant": "P1", "index": 0, "kind": "person", "order": [], "item_runs": item_runs,
     }))
     .unwrap()
 }

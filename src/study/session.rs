@@ -6,7 +6,7 @@
 //! its last run was done or skipped; the first unsettled item comes next. A lock keeps a second program away.
 
 pub use super::session_log::{
-    DriveRating, EndCause, FILE, ItemOutcome, ParticipantKind, RunningItem, SegmentRecord, SessionEnd, SessionLog,
+    DriveRating, EndCause, FILE, ItemOutcome, ItemRun, ParticipantKind, RunningItem, SessionEnd, SessionLog,
     SessionNote, TimedAnswer, as_map,
 };
 
@@ -60,8 +60,8 @@ impl Session {
         if log.participant != *code {
             return refused(format!("{}: is of participant {}", path.display(), log.participant));
         }
-        if log.who != kind {
-            let is = if log.who == ParticipantKind::Person { "a person" } else { "simulated" };
+        if log.kind != kind {
+            let is = if log.kind == ParticipantKind::Person { "a person" } else { "simulated" };
             return refused(format!("participant {code} is {is}; take another code"));
         }
         if let Some(end) = &log.end {
@@ -109,7 +109,7 @@ impl Session {
             let RunningItem { item, began, answers, .. } = running;
             let reason = "the program ended".into();
             let (outcome, ended) = (ItemOutcome::Cut, now.into());
-            self.log.passages.push(SegmentRecord { item, outcome, reason, began, ended, recording, answers });
+            self.log.item_runs.push(ItemRun { item, outcome, reason, began, ended, recording, answers });
         }
         self.save()
     }
@@ -134,11 +134,11 @@ impl Session {
         Ok(SessionLog {
             participant: code.clone(),
             index,
-            who: kind,
+            kind,
             traits: BTreeMap::new(),
             order: study.plan(index).order,
             running: None,
-            passages: Vec::new(),
+            item_runs: Vec::new(),
             notes: Vec::new(),
             answers: BTreeMap::new(),
             fms: Vec::new(),
@@ -178,12 +178,12 @@ impl Session {
     pub fn begin(&mut self, now: &str) -> Result<PathBuf, SessionError> {
         let Some((_, planned)) = self.next() else { return Err(nothing_left(&self.log.participant)) };
         let item = planned.name.clone();
-        let before = self.log.passages.iter().filter(|p| p.item == item && p.recording.is_some()).count();
+        let before = self.log.item_runs.iter().filter(|p| p.item == item && p.recording.is_some()).count();
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
         // Answers from before a cut must survive a second cut before the first new answer.
-        let cut = self.log.last(&item).filter(|passage| passage.outcome == ItemOutcome::Cut);
-        let answers = cut.map_or(Vec::new(), |passage| passage.answers.clone());
+        let cut = self.log.last(&item).filter(|item_run| item_run.outcome == ItemOutcome::Cut);
+        let answers = cut.map_or(Vec::new(), |item_run| item_run.answers.clone());
         self.log.running = Some(RunningItem { item, recording, began: now.into(), answers });
         self.save()?;
         fail_point!("session.begin");
@@ -205,7 +205,7 @@ impl Session {
     fn pass(&mut self, outcome: ItemOutcome, reason: &str, now: &str) -> bool {
         let Some(running) = self.log.running.take() else { return false };
         let recording = self.folder.join(&running.recording).exists().then_some(running.recording);
-        self.log.passages.push(SegmentRecord {
+        self.log.item_runs.push(ItemRun {
             item: running.item,
             outcome,
             reason: reason.into(),
@@ -294,7 +294,7 @@ impl Session {
 
     /// Logs a decision about an item that is not running, in memory only.
     fn settle(&mut self, item: &str, outcome: ItemOutcome, reason: &str, now: &str) {
-        self.log.passages.push(SegmentRecord {
+        self.log.item_runs.push(ItemRun {
             item: item.into(),
             outcome,
             reason: reason.into(),

@@ -35,7 +35,7 @@ impl ItemOutcome {
 
 /// One run of an item.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SegmentRecord {
+pub struct ItemRun {
     /// Name of the item in the plan.
     pub item: String,
     /// End of the run.
@@ -152,7 +152,7 @@ pub struct SessionLog {
     /// Number of the participant in the study, from 0; selects the order of conditions.
     pub index: usize,
     /// Kind of participant: a person, or a simulated one of a rehearsal.
-    pub who: ParticipantKind,
+    pub kind: ParticipantKind,
     /// Parameters of a simulated participant, by name with unit.
     #[serde(default)]
     pub traits: BTreeMap<String, f64>,
@@ -162,7 +162,7 @@ pub struct SessionLog {
     #[serde(default)]
     pub running: Option<RunningItem>,
     /// Runs of items, in order.
-    pub passages: Vec<SegmentRecord>,
+    pub item_runs: Vec<ItemRun>,
     /// Notes of the experimenter.
     #[serde(default)]
     pub notes: Vec<SessionNote>,
@@ -194,18 +194,18 @@ impl SessionLog {
     }
 
     /// Returns the last run of an item.
-    pub fn last(&self, item: &str) -> Option<&SegmentRecord> {
-        self.passages.iter().rfind(|passage| passage.item == item)
+    pub fn last(&self, item: &str) -> Option<&ItemRun> {
+        self.item_runs.iter().rfind(|item_run| item_run.item == item)
     }
 
     /// Returns true if the item was done or skipped and not called back.
     pub fn is_settled(&self, item: &str) -> bool {
-        self.last(item).is_some_and(|passage| passage.outcome.settles())
+        self.last(item).is_some_and(|item_run| item_run.outcome.settles())
     }
 
     /// Returns the last run of an item if it was completed, and neither called back nor skipped.
-    pub fn done(&self, item: &str) -> Option<&SegmentRecord> {
-        self.last(item).filter(|passage| passage.outcome == ItemOutcome::Done)
+    pub fn done(&self, item: &str) -> Option<&ItemRun> {
+        self.last(item).filter(|item_run| item_run.outcome == ItemOutcome::Done)
     }
 }
 

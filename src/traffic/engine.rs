@@ -165,5 +165,5 @@ pub trait Traffic: Send {
     }
 
     /// Returns name and version of the engine, for recordings and messages.
-    fn describe(&self) -> String;
+    fn name_and_version(&self) -> String;
 }

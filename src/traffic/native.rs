@@ -150,7 +150,7 @@ impl Traffic for NativeTraffic {
         self.vehicles.states()
     }
 
-    fn describe(&self) -> String {
+    fn name_and_version(&self) -> String {
         "native IDM".to_string()
     }
 }

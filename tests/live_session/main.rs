@@ -89,7 +89,7 @@ fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
         rig.next();
     }
     assert!(rig.live_session().is_over() && rig.log().end.is_some_and(|end| end.complete));
-    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == ItemOutcome::Done));
+    assert!(rig.item_runs().iter().all(|(_, outcome)| *outcome == ItemOutcome::Done));
     assert_eq!((rig.live_session().progress(), Completion::of(&rig.log())), ([6, 6], Completion::Complete));
     rig.refused(SessionCommand::Stop(reason("late")), "the session is over");
     rig.refused(SessionCommand::Skip(reason("late")), "the session is over");
@@ -127,7 +127,7 @@ fn after_a_cut_the_session_resumes_at_the_cut_item_on_command() {
         go(&mut rig);
         assert_eq!(rig.running(), name);
         rig.open();
-        let last = rig.log().passages.pop().unwrap();
+        let last = rig.log().item_runs.pop().unwrap();
         assert_eq!((last.item.as_str(), last.outcome, rig.running().as_str()), (name, ItemOutcome::Cut, "nothing"));
         let screen = rig.live_session().screen(BackendStatus::default());
         assert!(matches!(screen, ParticipantScreen::Wait(_)), "cut {cut}: {screen:?}");
@@ -138,7 +138,7 @@ fn after_a_cut_the_session_resumes_at_the_cut_item_on_command() {
         assert_eq!(rig.running(), name);
     }
     assert_eq!(rig.live_session().left_s(BackendStatus::default()), Some(10.0), "a rest begins again");
-    let recordings: Vec<String> = rig.log().passages.into_iter().filter_map(|p| p.recording).collect();
+    let recordings: Vec<String> = rig.log().item_runs.into_iter().filter_map(|p| p.recording).collect();
     assert_eq!(recordings, ["practice", "practice-again-1"]);
 }
 
@@ -154,7 +154,7 @@ fn responses_survive_a_cut_and_a_repeated_questionnaire_starts_empty() {
     };
     answers(&mut rig, &[3, 7]);
     rig.open();
-    let cut = rig.log().passages.pop().unwrap();
+    let cut = rig.log().item_runs.pop().unwrap();
     let given: Vec<(String, f64)> =
         cut.answers.iter().map(|a| (a.question.clone(), a.answer.as_f64().unwrap())).collect();
     assert_eq!(given, [("mental".to_owned(), 15.0), ("physical".to_owned(), 35.0)]);
@@ -167,7 +167,7 @@ fn responses_survive_a_cut_and_a_repeated_questionnaire_starts_empty() {
     assert_eq!((form.answered(), form.focus()), (cut.answers.clone(), 2));
     // A second cut before any new response: the responses are kept.
     rig.open();
-    assert_eq!(rig.log().passages.pop().unwrap().answers, cut.answers);
+    assert_eq!(rig.log().item_runs.pop().unwrap().answers, cut.answers);
 
     rig.command(SessionCommand::Go);
     rig.next();
@@ -198,7 +198,7 @@ fn items_broken_off_or_called_back_are_run_again() {
     assert!(
         rig.road.scenario.is_none() && rig.live_session().phase(BackendStatus::default()) == SessionPhase::Experimenter
     );
-    let last = rig.log().passages.pop().unwrap();
+    let last = rig.log().item_runs.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Aborted, "the phone rang"));
     rig.refused(SessionCommand::Abort(reason("again")), "there is nothing to break off");
     rig.command(SessionCommand::Go);
@@ -235,7 +235,7 @@ fn skipping_omits_the_running_or_the_next_item() {
     assert_eq!(rig.running(), "nothing");
     rig.command(SessionCommand::Go);
     assert_eq!(rig.running(), "trial-1-narrow");
-    assert!(rig.passages().iter().all(|(_, outcome)| *outcome == ItemOutcome::Skipped));
+    assert!(rig.item_runs().iter().all(|(_, outcome)| *outcome == ItemOutcome::Skipped));
     for _ in 0..2 {
         rig.command(SessionCommand::Skip(reason("enough")));
     }
@@ -451,7 +451,7 @@ fn a_failing_drive_is_reported_and_comes_again() {
     rig.drive_off();
     let Rig { live_session, road, .. } = &mut rig;
     live_session.as_mut().unwrap().fail(&RecordError::Full(8).into(), road);
-    let last = rig.log().passages.pop().unwrap();
+    let last = rig.log().item_runs.pop().unwrap();
     assert!(last.outcome == ItemOutcome::Aborted && last.reason.contains("the disk writer stalled"), "{last:?}");
     assert_eq!(rig.sees(), "please wait");
 }
@@ -475,7 +475,7 @@ fn on_a_full_disk_the_session_waits_says_why_and_keeps_its_log() {
     assert_eq!(rig.sees(), "please wait");
     std::fs::remove_dir(&in_the_way).unwrap();
     rig.command(SessionCommand::Go);
-    let last = rig.log().passages.pop().unwrap();
+    let last = rig.log().item_runs.pop().unwrap();
     assert_eq!(last.outcome, ItemOutcome::Aborted);
     assert!(last.reason.starts_with("journal/rows.blocks: No space left"), "{}", last.reason);
 }

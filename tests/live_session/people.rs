@@ -88,7 +88,7 @@ fn a_participant_who_declines_is_thanked_and_nothing_else_is_kept() {
         (false, Some(EndCause::Declined), Completion::Declined)
     );
     assert_eq!(log.answers.keys().collect::<Vec<_>>(), ["consent"], "that, and nothing of the person");
-    assert_eq!(rig.passages(), [("consent".into(), ItemOutcome::Done)]);
+    assert_eq!(rig.item_runs(), [("consent".into(), ItemOutcome::Done)]);
     rig.refused(SessionCommand::Repeat { item: "consent".into(), reason: "again".into() }, "the session is over");
 }
 
@@ -173,5 +173,5 @@ fn a_repeated_or_skipped_trial_includes_its_questions() {
     rig.command(SessionCommand::Skip("no time".into()));
     assert_eq!(rig.running(), "end");
     let skipped = ("trial-2-wide-raw-tlx".into(), ItemOutcome::Skipped);
-    assert!(rig.passages().contains(&skipped), "{:?}", rig.passages());
+    assert!(rig.item_runs().contains(&skipped), "{:?}", rig.item_runs());
 }

@@ -117,7 +117,7 @@ fn a_rating_above_its_limit_ends_drive_and_session_and_gives_the_reason() {
     let end = log.end.as_ref().unwrap();
     assert_eq!((end.cause, end.reason.as_str()), (Some(EndCause::ScoreLimit), reason));
     assert_eq!((end.complete, Completion::of(&log)), (false, Completion::Withdrawn));
-    assert_eq!(rig.passages(), [("trial-1-narrow".into(), ItemOutcome::Aborted)]);
+    assert_eq!(rig.item_runs(), [("trial-1-narrow".into(), ItemOutcome::Aborted)]);
     assert_eq!(log.fms.last().map(|rated| rated.rating.value), Some(Some(11)));
     let (now, words) = (rig.road.now, rig.study.file.texts.score_limit.clone());
     assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Wait(message) if message == words));

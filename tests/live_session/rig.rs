@@ -198,8 +198,8 @@ impl Rig {
     }
 
     /// Returns name and outcome of all past item runs.
-    pub fn passages(&self) -> Vec<(String, ItemOutcome)> {
-        self.log().passages.into_iter().map(|p| (p.item, p.outcome)).collect()
+    pub fn item_runs(&self) -> Vec<(String, ItemOutcome)> {
+        self.log().item_runs.into_iter().map(|p| (p.item, p.outcome)).collect()
     }
 
     pub fn running(&self) -> String {

@@ -70,7 +70,7 @@ fn a_session_streams_its_trials_and_records_the_device_in_each() {
     program.kill().unwrap();
     program.wait().unwrap();
     heart.end();
-    assert!(log.passages.iter().all(|passage| passage.outcome == ItemOutcome::Done), "{log:?}");
+    assert!(log.item_runs.iter().all(|item_run| item_run.outcome == ItemOutcome::Done), "{log:?}");
 
     let events = heard["codrive.events"]["values"].as_array().unwrap();
     let trials: Vec<String> =

@@ -73,7 +73,7 @@ fn dates_are_shifted_by_years_and_times_between_files_stay_true() {
         let log: Value =
             serde_json::from_slice(&fs::read(data.join(format!("sourcedata/{subject}/session.json"))).unwrap())
                 .unwrap();
-        let answered = log["passages"].as_array().unwrap().iter().find(|p| p["item"] == "ssq-before").unwrap();
+        let answered = log["item_runs"].as_array().unwrap().iter().find(|p| p["item"] == "ssq-before").unwrap();
         let answers =
             (format!("{subject}/beh/{subject}_task-ssqBefore_beh.tsv"), at(answered["began"].as_str().unwrap()));
         let mut true_times: Vec<(String, i64)> = drives(&data, subject)

@@ -305,9 +305,9 @@ fn the_same_seed_gives_the_same_files_also_after_a_cut() {
     let (code, text) = rehearse(&file, &second, "2");
     assert!(code == 0 && text.contains("2 of 2"), "{text}");
     let log = SessionLog::load(&second.join("sourcedata/sub-R02/session.json")).unwrap();
-    let passages: Vec<(&str, ItemOutcome)> = log.passages.iter().map(|p| (p.item.as_str(), p.outcome)).collect();
+    let item_runs: Vec<(&str, ItemOutcome)> = log.item_runs.iter().map(|p| (p.item.as_str(), p.outcome)).collect();
     assert_eq!(
-        passages[..3],
+        item_runs[..3],
         [("welcome", ItemOutcome::Done), ("ssq-before", ItemOutcome::Cut), ("ssq-before", ItemOutcome::Done)]
     );
     let (a, b) = (contents(&out), contents(&second));
@@ -343,7 +343,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_resumes() {
     let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success() && child.wait().unwrap().code() == Some(1));
     let log = SessionLog::load(&source.join("session.json")).unwrap();
-    let last = log.passages.last().unwrap();
+    let last = log.item_runs.last().unwrap();
     assert_eq!(
         (last.item.as_str(), last.outcome, log.running.is_none()),
         ("trial-1-narrow", ItemOutcome::Aborted, true)
@@ -369,7 +369,7 @@ fn ctrl_c_and_a_kill_cost_one_drive_and_the_same_command_resumes() {
     let mut session =
         Session::open(&data, &study, &ParticipantCode::new("R01").unwrap(), ParticipantKind::Simulated, 0, "now")
             .unwrap();
-    let cut = session.log().passages.last().unwrap();
+    let cut = session.log().item_runs.last().unwrap();
     assert_eq!((cut.outcome, cut.recording.as_deref()), (ItemOutcome::Cut, Some("trial-1-narrow-again-1")));
     TableReader::parquet(&Table::Ego.parquet(&again)).unwrap();
     assert_eq!(session.begin("later").unwrap(), source.join("trial-1-narrow-again-2"));
@@ -445,10 +445,10 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
     drop(session);
     // Cut, and opened at an earlier time than all of its entries.
     let mut session = Session::open(&data, &study, &code, ParticipantKind::Person, 0, "2025-01-01T00:00:00Z").unwrap();
-    let passages = &session.log().passages;
-    assert_eq!(passages.iter().map(|p| p.outcome).collect::<Vec<_>>(), [ItemOutcome::Done, ItemOutcome::Cut]);
-    assert!(passages[0].began > passages[0].ended && passages[1].ended.starts_with("2025"));
-    let cut = passages[1].item.clone();
+    let item_runs = &session.log().item_runs;
+    assert_eq!(item_runs.iter().map(|p| p.outcome).collect::<Vec<_>>(), [ItemOutcome::Done, ItemOutcome::Cut]);
+    assert!(item_runs[0].began > item_runs[0].ended && item_runs[1].ended.starts_with("2025"));
+    let cut = item_runs[1].item.clone();
     assert_eq!(session.next().unwrap().1.name, cut, "what was done is not done again, what was cut is");
     session.stop("test", "2025-01-01T00:00:01Z").unwrap();
     drop(session);

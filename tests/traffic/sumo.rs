@@ -20,7 +20,7 @@ fn one_simulation_at_a_time_and_the_next_when_it_ends_even_by_a_panic() {
     let _alone = alone();
     let first = SumoTraffic::start(ring(0.0)).unwrap();
     assert!(matches!(SumoTraffic::start(ring(0.0)), Err(TrafficError::Busy)));
-    assert!(first.describe().starts_with("SUMO"), "{}", first.describe());
+    assert!(first.name_and_version().starts_with("SUMO"), "{}", first.name_and_version());
     drop(first);
     let ended = std::thread::spawn(|| {
         let mut traffic = SumoTraffic::start(ring(0.0)).unwrap();

@@ -98,7 +98,7 @@ fn a_session_killed_at_its_start_opens_again_by_the_same_command() {
         let opened = wait_for("the session", || {
             let log = SessionLog::load(&file).ok();
             // A new session begins at once; after a cut the experimenter decides when it continues.
-            let is_open = log.is_some_and(|log| log.running.is_some() || !log.passages.is_empty());
+            let is_open = log.is_some_and(|log| log.running.is_some() || !log.item_runs.is_empty());
             (is_open || again.try_wait().unwrap().is_some()).then_some(is_open)
         });
         again.kill().unwrap();

@@ -221,7 +221,7 @@ fn a_led_session_with_a_pause_a_repeat_and_sickness_is_on_the_disk() {
 
     // Enter cannot shorten the break of 3 s. Its start and end are recorded in whole seconds.
     live_session.strike_until(participant, &[ENTER], "the trial", |live_session| live_session.runs("trial-1-only"));
-    let rest = live_session.log().passages.into_iter().find(|passage| passage.item == "rest").unwrap();
+    let rest = live_session.log().item_runs.into_iter().find(|item_run| item_run.item == "rest").unwrap();
     let [began, ended] = [&rest.began, &rest.ended].map(|at| at.parse::<jiff::Timestamp>().unwrap().as_second());
     assert!((2..10).contains(&(ended - began)), "{} to {}", rest.began, rest.ended);
 
@@ -243,10 +243,10 @@ fn a_led_session_with_a_pause_a_repeat_and_sickness_is_on_the_disk() {
     // Aborted with a reason: the recording is complete, and the trial is repeated.
     live_session.type_into(experimenter, &[&[CTRL, B], &[T]]);
     let aborted = |live_session: &LiveSession| {
-        live_session.log().passages.last().is_some_and(|last| last.outcome == ItemOutcome::Aborted)
+        live_session.log().item_runs.last().is_some_and(|last| last.outcome == ItemOutcome::Aborted)
     };
     live_session.strike(experimenter, &[ENTER], "the end of the drive", aborted);
-    let last = live_session.log().passages.pop().unwrap();
+    let last = live_session.log().item_runs.pop().unwrap();
     assert_eq!((last.item.as_str(), last.reason.as_str()), ("trial-1-only", "t"));
     assert_eq!(Manifest::load(&live_session.file("trial-1-only")).unwrap().ended.as_deref(), Some("stopped"));
     let at = |kind: &str| ticks_of(&live_session, "trial-1-only", kind);
@@ -298,7 +298,7 @@ fn after_ctrl_c_or_a_closed_window_the_session_resumes_with_its_answers() {
     assert!(Command::new("sh").args(["-c", &format!("kill -INT {id}")]).status().unwrap().success());
     let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("participant P03 is at before: run the same command to resume"), "{text}");
-    let last = live_session.log().passages.pop().unwrap();
+    let last = live_session.log().item_runs.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Cut, "stopped by Ctrl-C"));
     assert_eq!(last.answers[0].answer, json!(false));
     // The tables list the session as open.
@@ -314,7 +314,7 @@ fn after_ctrl_c_or_a_closed_window_the_session_resumes_with_its_answers() {
     live_session.server.close(live_session.participant);
     let (code, text) = live_session.ended();
     assert!(code == Some(0) && text.contains("is at before: run the same command to resume"), "{text}");
-    let last = live_session.log().passages.pop().unwrap();
+    let last = live_session.log().item_runs.pop().unwrap();
     assert_eq!(
         (last.outcome, last.reason.as_str(), last.answers.len()),
         (ItemOutcome::Cut, "the window was closed", 1)

@@ -137,7 +137,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     server.strike(participant, &[CTRL, B]);
     strike_until(&server, participant, &[&[RIGHT], &[ENTER]], "the trial", || place.runs("trial-1-narrow"));
     let log = place.log().unwrap();
-    assert!(log.passages.iter().all(|p| p.outcome == ItemOutcome::Done) && log.notes.is_empty(), "{log:?}");
+    assert!(log.item_runs.iter().all(|p| p.outcome == ItemOutcome::Done) && log.notes.is_empty(), "{log:?}");
     assert_eq!(log.answers["before"].len(), 2);
     let journal = place.source().join("trial-1-narrow/journal/rows.blocks");
     strike_until(&server, participant, &[&[ENTER]], "the drive", || journal.exists());
@@ -150,7 +150,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let (participant, experimenter) = (server.window("codrive: Short"), server.window("Experimenter: P03"));
     let (code, text) = ended(place.command().env("DISPLAY", &server.display).spawn().unwrap());
     assert!(code == Some(2) && text.contains("is being run by another program"), "{text}");
-    let last = wait_for("the cut", || place.log()?.passages.pop().filter(|p| p.item == "trial-1-narrow"));
+    let last = wait_for("the cut", || place.log()?.item_runs.pop().filter(|p| p.item == "trial-1-narrow"));
     assert_eq!(last.outcome, ItemOutcome::Cut);
     assert!(TableReader::parquet(&Table::Ego.parquet(&place.source().join("trial-1-narrow"))).unwrap().rows() > 20);
     strike_until(&server, experimenter, &[&[CTRL, G]], "the trial again", || place.runs("trial-1-narrow"));
@@ -159,7 +159,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     // The drive is long, so the experimenter skips it and gives a reason.
     let typed: [&[u8]; 4] = [&[CTRL, S], &[T], &[T], &[ENTER]];
     strike_until(&server, experimenter, &typed, "the skip", || {
-        place.log().is_some_and(|log| log.passages.iter().any(|p| p.outcome == ItemOutcome::Skipped))
+        place.log().is_some_and(|log| log.item_runs.iter().any(|p| p.outcome == ItemOutcome::Skipped))
     });
     strike_until(&server, experimenter, &[&[CTRL, G]], "the second trial", || place.runs("trial-2-wide"));
     let over = || place.log().is_some_and(|log| log.end.is_some());

@@ -43,7 +43,8 @@ pub(super) const TOUCHABLE_M: f64 = 100.0;
 pub(super) struct TrafficCoupling {
     /// Engine; `None` after [`TrafficCoupling::stop`].
     engine: Option<Box<dyn Traffic>>,
-    description: String,
+    /// Name and version of the engine.
+    engine_name: String,
     map: Arc<RoadMap>,
     lanes: PathLanes,
     step_s: f64,
@@ -95,7 +96,7 @@ impl TrafficCoupling {
             None => traffic_start::with_demand(drive, &lanes)?,
         };
         let mut coupling = Self {
-            description: engine.describe(),
+            engine_name: engine.name_and_version(),
             engine: Some(engine),
             map: Arc::clone(map),
             lanes,
@@ -346,8 +347,8 @@ impl TrafficCoupling {
     }
 
     /// Returns the engine's name and version.
-    pub fn describe(&self) -> String {
-        self.description.clone()
+    pub fn engine_name(&self) -> String {
+        self.engine_name.clone()
     }
 }
 

@@ -300,7 +300,7 @@ impl Traffic for SumoTraffic {
         self.shim.take(id)
     }
 
-    fn describe(&self) -> String {
+    fn name_and_version(&self) -> String {
         self.description.clone()
     }
 
