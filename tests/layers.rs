@@ -408,8 +408,8 @@ fn links(text: &str) -> Vec<&str> {
 
 #[test]
 fn papers_of_the_project_link_to_files_that_exist() {
-    let mut pages: Vec<PathBuf> =
-        fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let folders = ["docs", "docs/how-to"].map(|folder| fs::read_dir(root().join(folder)).unwrap());
+    let mut pages: Vec<PathBuf> = folders.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
     pages.extend(["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name)));
     for page in pages.iter().filter(|page| page.extension().is_some_and(|e| e == "md")) {
         for target in links(&fs::read_to_string(page).unwrap()) {

@@ -216,13 +216,28 @@ fn comparison(text: &str) -> Result<AnswerComparison, QuestionFault> {
     Ok(AnswerComparison { name: name.into(), by, with: value })
 }
 
+/// Splits a text at a word outside of quotes.
+fn split_outside_quotes<'a>(text: &'a str, at: &str) -> Vec<&'a str> {
+    let (mut parts, mut begin, mut is_quoted) = (Vec::new(), 0, false);
+    for (k, c) in text.char_indices() {
+        is_quoted ^= c == '\'';
+        if !is_quoted && k >= begin && text[k..].starts_with(at) {
+            parts.push(&text[begin..k]);
+            begin = k + at.len();
+        }
+    }
+    parts.push(&text[begin..]);
+    parts
+}
+
 impl VisibilityCondition {
     /// Parses the text of a condition.
     ///
     /// # Errors
     /// A part of the text is not a comparison.
     pub fn parse(text: &str) -> Result<Self, QuestionFault> {
-        let any = text.split(" or ").map(|all| all.split(" and ").map(comparison).collect());
+        let all = |part| split_outside_quotes(part, " and ").into_iter().map(comparison).collect();
+        let any = split_outside_quotes(text, " or ").into_iter().map(all);
         Ok(Self { text: text.into(), any: any.collect::<Result<_, _>>()? })
     }
 

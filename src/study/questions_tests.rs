@@ -169,3 +169,17 @@ fn shipped_questionnaires_are_listed_in_order() {
     assert_eq!(words(folder.path()), ["a", "b"]);
     assert_eq!(words(&folder.path().join("nothing")), Vec::<String>::new());
 }
+
+#[test]
+fn words_between_the_comparisons_of_a_condition_may_stand_in_its_answers() {
+    let condition =
+        VisibilityCondition::parse("{a} = 'red or green' or {b} = 'black and white' and {c} = true").unwrap();
+    let answers = |a: &str, b: &str, c: bool| {
+        [("a", Value::from(a)), ("b", Value::from(b)), ("c", Value::from(c))]
+            .map(|(name, value)| (name.to_owned(), value))
+            .into()
+    };
+    assert!(condition.holds(&answers("red or green", "", false)));
+    assert!(condition.holds(&answers("", "black and white", true)));
+    assert!(!condition.holds(&answers("red", "black and white", false)));
+}
