@@ -47,11 +47,13 @@ fn a_benchmark_is_the_same_on_one_thread_and_on_two_and_pairs_its_rings() {
         (Some(16), Some(32)),
         "16 rings, and two training seeds"
     );
-    assert_eq!(none["gain_mps"]["mean"], 0.0, "over itself, ring by ring");
+    assert_eq!(none["speed_gain_mps"]["mean"], 0.0, "over itself, ring by ring");
     let mean = |cell: &Value| cell["mean_speed_mps"]["mean"].as_f64().unwrap();
-    let gain = both["gain_mps"]["mean"].as_f64().unwrap();
+    let gain = both["speed_gain_mps"]["mean"].as_f64().unwrap();
     assert!((gain - (mean(both) - mean(none))).abs() < 1e-9, "{gain}");
-    assert!(both["worst_seed_mps"].as_f64().unwrap() < mean(both) && none["worst_seed_mps"].is_null());
+    assert!(
+        both["worst_seed_mean_speed_mps"].as_f64().unwrap() < mean(both) && none["worst_seed_mean_speed_mps"].is_null()
+    );
     assert_eq!(one["roads"][0]["rings_with_a_wave"], 16);
     assert!(both["over_fastest_single"].is_null(), "there is none beside it");
 }
@@ -70,8 +72,8 @@ fn a_row_of_several_seeds_is_compared_with_the_fastest_single_policy() {
     // Cell 0 has no advice and does not count.
     let (name, fastest) = if mean(2) > mean(3) { ("PI", mean(2)) } else { ("slow", mean(3)) };
     assert_eq!(beside["policy"], name);
-    assert!((beside["gain_mps"]["mean"].as_f64().unwrap() - (mean(1) - fastest)).abs() < 1e-9, "{beside}");
-    let [low, high] = ["low", "high"].map(|end| beside["gain_mps"][end].as_f64().unwrap());
+    assert!((beside["speed_gain_mps"]["mean"].as_f64().unwrap() - (mean(1) - fastest)).abs() < 1e-9, "{beside}");
+    let [low, high] = ["low", "high"].map(|end| beside["speed_gain_mps"][end].as_f64().unwrap());
     assert!(low < mean(1) - fastest && mean(1) - fastest < high);
     assert!(judged["cells"][2]["over_fastest_single"].is_null(), "one policy is beside none");
 }
@@ -110,7 +112,7 @@ holds_s = [0.1]
     ];
     assert_eq!(places, expected);
     // Without advice an exact ego has no speed to follow: the driver's own model drives it, as it drives the other vehicles.
-    assert!(json["cells"][3]["gain_mps"]["mean"].is_number());
+    assert!(json["cells"][3]["speed_gain_mps"]["mean"].is_number());
     for (hold, rows, driver) in
         [("1", ["no advice", "two seeds of one"], "people"), ("0.1", ["no advice", "a machine's"], "closing")]
     {
