@@ -28,7 +28,7 @@
 //!   that observes the estimates ([`policy::identification`]).
 //! * **episode**: a ring or a whole drive that a learner advises, from a seed to its end ([`drive_loop::episode`]).
 //! * **scenario**: everything that defines a drive: map, traffic, policy, driver, display, seed, duration
-//!   ([`scenario::Scenario`]).
+//!   ([`scenario::Scenario`]). **planned drive**: a scenario with its road, loaded once ([`scenario::PlannedDrive`]).
 //!
 //! # Layers, bottom first
 //! A module names only modules of lower rows (`tests/layers.rs` checks `src/`):
