@@ -22,30 +22,30 @@ fn session(data: &Path, subject: &str) -> Result<Option<Value>, String> {
     serde_json::from_str(&text).map(Some).map_err(|why| format!("{}: {why}", path.display()))
 }
 
-fn passages(log: Option<&Value>) -> Vec<Value> {
-    log.map_or(Vec::new(), |log| log["passages"].as_array().cloned().unwrap_or_default())
+fn item_runs(log: Option<&Value>) -> Vec<Value> {
+    log.map_or(Vec::new(), |log| log["item_runs"].as_array().cloned().expect("its runs of items"))
 }
 
 /// Completed items of a participant, with their files.
 struct Settled {
     subject: &'static str,
-    passages: Vec<Value>,
+    item_runs: Vec<Value>,
     files: Vec<(PathBuf, Vec<u8>)>,
 }
 
 impl Settled {
     fn of(data: &Path, subject: &'static str) -> Result<Self, String> {
-        let passages = passages(session(data, subject)?.as_ref());
+        let item_runs = item_runs(session(data, subject)?.as_ref());
         let folder = data.join("sourcedata").join(subject);
-        let files = passages.iter().filter_map(|passage| passage["recording"].as_str());
+        let files = item_runs.iter().filter_map(|item_run| item_run["recording"].as_str());
         let files = files.flat_map(|recording| contents(&folder.join(recording))).collect();
-        Ok(Self { subject, passages, files })
+        Ok(Self { subject, item_runs, files })
     }
 
     /// Checks that the items and their files are unchanged.
     fn is_kept(&self, data: &Path) -> Held {
-        let now = passages(session(data, self.subject)?.as_ref());
-        holds(now.starts_with(&self.passages), || format!("{}: what was done is not in its log", self.subject))?;
+        let now = item_runs(session(data, self.subject)?.as_ref());
+        holds(now.starts_with(&self.item_runs), || format!("{}: what was done is not in its log", self.subject))?;
         for (path, bytes) in &self.files {
             holds(fs::read(path).is_ok_and(|now| now == *bytes), || format!("{} is not as it was", path.display()))?;
         }
@@ -75,7 +75,7 @@ pub fn rehearsal(work: &Workplace, scenario: Scenario, outcome: &Outcome, seed: 
     let data = work.file("data");
     for subject in PEOPLE.into_iter().filter(|_| scenario == Scenario::Study) {
         let (log, saves) = (session(&data, subject)?, saves(outcome, subject));
-        let done = passages(log.as_ref()).len();
+        let done = item_runs(log.as_ref()).len();
         let is_kept = saves == 0 || (log.is_some() && done >= DONE[saves.min(9)]);
         holds(is_kept, || format!("{subject}: the log has {done} items after {saves} saves that the disk had"))?;
     }
@@ -101,9 +101,9 @@ fn is_complete(work: &Workplace, data: &Path) -> Held {
         holds(log["end"]["complete"] == true, || format!("{subject} is not through: {}", log["end"]))?;
         let folder = data.join("sourcedata").join(subject);
         let done: Vec<Value> =
-            passages(Some(&log)).into_iter().filter(|passage| passage["outcome"] == "done").collect();
+            item_runs(Some(&log)).into_iter().filter(|item_run| item_run["outcome"] == "done").collect();
         holds(done.len() == 3, || format!("{subject}: {} of 3 items are done", done.len()))?;
-        for recording in done.iter().filter_map(|passage| passage["recording"].as_str()) {
+        for recording in done.iter().filter_map(|item_run| item_run["recording"].as_str()) {
             is_whole(&folder.join(recording), RecordingState::Complete)?;
             is_whole(&folder.join(format!("{recording}-baseline")), RecordingState::Complete)?;
         }
@@ -117,9 +117,9 @@ fn is_complete(work: &Workplace, data: &Path) -> Held {
 /// Returns the recording of a completed trial.
 fn done_drive(data: &Path) -> Result<PathBuf, String> {
     let log = session(data, "sub-R02")?;
-    let done = passages(log.as_ref());
-    let done = done.iter().rev().find(|passage| passage["outcome"] == "done" && passage["recording"].is_string());
-    let done = done.and_then(|passage| passage["recording"].as_str()).ok_or("no drive of sub-R02 is done")?;
+    let done = item_runs(log.as_ref());
+    let done = done.iter().rev().find(|item_run| item_run["outcome"] == "done" && item_run["recording"].is_string());
+    let done = done.and_then(|item_run| item_run["recording"].as_str()).ok_or("no drive of sub-R02 is done")?;
     Ok(data.join("sourcedata/sub-R02").join(done))
 }
 
