@@ -79,12 +79,6 @@ pub enum TrafficError {
     /// A car-following model was chosen that only SUMO in this process has.
     #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),
-    /// The engine cannot drive a road with an open path, on which vehicles enter and leave.
-    #[error(
-        "traffic is {0}; allowed on a road whose path is open: sumo; only SUMO moves vehicles on a network\n  \
-         remedy: --traffic sumo"
-    )]
-    NotOnNetworks(String),
     /// The setup cannot be simulated.
     #[error("{0}")]
     Setup(String),
