@@ -1,6 +1,7 @@
 //! Setup of a drive. In: manifest and scenario of a recording. Out: road, start, advice and driver in words.
 
 use crate::{
+    metrics::RoadKinds,
     record::Manifest,
     scenario::{Scenario, StartLayout},
 };
@@ -43,6 +44,11 @@ impl DriveSetup {
     /// Checks whether vehicles entered and left; their number was fixed otherwise.
     pub fn is_open(&self) -> bool {
         self.scenario.has_path_or_demand()
+    }
+
+    /// Returns the kind of its road.
+    pub fn roads(&self) -> RoadKinds {
+        RoadKinds::of_drive(self.is_open())
     }
 
     /// Checks whether a simulated driver drove.

@@ -103,9 +103,6 @@ fn practice(found: &[FoundRecording]) -> Result<BTreeMap<&str, PedalNoise>, Anal
 impl RoadKinds {
     /// Returns the kinds of roads of these drives.
     pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
-        drives.into_iter().fold(Self::default(), |kinds, drive| {
-            let is_network = drive.setup.is_open();
-            Self { closed: kinds.closed || !is_network, networks: kinds.networks || is_network }
-        })
+        drives.into_iter().fold(Self::default(), |kinds, drive| kinds.and(drive.setup.roads()))
     }
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     analysis::{data::RecordedTrial, responses::AdviceResponse},
-    metrics::{Measure, RoadKinds},
+    metrics::Measure,
 };
 
 /// Measures of a drive; `None` where there is nothing to measure.
@@ -41,8 +41,7 @@ impl DriveMeasures {
         baseline: Option<&DriveTotals>,
     ) -> Self {
         let sight = MeasureInputs { trial, totals, baseline, responses: &responses };
-        let is_network = trial.setup.is_open();
-        let roads = RoadKinds { closed: !is_network, networks: is_network };
+        let roads = trial.setup.roads();
         let value = |(measure, of): &MeasuredValue| of(&sight).filter(|_| measure.is_on(roads));
         Self { values: OF_EVERY_DRIVE.iter().chain(OF_NETWORKS).map(value).collect(), responses }
     }

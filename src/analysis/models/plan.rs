@@ -149,17 +149,14 @@ pub struct ConditionKind {
 impl ConditionKind {
     /// Returns the kind of a trial with this policy on this scenario, that of a planned drive.
     pub fn of(policy: &str, scenario: &Scenario) -> Self {
-        let networks = scenario.has_path_or_demand();
         let has_advice = policy != "none" && !scenario.advises_no_vehicle();
-        Self { has_advice, roads: RoadKinds { closed: !networks, networks } }
+        Self { has_advice, roads: RoadKinds::of_drive(scenario.has_path_or_demand()) }
     }
 
     /// Returns the kind of a condition with trials of both kinds.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
-        let (a, b) = (self.roads, other.roads);
-        let roads = RoadKinds { closed: a.closed || b.closed, networks: a.networks || b.networks };
-        Self { has_advice: self.has_advice || other.has_advice, roads }
+        Self { has_advice: self.has_advice || other.has_advice, roads: self.roads.and(other.roads) }
     }
 
     fn may_have(&self, measure: &Measure) -> bool {

@@ -32,6 +32,19 @@ pub struct RoadKinds {
     pub networks: bool,
 }
 
+impl RoadKinds {
+    /// Returns the kind of road of one drive; on an open road vehicles enter and leave.
+    pub fn of_drive(is_open: bool) -> Self {
+        Self { closed: !is_open, networks: is_open }
+    }
+
+    /// Returns the kinds of both.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { closed: self.closed || other.closed, networks: self.networks || other.networks }
+    }
+}
+
 /// Definition of a measure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Measure {
