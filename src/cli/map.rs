@@ -7,8 +7,9 @@ use crate::{
     scenario::Scenario,
     sim::Summary,
 };
-use clap::{Arg, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::{
+    iter,
     path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering},
 };
@@ -42,6 +43,21 @@ pub(super) fn command() -> Command {
             Command::new("show")
                 .about("Say what a network has, and what of it the route leaves out")
                 .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml")),
+        )
+        .subcommand(
+            Command::new("path")
+                .about("Find the quickest way between places, and print it as a path for --path")
+                .after_help(
+                    "A place is the id of an edge or of a lane, or a point X,Y in metres of the network.\n\n\
+                     Example: codrive map path town.net.xml --from A0B0 --via 120,45 --to C2C1",
+                )
+                .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml"))
+                .args([
+                    place("from", "Start of the path").required(true),
+                    place("via", "Place on the way; may be given several times, in driving order")
+                        .action(ArgAction::Append),
+                    place("to", "End of the path").required(true),
+                ]),
         )
         .subcommand(
             Command::new("ring")
@@ -79,8 +95,29 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         Some(("circuit", m)) => circuit(m),
         Some(("import", m)) => import(m),
         Some(("show", m)) => show(m),
+        Some(("path", m)) => path(m),
         _ => list(),
     }
+}
+
+/// Returns a flag that names a place of a network. A point may have a negative coordinate.
+fn place(name: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name("PLACE").allow_hyphen_values(true).help(help)
+}
+
+/// Prints the quickest way from one place to another.
+fn path(matches: &ArgMatches) -> Result<(), CliError> {
+    let one = |id: &str| matches.get_one::<String>(id).map(String::as_str).unwrap_or_default();
+    let name = one("map");
+    let via = matches.get_many::<String>("via").into_iter().flatten().map(String::as_str);
+    let places: Vec<&str> = iter::once(one("from")).chain(via).chain([one("to")]).collect();
+    let words: Vec<&str> = places.iter().flat_map(|place| [map::QUICKEST_WAY, place]).skip(1).collect();
+    let found = map::RoadMap::load_along(name, &words)?;
+    let streets = found.route.lanes().iter().filter(|lane| lane.is_street(&found.network));
+    let edges: Vec<&str> = streets.map(|lane| lane.edge_id(&found.network)).collect();
+    out::line(format_args!("length         {:.0} m along {} edges", found.route.length_m(), edges.len()))?;
+    out::line(format_args!("path           {}", edges.join(" ")))?;
+    out::line(format_args!("drive it with: codrive --map {name} --path \"{}\"", edges.join(" ")))
 }
 
 /// Returns the folder of `--out`, or a folder of this name among the user's own maps.
@@ -134,24 +171,28 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     for line in made.report.short() {
         out::line(format_args!("{line}"))?;
     }
-    match &made.map {
-        Ok(_) => out::line(format_args!("trial drive    {}", trial_drive(name, &stop)))?,
-        Err(error) => out::line(format_args!("trial drive    none: {error}"))?,
-    }
+    let trial = match &made.map {
+        Ok(_) => trial_drive(name, &stop),
+        Err(error) => Err(format!("none: {error}")),
+    };
+    let (Ok(result) | Err(result)) = &trial;
+    out::line(format_args!("trial drive    {result}"))?;
     out::line(format_args!(
         "map            {}; the whole report is its {}",
         made.folder.display(),
         map::import::REPORT_FILE
     ))?;
-    match made.map {
+    match trial {
         Ok(_) => out::line(format_args!("drive it with: codrive --map {name}")),
-        Err(_) => Ok(()),
+        Err(_) => {
+            out::line(format_args!("find a path that can be driven: codrive map path {name} --from EDGE --to EDGE"))
+        }
     }
 }
 
-/// Drives a new map for some seconds with simulated drivers and returns the result as text. A map that cannot be driven is
-/// kept: a person can choose another path for it.
-fn trial_drive(map: &str, stop: &AtomicBool) -> String {
+/// Drives a new map for some seconds with simulated drivers. Returns the result as text, as an error if the route cannot be driven. The
+/// map is kept all the same: a person can choose another path on it.
+fn trial_drive(map: &str, stop: &AtomicBool) -> Result<String, String> {
     let scenario = Scenario {
         map: map.to_owned(),
         vehicles: TRIAL_VEHICLES,
@@ -162,17 +203,18 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> String {
     match trial(&scenario, stop) {
         Ok((summary, is_closed, grade)) => match (summary.contact_count, summary.left_road) {
             (0, 0) if is_closed => {
-                format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s)
+                Ok(format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s))
             }
             // An open path gets other vehicles from a demand only, and an import has none.
-            (0, 0) => format!("{:.0} s by a simulated driver alone went well", summary.duration_s),
-            (0, _) if grade > STEEP => {
-                format!("a simulated driver left the road: a grade of {:.0} % is too steep for a car", 100.0 * grade)
-            }
-            (0, _) => "a simulated driver left the road: the path may be too tight for a car".to_owned(),
-            (n, _) => format!("cars touched {n} times"),
+            (0, 0) => Ok(format!("{:.0} s by a simulated driver alone went well", summary.duration_s)),
+            (0, _) if grade > STEEP => Err(format!(
+                "a simulated driver left the road: a grade of {:.0} % is too steep for a car",
+                100.0 * grade
+            )),
+            (0, _) => Err("a simulated driver left the road: the path may be too tight for a car".to_owned()),
+            (n, _) => Err(format!("cars touched {n} times")),
         },
-        Err(error) => format!("failed: {error}"),
+        Err(error) => Err(format!("failed: {error}")),
     }
 }
 

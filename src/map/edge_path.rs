@@ -1,4 +1,4 @@
-//! Open route along edges that the user names. In: a [`Network`], and edges in driving order. Out: the lanes to drive, internal lanes
+//! Open route along places that the user names. In: a [`Network`], and the words of a path (see `path_places`). Out: the lanes to drive, internal lanes
 //! included, as an open [`Route`]; or the fault, with the remedy. Deterministic: the fewest turns that are too tight for a car, then the
 //! fewest lane changes, then the outermost lanes.
 
@@ -7,9 +7,9 @@ use super::{
     joined_shapes::{change_lanes, with_bridges},
     limits::LONGEST_ROUTE_M,
     network::{EdgeId, LaneId, Network},
+    path_places::{cars_lanes, edges_of},
     tight_turns::is_too_tight,
 };
-use crate::toml_text::did_you_mean;
 use std::{collections::BTreeMap, path::Path};
 
 /// Best way to the end from the lane on which an edge is entered.
@@ -27,14 +27,14 @@ struct WayOn {
     next: LaneId,
 }
 
-/// Returns the route along `edges` of the network of `file`; it begins on the lane `begins_on` if given.
+/// Returns the route along the path `edges` of the network of `file`; it begins on the lane `begins_on` if given.
 pub(super) fn along_edges(
     file: &Path,
     net: &Network,
     edges: &[&str],
     begins_on: Option<LaneId>,
 ) -> Result<Route, MapError> {
-    let chosen = edges.iter().map(|id| street(file, net, id)).collect::<Result<Vec<_>, _>>()?;
+    let chosen = edges_of(file, net, edges)?;
     let ways = ways_on(file, net, &chosen)?;
     let first = ways.first().and_then(|lanes| {
         let allowed = lanes.iter().filter(|(lane, _)| begins_on.is_none_or(|first| first == **lane));
@@ -64,25 +64,6 @@ pub(super) fn along_edges(
         });
     }
     Ok(Route::open(with_bridges(lanes)).with_heights(net))
-}
-
-/// Returns the street with a given id that has a lane open to cars.
-fn street(file: &Path, net: &Network, id: &str) -> Result<EdgeId, MapError> {
-    let is_open = |edge: &EdgeId| cars_lanes(net, *edge).next().is_some();
-    let found = net.edge_named(id).filter(|edge| net.edge(*edge).kind.is_street());
-    if let Some(edge) = found.filter(is_open) {
-        return Ok(edge);
-    }
-    let streets = net.edge_ids().filter(|edge| net.edge(*edge).kind.is_street() && is_open(edge));
-    let known: Vec<&str> = streets.map(|edge| net.edge(edge).id.as_str()).collect();
-    let problem = if found.is_some() { "has no lane that is open to cars" } else { "does not exist" };
-    let near = if found.is_some() { String::new() } else { did_you_mean(id, &known) };
-    Err(MapError::PathEdge { file: file.into(), edge: id.into(), problem, near, known: super::listed(&known) })
-}
-
-/// Returns the lanes of an edge that are open to cars, the outermost first.
-fn cars_lanes(net: &Network, edge: EdgeId) -> impl Iterator<Item = LaneId> {
-    net.edge(edge).lanes().filter(|lane| net.lane(*lane).admits_cars())
 }
 
 /// Returns, for each edge, the best way to the end from each of its lanes.

@@ -159,7 +159,7 @@ pub enum MapError {
         known: String,
     },
     /// Two edges of a path that do not follow each other.
-    #[error("{}: path: edge \"{from}\" does not lead to edge \"{to}\" for cars; it leads to: {onwards}\n  remedy: name every edge on the way, each connected to the next", file.display())]
+    #[error("{}: path: edge \"{from}\" does not lead to edge \"{to}\" for cars; it leads to: {onwards}\n  remedy: name every edge on the way, each connected to the next, or put ... between the two for the quickest way", file.display())]
     PathGap {
         /// File of the network.
         file: PathBuf,
@@ -169,6 +169,30 @@ pub enum MapError {
         to: String,
         /// Edges that the first edge leads to.
         onwards: String,
+    },
+    /// `...` in a path that is not between two places.
+    #[error("{}: path: `...` stands between two places, for the quickest way from one to the other\n  remedy: for example \"A0B0 ... C2C1\"", file.display())]
+    PathJoint {
+        /// File of the network.
+        file: PathBuf,
+    },
+    /// Point of a path that is on no street.
+    #[error("{}: path: no street for cars is within 50 m of the point {point}\n  remedy: X,Y in metres in the frame of the network, near a street", file.display())]
+    PathPoint {
+        /// File of the network.
+        file: PathBuf,
+        /// Point as written.
+        point: String,
+    },
+    /// Two places of a path without a way between them.
+    #[error("{}: path: no way for cars leads from edge \"{from}\" to edge \"{to}\"", file.display())]
+    NoWay {
+        /// File of the network.
+        file: PathBuf,
+        /// Id of the first edge.
+        from: String,
+        /// Id of the second edge.
+        to: String,
     },
     /// Path without an edge.
     #[error("{}: the path names no edge\n  remedy: name the edges to drive along, the first one first", file.display())]

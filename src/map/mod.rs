@@ -4,7 +4,7 @@
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
 //! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
-//! avoid, and `joined_shapes` joins the lines of lanes. `edge_path` builds the open route along named edges. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! avoid, and `joined_shapes` joins the lines of lanes. `path_places` reads the places of a path, and `edge_path` builds the open route along them. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
@@ -25,6 +25,7 @@ mod net_check;
 mod net_tests;
 mod net_xml;
 pub mod network;
+mod path_places;
 pub mod ring;
 mod route;
 #[cfg(test)]
@@ -39,6 +40,7 @@ pub use canonical::SumoText;
 pub use catalog::{MapInfo, SHIPPED, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
+pub use path_places::QUICKEST_WAY;
 pub use route::{
     LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
     stop_lines,

@@ -37,11 +37,6 @@ impl Playback {
         }
     }
 
-    /// Checks whether the time to show has not been driven again yet.
-    pub fn waits(&self, known_s: f64) -> bool {
-        self.time_s > known_s + 1e-9
-    }
-
     /// Plays or pauses; at the end it plays from the start.
     pub fn toggle(&mut self) {
         if !self.playing && self.time_s >= self.end_s - 1e-9 {
@@ -81,7 +76,6 @@ mod tests {
         playback.advance(1.0, 5.0);
         assert_eq!(playback.time_s, 5.0, "no further than the film");
         playback.seek(8.0);
-        assert!(playback.waits(5.0));
         playback.advance(1.0, 5.5);
         assert_eq!(playback.time_s, 8.0, "it stays where it was sent to");
         playback.advance(1.0, 10.0);

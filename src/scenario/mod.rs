@@ -37,8 +37,8 @@ flat_settings! {
             vehicles: u32 = 22,
             /// Traffic engine of the other cars
             traffic: EngineChoice = EngineChoice::Sumo,
-            /// Path of the ego on the road's network: ids of edges in order, separated by spaces. The drive ends at the end of the last;
-            /// empty drives the road's own route
+            /// Path of the ego on the road's network: edges, lanes or points X,Y (m) in order, separated by spaces; `...` between two
+            /// stands for the quickest way. The drive ends at the end of the last edge; empty drives the road's own route
             path: String = String::new(),
             /// Start of the ego's front along its path, or on a network along the closed route; at least 5 m, smaller values are raised to
             /// 5

@@ -51,7 +51,7 @@ impl PlannedDrive {
     }
 
     /// Returns the drive of a scenario on its road, which is loaded already. The road's own demand is added if neither path nor demand is
-    /// set. The path of an open road is set, as it is driven as a network.
+    /// set. The path of an open road is set, as it is driven as a network; a path with other places than edges becomes one of edges.
     ///
     /// # Errors
     /// The road does not allow a setting.
@@ -60,7 +60,8 @@ impl PlannedDrive {
         if !scenario.has_path_or_demand() {
             scenario.demand.files.extend(map.demand_file());
         }
-        if scenario.path.is_empty() && !map.route.is_closed() {
+        let names_places = scenario.path.split_whitespace().any(|word| map.network.edge_named(word).is_none());
+        if names_places || (scenario.path.is_empty() && !map.route.is_closed()) {
             let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
             scenario.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
         }

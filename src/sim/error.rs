@@ -56,7 +56,12 @@ impl WorldError {
     pub fn settings(&self) -> &'static [&'static str] {
         match self {
             Self::Plan(PlanError::Map(error)) => match error {
-                MapError::PathEdge { .. } | MapError::PathGap { .. } | MapError::EmptyPath { .. } => &["path", "map"],
+                MapError::PathEdge { .. }
+                | MapError::PathGap { .. }
+                | MapError::PathJoint { .. }
+                | MapError::PathPoint { .. }
+                | MapError::NoWay { .. }
+                | MapError::EmptyPath { .. } => &["path", "map"],
                 MapError::PathStart { .. } => &["path_start_m", "path"],
                 _ => &["map"],
             },
