@@ -68,38 +68,33 @@ pub(super) const MEASURES: &[Measure] = &[
         "hard_brakings_per_km",
         "Hard brakings per kilometre",
         "1/km",
-        "decelerations of more than 3 m/s2 over a step, of all vehicles, per kilometre driven by all vehicles",
+        "decelerations of more than 3 m/s2 over a step, of all vehicles, per vehicle kilometre",
     )
     .on_closed_routes("vehicles enter and leave networks")
     .by("safety"),
-    all_vehicles(
-        "stops_per_km",
-        "Stops per kilometre",
-        "1/km",
-        "stops of all vehicles, per kilometre driven by all vehicles",
-    )
-    .on_closed_routes("vehicles enter and leave networks"),
+    all_vehicles("stops_per_km", "Stops per kilometre", "1/km", "stops of all vehicles, per vehicle kilometre")
+        .on_closed_routes("vehicles enter and leave networks"),
     ego(
         "advice_share",
         "Share driven by advice",
         "",
         "share of the steps with advice in which the advice set the speed of the ego vehicle",
     )
-    .on_closed_routes("no driver of its own is there"),
+    .on_closed_routes("the source of the ego vehicle's speed is not known on networks"),
     ego(
         "distance_share",
         "Share driven by distance",
         "",
         "share of the steps with advice in which the driver's distance to the leader set the speed",
     )
-    .on_closed_routes("no driver of its own is there"),
+    .on_closed_routes("the source of the ego vehicle's speed is not known on networks"),
     ego(
         "guard_share",
         "Share driven by the guard",
         "",
         "share of the steps with advice in which the guard against a collision set the speed",
     )
-    .on_closed_routes("no driver of its own is there"),
+    .on_closed_routes("the source of the ego vehicle's speed is not known on networks"),
     all_vehicles("inflow_per_h", "Inflow", "1/h", "vehicles that entered during the horizon, per hour")
         .on_networks_alone(),
     all_vehicles("outflow_per_h", "Outflow", "1/h", "vehicles that left during the horizon, per hour")

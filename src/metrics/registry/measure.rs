@@ -145,7 +145,7 @@ impl Measure {
         let there = match self.on {
             MeasuredOn::EveryRoad(about) if roads.networks && !about.is_empty() => format!("; on networks: {about}"),
             MeasuredOn::ClosedRoutes(why) if roads.networks => format!("; not on networks: {why}"),
-            MeasuredOn::Networks if roads.closed => "; on networks only".into(),
+            MeasuredOn::Networks if roads.closed => "; on networks alone".into(),
             _ => String::new(),
         };
         format!("{}{there} (SAE J2944: {})", self.about, self.j2944.unwrap_or("none"))
