@@ -43,13 +43,16 @@ fn a_hostile_demand_is_refused_by_name_and_writes_nothing() {
     );
     let deep = format!("<routes>{}{}</routes>", "<a>".repeat(200_000), "</a>".repeat(200_000));
     for (demand, expected) in [
-        (ssm.as_str(), "demand.rou.xml:2: param \"has.ssm.device\": it names a file, an output or a device of SUMO"),
+        (
+            ssm.as_str(),
+            "demand.rou.xml:2: param \"has.ssm.device\": the parameter names a file, an output or a device of SUMO",
+        ),
         (
             "<routes><include href=\"demand.rou.xml\"/></routes>",
             "demand.rou.xml:1: include \"demand.rou.xml\": the file includes itself",
         ),
-        (&deep, "demand.rou.xml:1: a: codrive knows no such element in a demand"),
-        ("<routes><include href=\"/etc/hostname\"/></routes>", "href is no file of this folder"),
+        (&deep, "demand.rou.xml:1: a: unknown element in a demand"),
+        ("<routes><include href=\"/etc/hostname\"/></routes>", "href is not a file of this folder"),
     ] {
         fs::write(home.path().join("demand.rou.xml"), demand).unwrap();
         let output = codrive(home.path(), &["run", "--scenario", "scenario.toml"]);
@@ -77,7 +80,7 @@ fn a_hostile_network_is_refused_by_run_and_import_and_writes_nothing() {
         let output = codrive(home.path(), arguments);
         let text = printed(&output);
         assert!(!output.status.success(), "{arguments:?}: {text}");
-        let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for it");
+        let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for this element");
         assert!(text.contains(&expected) && text.contains("remedy: take it out"), "{arguments:?}: {text}");
         assert_eq!(fs::read_to_string(&notes).unwrap(), NOTES);
     }
@@ -136,9 +139,14 @@ fn a_foreign_recording_passes_the_gate_before_its_replay() {
             "drive/inputs/demand/0-demand.rou.xml",
             "</routes>",
             ssm,
-            "param \"device.ssm.file\": it names a file, an output",
+            "param \"device.ssm.file\": the parameter names a file, an output",
         ),
-        ("drive/inputs/maps/town/net.xml", "</net>", data, "edgeData \"x\": SUMO writes or reads files for it"),
+        (
+            "drive/inputs/maps/town/net.xml",
+            "</net>",
+            data,
+            "edgeData \"x\": SUMO writes or reads files for this element",
+        ),
     ] {
         let whole = fs::read_to_string(at(name)).unwrap();
         fs::write(at(name), whole.replace(end, &part)).unwrap();

@@ -104,7 +104,7 @@ const REACTIONS: [ColumnTexts; 19] = [
     ("under_way", "Movements under way", "", "number of onsets left out because a movement was under way"),
     (
         "answered",
-        "Share answered",
+        "Share with a response",
         "",
         "share of times within 3 s, of the times that were seen or watched that long; the share of the shams occurs by \
          chance",
@@ -117,7 +117,7 @@ const REACTIONS: [ColumnTexts; 19] = [
     ),
     (
         "answering",
-        "Share of events answered",
+        "Share of events with a response",
         "",
         "share of the events with a response at all, by the fit of the median; the other events have a movement by \
          chance or none; for reactions only",
