@@ -144,7 +144,7 @@ impl Scan<'_, '_> {
             && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
             && !self.reachability.lead(start, goal)
         {
-            return Err(format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
+            return Err(format!("no route leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
         }
         Ok(())
     }
@@ -154,8 +154,8 @@ impl Scan<'_, '_> {
         let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
         if depart_s < self.last_depart_s {
             return Err(format!(
-                "departs at {depart_s} s, after one at {} s, and SUMO would leave it out; allowed: ascending times\n  \
-                 remedy: sort the file with SUMO's tools/route/sort_routes.py",
+                "departs at {depart_s} s, after a departure at {} s, so SUMO would leave it out; allowed: ascending \
+                 times\n  remedy: sort the file with SUMO's tools/route/sort_routes.py",
                 self.last_depart_s
             ));
         }
@@ -192,7 +192,8 @@ impl Reachability<'_> {
 }
 
 /// Remedy for a demand that is too large.
-pub(super) const SHORTER: &str = "\n  remedy: keep those that depart during the drive (SUMO's tools/route/cutRoutes.py), or state flows in the scenario";
+pub(super) const SHORTER: &str = "\n  remedy: keep only departures during the drive (SUMO's tools/route/cutRoutes.py), or state flows in the \
+     scenario";
 
 #[cfg(test)]
 mod tests {

@@ -97,8 +97,11 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
     let drive = codrive(home.path(), &["run", "--scenario", "scenario.toml", "--out", "drive"]);
     assert!(drive.status.success(), "{}", printed(&drive));
     let warnings = printed(&drive);
-    assert_eq!(warnings.matches("SUMO is not given").count(), 1, "{warnings}");
-    assert!(warnings.contains("demand.rou.xml: SUMO is not given 1 x colour of vType"), "{warnings}");
+    assert_eq!(warnings.matches("not passed to SUMO").count(), 1, "{warnings}");
+    assert!(
+        warnings.contains("demand.rou.xml: not passed to SUMO, because codrive does not use it: 1 x colour of vType"),
+        "{warnings}"
+    );
     let kept = fs::read_to_string(at("drive/inputs/demand/0-demand.rou.xml")).unwrap();
     let expected = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<routes>\n    <vType id=\"mine\" maxSpeed=\"9\"/>\n    \
                     <trip id=\"a\" type=\"mine\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/>\n</routes>\n";
@@ -120,7 +123,7 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
         assert!(is_proven, "{name} was driven with: {text}");
     }
     // The copy is canonical, so nothing is left out.
-    assert!(!text.contains("SUMO is not given"), "{text}");
+    assert!(!text.contains("not passed to SUMO"), "{text}");
 }
 
 #[test]

@@ -152,6 +152,6 @@ fn numbers_that_are_not_finite_are_refused() {
         let broken = FixedSetup { idm: IdmParams { a: f64::NAN, ..model(0.0) }, ..ring(0.0) };
         drop(traffic);
         let error = traffic::start(engine, broken).err().expect("NaN is refused").to_string();
-        assert_eq!(error, "IDM parameter a = NaN: it must be above 0", "{engine}");
+        assert_eq!(error, "IDM parameter a is NaN; allowed: above 0", "{engine}");
     }
 }

@@ -121,7 +121,10 @@ fn reports_of_missing_cars_or_in_the_wrong_order_are_refused() {
         for wrong in [vec![3, 1], vec![2, 2], vec![0, 22]] {
             let list: Vec<VehicleReport> = wrong.iter().map(|id| of(*id, traffic.as_mut())).collect();
             let error = traffic.step(&list).expect_err("they are refused").to_string();
-            assert!(error.starts_with("reports up to car") && error.contains("22 cars"), "{engine}: {error}");
+            assert!(
+                error.starts_with("the last report is of vehicle") && error.contains("22 vehicles"),
+                "{engine}: {error}"
+            );
         }
         let mut nan = of(7, traffic.as_mut());
         nan.state.next_speed_mps = f64::NAN;

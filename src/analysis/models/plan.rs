@@ -214,7 +214,7 @@ impl AnalysisPlan {
                 other == contrast || (other.condition == contrast.reference && other.reference == contrast.condition)
             };
             if self.contrasts[..i].iter().any(same) {
-                return fault(format!("contrasts.{i}"), format!("{} is named twice; name it once", contrast.label()));
+                return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
             }
         }
         let shares = [
@@ -257,7 +257,7 @@ impl AnalysisPlan {
                 );
             }
             if all[..i].contains(name) {
-                return fault(key, format!("the measure \"{name}\" is named twice; name it once"));
+                return fault(key, format!("the measure \"{name}\" comes twice; name it once"));
             }
         }
         Ok(())

@@ -52,7 +52,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "vehicles that pass the start of the route per hour, counted at steps; a vehicle that goes back over it is \
          subtracted",
     )
-    .on_closed_routes("no point is passed by all vehicles; line_passages_per_h is the throughput at a line"),
+    .on_closed_routes("no point is passed by all vehicles; the throughput is that at a line"),
     all_vehicles(
         "stops",
         "Stops of all vehicles",
@@ -68,12 +68,12 @@ pub(super) const MEASURES: &[Measure] = &[
          included: mean over vehicles",
     )
     .on_networks("over all vehicles present, sampled once a second"),
-    ego("ego_stops", "Stops of the ego vehicle", "", "stops of the ego vehicle, by the rule of stops"),
+    ego("ego_stops", "Stops of the ego vehicle", "", "stops of the ego vehicle, by the same rule as for all vehicles"),
     ego(
         "ego_stopped_s",
         "Time stopped of the ego vehicle",
         "s",
-        "time stopped of the ego vehicle, by the rule of stopped_s",
+        "time stopped of the ego vehicle, by the same rule as for all vehicles",
     ),
     all_vehicles(
         "hard_brakings",

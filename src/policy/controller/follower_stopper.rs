@@ -21,7 +21,8 @@ pub struct FollowerStopper {
     pub d_mps2: [f64; 3],
 }
 
-const REGIONS: &str = "Gap at equal speeds up to which the command is 0, the leader's speed at most, the aim at most";
+const REGIONS: &str =
+    "Gaps at equal speeds up to which the command is 0, at most the leader's speed, and at most the aim";
 const CURVES: &str = "Deceleration that widens each of these gaps while closing in";
 
 impl Parametric for FollowerStopper {

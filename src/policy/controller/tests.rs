@@ -169,7 +169,7 @@ fn a_file_is_read_as_the_format_that_it_declares() {
         message("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: "))
     );
     assert!(message("kind = \"constant\"\nspeed_mps = 4").contains(":1:1: format is missing"));
-    assert!(message("format = \"codrive policy 1\"").contains("is no policy file"));
+    assert!(message("format = \"codrive policy 1\"").contains("is not a policy file"));
     let right = "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4";
     assert_eq!(message(right), "");
     let mut policy = build(file.to_str().unwrap(), &SETTINGS).ok().flatten().unwrap();

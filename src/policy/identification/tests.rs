@@ -113,7 +113,7 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     assert_eq!((seen.latents, seen.driver), ([0.5, -2.0, 0.0, 0.0], Some(truth)));
     estimator.traits.swap(0, 1);
     let fault = estimator.check().unwrap_err().to_string();
-    assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; known are reaction_s, "), "{fault}");
+    assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; allowed: reaction_s, "), "{fault}");
     assert!(fault.ends_with("willingness, or latent_1 to at most latent_4"), "{fault}");
 }
 
@@ -129,18 +129,18 @@ fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
     assert_eq!(fault(&latents, &[Feature::Gap, Feature::Latent1, Feature::Latent2]), Ok(()));
     let message = fault(&traits, &[Feature::Reaction, Feature::Latent1]).unwrap_err();
     assert!(
-        message.starts_with("the policy sees latent_1, which its estimator does not tell: that tells reaction_s, "),
+        message
+            .starts_with("the policy sees latent_1, which its estimator does not estimate; it estimates reaction_s, "),
         "{message}"
     );
     let message = fault(&latents, &[Feature::Latent2, Feature::Latent3]).unwrap_err();
-    assert!(
-        message
-            .starts_with("the policy sees latent_3, which its estimator does not tell: that tells latent_1, latent_2")
-    );
+    assert!(message.starts_with(
+        "the policy sees latent_3, which its estimator does not estimate; it estimates latent_1, latent_2"
+    ));
     assert!(fault(&latents, &[Feature::SpeedBias]).unwrap_err().starts_with("the policy sees speed_bias, "));
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/benchmarks/ring/variational/seed-1.toml");
     let text = std::fs::read_to_string(file).unwrap();
     assert!(Network::from_toml(&text).is_ok());
     let message = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
-    assert!(message.starts_with("the policy sees willingness, which its estimator does not tell"), "{message}");
+    assert!(message.starts_with("the policy sees willingness, which its estimator does not estimate"), "{message}");
 }

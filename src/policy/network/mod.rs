@@ -301,6 +301,6 @@ mod tests {
         assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
-        assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is no policy file"));
+        assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is not a policy file"));
     }
 }

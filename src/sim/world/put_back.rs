@@ -26,7 +26,7 @@ pub enum NotPutBack {
     #[error("the car is on its lane")]
     OnLane,
     /// The gap where the ego left the lane is too short.
-    #[error("there is no room on the lane here: try again when the cars have moved on")]
+    #[error("there is no room on the lane here: try again when the other vehicles have moved on")]
     NoRoom,
     /// The drive is over.
     #[error("the drive is over")]

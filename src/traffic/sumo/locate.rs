@@ -12,7 +12,8 @@ pub fn home() -> Result<PathBuf, TrafficError> {
         return library(&home).map(|_| home);
     }
     native_code::sumo_homes().into_iter().find(|home| library(home).is_ok()).ok_or_else(|| {
-        let text = "neither SUMO_HOME nor a folder beside the program or of its checkout holds libsumocpp";
+        let text =
+            "libsumocpp is neither in SUMO_HOME, nor in a folder beside the program, nor in the program's checkout";
         TrafficError::Absent(text.to_string())
     })
 }

@@ -209,8 +209,8 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     let candidates = here.ancestors().skip(1).take(2).map(|folder| folder.join(&name));
     candidates.into_iter().find(|path: &PathBuf| path.is_file()).ok_or_else(|| {
         let text = format!(
-            "a network or demand that does not come with codrive is tried in a process of its own first, and the program {name} for \
-             that is not beside {}\n  remedy: put it there, or build it with cargo build",
+            "codrive first tests a network or demand of other origin in a separate process; the program {name} for \
+             this is not beside {}\n  remedy: put it there, or build it with cargo build",
             here.display()
         );
         TrafficError::Setup(text)
