@@ -19,7 +19,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"name": 3}, TypeError, "name is 3"),
         ({"name": "ring-25", "traffic": "ring"}, ValueError, r"no ring \"ring-25\" \(did you mean ring-250\?\); allowed: ring-250, ring-641"),
         ({"name": "merge", "traffic": "ring"}, ValueError, r"no ring \"merge\"(?s:.*)remedy: traffic='sumo' drives other maps"),
-        ({"name": "no-such-map"}, ValueError, r"remedy: name one of these(?s:.*)codrive is also a program, which scripts/drive of a checkout builds"),
+        ({"name": "no-such-map"}, ValueError, r"remedy: name one of these(?s:.*)the program codrive has this command: scripts/drive of a checkout builds it"),
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"num_env": 4}, TypeError, "unknown key `num_env`; did you mean `num_envs`"),
         ({"view": "birdseye"}, TypeError, "view: fast rings are not drawn"),
@@ -118,7 +118,7 @@ BAD_ACTIONS = [
     (np.full((4, 1), None), TypeError, "dtype object"),
     (np.zeros((4, 1), complex), TypeError, "dtype complex128"),
     (np.zeros((4, 1), bool), TypeError, "dtype bool"),
-    ([[0.0], [0.0, 1.0], [0.0], [0.0]], ValueError, "actions are no array"),
+    ([[0.0], [0.0, 1.0], [0.0], [0.0]], ValueError, "actions are not an array"),
     (None, TypeError, "dtype object"),
 ]
 
@@ -197,8 +197,8 @@ def test_masks_that_cannot_be(mask):
         ({"policy": "no-such.onnx"}, ValueError, "no-such.onnx"),
         ({"policy": 3}, TypeError, "policy is 3; allowed"),
         ({"policy": "pi", "name": None}, TypeError, "name is None; allowed: a text"),
-        ({"policy": "pi", "name": "practice"}, ValueError, r"no ring \"practice\"(?s:.*)remedy: codrive.evaluate drives rings of training"),
-        ({"policy": "pi", "traffic": "sumo"}, TypeError, "traffic: codrive.evaluate drives fast rings alone"),
+        ({"policy": "pi", "name": "practice"}, ValueError, r"no ring \"practice\"(?s:.*)remedy: codrive.evaluate drives training rings only"),
+        ({"policy": "pi", "traffic": "sumo"}, TypeError, "traffic: codrive.evaluate drives fast rings only"),
         ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive.evaluate drives as many rings as over says"),
         ({"policy": "pi", "hold": -1}, ValueError, "^hold is -1"),
         ({"policy": "pi", "policy_speed": "fast"}, TypeError, "policy_speed is 'fast'; allowed: a number"),

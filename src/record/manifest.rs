@@ -232,7 +232,7 @@ impl Manifest {
             faults.push(format!("{key} is missing"));
         }
         for key in keys.keys().filter(|key| !KEYS.iter().any(|(known, _)| known == key)) {
-            faults.push(format!("{key} is no key of format {FORMAT}"));
+            faults.push(format!("{key} is not a key of format {FORMAT}"));
         }
         // The SHA-256 covers the text, not the parsed manifest: an added line is a change, too.
         let written = keys.shift_remove("sha256");

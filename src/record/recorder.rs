@@ -260,7 +260,7 @@ impl Recorder {
         let end = self.writer.take().map(JoinHandle::join);
         let error = match end {
             Some(Ok(Err(error))) => error,
-            _ => RecordError::Stopped("its thread is gone".into()),
+            _ => RecordError::Stopped("the writing thread has ended".into()),
         };
         match &error {
             RecordError::File { why, .. } => self.note_failure(&why.to_string()),
