@@ -157,7 +157,8 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
             raise ValueError(f"actions have no entry for {missing[0]!r}; allowed: one for each of env.agents, {len(self.agents)} now")
         for agent in actions:
             if agent not in self.agents:
-                raise ValueError(f"actions have an entry for {agent!r}{did_you_mean(agent, self.agents)}, which is not among env.agents now")
+                near = did_you_mean(agent, self.agents)
+                raise ValueError(f"actions have an entry for {agent!r}{near}, which is not among env.agents now")
         levels = self.settings.levels
         shape = () if levels else (1,)
         given = [as_float32(actions[agent], levels, shape, f" of {agent!r}") for agent in self.agents]

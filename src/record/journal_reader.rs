@@ -161,7 +161,7 @@ pub(super) enum RowsFault {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// Message longer than the bytes left, or than the maximum.
-    #[error("{wanted} bytes wanted, {left} left")]
+    #[error("{wanted} bytes needed, {left} left")]
     Length { wanted: u64, left: u64 },
     /// Bytes after the last message.
     #[error("{0} bytes too many")]

@@ -105,7 +105,7 @@ impl WorkerPool<'_> {
             let workers: Vec<_> = (0..self.workers.min(pending.len())).map(|_| scope.spawn(work)).collect();
             let done: Vec<_> = workers.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
             done.into_iter()
-                .try_for_each(|done| done.unwrap_or_else(|_| Err(SweepError::Run("a thread broke down".into()))))
+                .try_for_each(|done| done.unwrap_or_else(|_| Err(SweepError::Run("a thread failed".into()))))
         })?;
         let mut failed = failed.into_inner().unwrap_or_default();
         failed.sort();

@@ -73,7 +73,7 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put("<h3>Detectable differences (power)</h3>");
     page.paragraph(
         "lead",
-        &format!("{} gives the differences that a study like this one would detect.", page.table_links(1)),
+        &format!("{} gives the differences that a study of this size would detect.", page.table_links(1)),
     );
     let head = ["Measure", "Conditions", "N", "Difference", "SD", "with this N", "with 10", "with 25", "with 50"];
     let head: TableCells = head.into_iter().map(str::to_owned).chain(["N for this difference".into()]).collect();

@@ -18,8 +18,8 @@ const ADVICE: [ColumnTexts; 14] = [
         "kind",
         "Kind",
         "",
-        "event: a change that requires a new speed: the speed is outside the new acceptable range, and inside the old \
-         range or beyond its other side; change: any other change; sham: an event of the drive, all shifted by the \
+        "event: a change that requires a new speed, as the speed is outside the new acceptable range, and inside the \
+         old range or beyond its other side; change: any other change; sham: an event of the drive, all shifted by the \
          same time to moments without a pending event, to find responses by chance",
     ),
     (
@@ -120,22 +120,22 @@ const REACTIONS: [ColumnTexts; 19] = [
         "Share of events with a response",
         "",
         "share of the events with a response at all, by the fit of the median; the other events have a movement by \
-         chance or none; for reactions only",
+         chance or none; for reaction times only",
     ),
     (
         "median_s",
         "Median",
         "s",
-        "median of the lognormal distribution of greatest likelihood, with censored times; for reactions the median of \
-         the responses: the fit allows for events without a response and for movements by chance at the rate of the \
-         shams",
+        "median of the lognormal distribution of greatest likelihood, with censored times; for reaction times the \
+         median of the responses: the fit allows for events without a response and for movements by chance at the rate \
+         of the shams",
     ),
     (
         "low_s",
         "Median, lower end",
         "s",
         "lower end of the 95 % interval of the median (Student's t on the logarithm, from the observed information; \
-         for reactions by the profile of the likelihood)",
+         for reaction times by the profile of the likelihood)",
     ),
     ("high_s", "Median, upper end", "s", "upper end of the 95 % interval of the median"),
     ("log_mean", "Mean of the logarithm", "", "mu of the lognormal distribution of the time in seconds"),

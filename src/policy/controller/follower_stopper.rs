@@ -27,7 +27,7 @@ const CURVES: &str = "Deceleration that widens each of these gaps while closing 
 
 impl Parametric for FollowerStopper {
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter { key: "aim_mps", doc: "Speed wanted where the gap allows", ..SPEED },
+        Parameter { key: "aim_mps", doc: "Target speed if the gap allows it", ..SPEED },
         Parameter { key: "dx0_m.0", doc: REGIONS, unit: "m", limits: [0.0, 100.0], search: [0.5, 15.0], ..GAIN },
         Parameter {
             key: "dx0_m.1",

@@ -49,7 +49,7 @@ fn shim_of(mut places: impl Iterator<Item = PathBuf>, file: &str) -> Result<Path
     }
     if EMBEDDED_SHIM.is_empty() {
         return Err(TrafficError::Absent(
-            "this program was built without SUMO; build it again where SUMO is".to_string(),
+            "this program was built without SUMO; build it again on a machine with SUMO".to_string(),
         ));
     }
     let folder = data_folders::unpacked_files("sumo", EMBEDDED_SHIM);

@@ -93,7 +93,7 @@ impl Trial {
             (net.to_string(), "this network", remedy.to_owned())
         } else {
             let files = demand.join(",");
-            let remedy = format!("SUMO's own program may say more: sumo --net-file {net} --route-files {files}");
+            let remedy = format!("run SUMO's own program for details: sumo --net-file {net} --route-files {files}");
             (format!("{} on {net}", demand.join(", ")), "this demand", remedy)
         };
         let on = if demand.is_empty() { "on " } else { "" };
@@ -378,7 +378,7 @@ mod tests {
         assert!(late.starts_with("rush.rou.xml on town.net.xml: SUMO did not read this demand"), "{late}");
         assert!(
             late.ends_with(
-                "remedy: SUMO's own program may say more: sumo --net-file town.net.xml --route-files rush.rou.xml"
+                "remedy: run SUMO's own program for details: sumo --net-file town.net.xml --route-files rush.rou.xml"
             ),
             "{late}"
         );
