@@ -199,7 +199,7 @@ def test_masks_that_cannot_be(mask):
         ({"policy": "pi", "name": None}, TypeError, "name is None; allowed: a text"),
         ({"policy": "pi", "name": "practice"}, ValueError, r"no ring \"practice\"(?s:.*)remedy: codrive.evaluate drives training rings only"),
         ({"policy": "pi", "traffic": "sumo"}, TypeError, "traffic: codrive.evaluate drives fast rings only"),
-        ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive.evaluate drives as many rings as over says"),
+        ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive.evaluate has over, the number of rings"),
         ({"policy": "pi", "hold": -1}, ValueError, "^hold is -1"),
         ({"policy": "pi", "policy_speed": "fast"}, TypeError, "policy_speed is 'fast'; allowed: a number"),
         ({"policy": "none", "over": 0}, ValueError, "over is 0"),

@@ -42,7 +42,7 @@ fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
     }
     // Each coordinate is within limits, but the gap between two lanes is not.
     let refusal = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
-    assert!(refusal.contains("hole in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
+    assert!(refusal.contains("gap in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
         (
             "<connection from=\":b_0\" to=\"bc\"",
             "<prohibition from=\":b_0\" to=\"bc\"",
-            "with a connection to where its via leads",
+            "that leads to the same lane as its connection",
         ),
         (
             "from=\"bc\" to=\"cd\" fromLane=\"0\" toLane=\"0\"",

@@ -126,7 +126,7 @@ fn a_fault_has_its_position_in_the_text() {
         ("<net a=\"x<y\"/>", 9, "< in a value"),
         ("<net a=\"1\"b=\"2\"/>", 10, "a space is missing"),
         ("<net>\u{7}</net>", 5, "a character that XML does not allow"),
-        ("<net></net><net/>", 11, "a second element"),
+        ("<net></net><net/>", 11, "a second outermost element"),
         ("<!DOCTYPE net><net/>", 0, "a document type"),
         ("<net><x:a/></net>", 5, "the prefix \"x\" is not declared"),
         ("<net>\n  <a b=\"1\"\n</net>", 17, "a tag begins before the previous tag is closed"),

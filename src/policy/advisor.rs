@@ -281,7 +281,7 @@ mod tests {
              two-phase, follower-stopper, pi, linear-feedback, ring-250-";
         assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
         assert!(
-            error.ends_with("or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml"),
+            error.ends_with("the FILE.toml or FILE.onnx of a trained policy, or the FILE.toml of a controller"),
             "{error}"
         );
     }

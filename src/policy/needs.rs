@@ -138,6 +138,6 @@ mod tests {
         assert!(message.contains("`signal_distance`"), "{message}");
         assert_eq!(lacks(&signal, NETWORK), None);
         let refused = PolicySource::for_rings(&signal, &SETTINGS).err().expect("a ring has no signals").to_string();
-        assert!(refused.contains("`signal_distance`") && refused.contains("remedy: codrive run"), "{refused}");
+        assert!(refused.contains("`signal_distance`") && refused.contains("remedy: use codrive run"), "{refused}");
     }
 }

@@ -290,7 +290,7 @@ mod tests {
         for (from, to, more) in [
             ("\"keyboard\"", "\"wheel\"", None),
             ("\"seed\": 0", "\"seed\": 1", None),
-            ("{\n", "{\n  \"note\": 1,\n", Some("note is no key of format 1")),
+            ("{\n", "{\n  \"note\": 1,\n", Some("note is not a key of format 1")),
             ("  \"graphics\": null,\n", "", Some("graphics is missing")),
         ] {
             assert!(text.contains(from), "{text}");

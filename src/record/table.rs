@@ -160,7 +160,7 @@ fn read<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Resu
         Err(why) => why,
     };
     let no_parquet =
-        || RecordError::Table { path: path.into(), why: format!("not a Parquet file of this program: {why}") };
+        || RecordError::Table { path: path.into(), why: format!("no Parquet file of this program: {why}") };
     Err(system_fault(path, &why).unwrap_or_else(no_parquet))
 }
 

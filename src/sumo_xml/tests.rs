@@ -85,7 +85,7 @@ fn unsafe_parts_are_refused_with_file_line_and_remedy() {
     ] {
         let error = one(text).expect_err(text);
         assert!(error.starts_with(expected), "{text}: {error}");
-        let is_xml = error.contains("SUMO") || error.contains("no such element");
+        let is_xml = error.contains("SUMO") || error.contains("unknown element");
         assert!(!is_xml || error.ends_with("\n  remedy: remove it from the file"), "{error}");
     }
 }

@@ -87,10 +87,10 @@ fn a_rate_that_no_road_carries_is_refused_with_the_rate() {
     for (attributes, expected) in [
         ("period=\"exp(1e9)\"", "period is \"exp(1e9)\", which is 1000000000 per second; allowed: at most 1000"),
         ("period=\"0.0001\"", "period is \"0.0001\", which is 10000 per second"),
-        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", that is 277778 within"),
-        ("perHour=\"1e9\"", "perHour is \"1e9\", that is 277778 within"),
+        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", which is 277778 per second"),
+        ("perHour=\"1e9\"", "perHour is \"1e9\", which is 277778 per second"),
         ("number=\"1001\" end=\"0\"", "number is \"1001\", which is 1001 per second"),
-        ("number=\"2000000000\"", "number is \"2000000000\", that is 23148 within"),
+        ("number=\"2000000000\"", "number is \"2000000000\", which is 23148 per second"),
         ("number=\"250000\" end=\"1000\"", "number is \"250000\" brings 250000 until 1000 s; allowed: at most 200000"),
         ("period=\"exp(500)\"", "period is \"exp(500)\" brings 500000 until 1000 s; allowed: at most 200000"),
         ("period=\"0.002\"", "period is \"0.002\" brings 500000 until 1000 s"),

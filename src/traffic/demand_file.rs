@@ -232,11 +232,12 @@ mod tests {
             (
                 "<routes>\n<trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"/>\n<trip id=\"b\" depart=\"8.5\" \
                  from=\"north\" to=\"south\"/></routes>",
-                "town.rou.xml:3: trip \"b\": departs at 8.5 s, after one at 9 s, and SUMO would leave it out",
+                "town.rou.xml:3: trip \"b\": departs at 8.5 s, after a departure at 9 s, so SUMO would leave it out",
             ),
             (
                 "<routes>\n<trip id=\"a\" depart=\"9\" from=\"south\" to=\"north\"/></routes>",
-                "town.rou.xml:2: trip \"a\": no way leads from \"south\" to \"north\"; allowed: edges that roads connect",
+                "town.rou.xml:2: trip \"a\": no route leads from \"south\" to \"north\"; allowed: edges that roads \
+                 connect",
             ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
@@ -266,9 +267,9 @@ mod tests {
         }
         let fault = check_text(&(text + "</routes>")).unwrap_err();
         assert!(
-            fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
+            fault.contains("town.rou.xml: the demand has 1000000 vehicles and persons; allowed: at most 200000"),
             "{fault}"
         );
-        assert!(fault.contains("remedy: keep those that depart during the drive"), "{fault}");
+        assert!(fault.contains("remedy: keep only departures during the drive"), "{fault}");
     }
 }

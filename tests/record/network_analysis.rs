@@ -129,7 +129,7 @@ fn travel_times_time_lost_and_throughput_equal_those_of_the_sumo_program() {
     for text in [&page, &columns] {
         assert!(text.contains("not on networks: streets, turns and signals make speeds differ without any wave"));
     }
-    assert!(page.contains("Not measured on networks, for reasons that the"));
+    assert!(page.contains("Not measured on networks, for reasons given in the"));
     for file in ["space-time-1.svg", "speeds-1.svg", "mean-speed-1.svg"] {
         let svg = fs::read_to_string(out.join("figures").join(file)).unwrap();
         roxmltree::Document::parse(&svg).unwrap();

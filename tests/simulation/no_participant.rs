@@ -262,7 +262,7 @@ fn a_recording_without_participant_is_recovered_and_replayed_to_the_bit() {
     assert!(replay.report().is_proven() && replay.report().ticks == 2000, "{:?}", replay.report());
     let printed = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
     assert!(
-        printed.contains("a drive without a participant") && printed.contains("remedy: its tables cars"),
+        printed.contains("the drive has no participant") && printed.contains("remedy: read the tables cars"),
         "{printed}"
     );
 }

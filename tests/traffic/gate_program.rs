@@ -81,7 +81,7 @@ fn a_hostile_network_is_refused_by_run_and_import_and_writes_nothing() {
         let text = printed(&output);
         assert!(!output.status.success(), "{arguments:?}: {text}");
         let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for this element");
-        assert!(text.contains(&expected) && text.contains("remedy: take it out"), "{arguments:?}: {text}");
+        assert!(text.contains(&expected) && text.contains("remedy: remove it"), "{arguments:?}: {text}");
         assert_eq!(fs::read_to_string(&notes).unwrap(), NOTES);
     }
     assert!(!home.path().join("data/codrive/maps/town").exists());

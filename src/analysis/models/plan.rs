@@ -457,7 +457,7 @@ mod tests {
         assert!(
             PlanHistory { begun: begun.clone(), now: begun.clone(), ..PlanHistory::default() }.changes().is_empty()
         );
-        assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no plan"));
+        assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no analysis plan"));
         assert!(PlanHistory::default().changes().is_empty());
     }
 }

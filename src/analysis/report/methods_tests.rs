@@ -39,7 +39,7 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
         "reached 0.5 and 2 mph (0.2235 and 0.8941 m/s)",
         "(few & <fast>: half width of the advised range 0.5 mph; many: half width of the advised range 2 mph)",
         "The order was the same for all participants.",
-        "a seed of its own, from 10 to 13",
+        "Each drive had its own seed, from 10 to 13",
         "Mean speed of all vehicles (m/s): speed of all vehicles, the ego vehicle included: mean over",
         "percentile bootstrap over participants, 2,000 resamples",
     ] {
@@ -140,7 +140,7 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
         drive.measures.values[at] = Some(0.01);
     }
     let message = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
-    assert!(!message(&drives).contains("seen in slow motion."));
+    assert!(!message(&drives).contains("in slow motion."));
     // 3 of 12 s.
     drives[1].measures.values[at] = Some(3.0);
     let text = message(&drives);

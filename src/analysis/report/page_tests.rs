@@ -97,7 +97,7 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     // Without numbers there is no distribution to refer to.
     let mut page = ReportPage::default();
     study(&mut page, &[drive("sub-P01", "few", 0, None), drive("sub-P02", "many", 1, None)]);
-    assert!(page.figures.is_empty() && !page.html.contains("the distribution of a measure"), "{}", page.html);
+    assert!(page.figures.is_empty() && !page.html.contains("the distribution of one measure"), "{}", page.html);
     for (n, title, what) in
         [(1, "The drive in numbers", "the measures of the drive;"), (2, "All drives", "every drive;")]
     {
@@ -397,7 +397,7 @@ fn the_page_names_participants_rehearsal_and_scores() {
     took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [
-        "all participants are simulated, nobody drove",
+        "all participants are simulated; no person drove",
         "Participants: 1 complete, 1 excluded (sub-R02); drives and answers of excluded participants are left out.",
         "<td>ssq after</td><td class=\"t\">total</td><td>2</td><td>20.0 [10.0, 30.0]</td><td>10.0</td><td>30.0</td>",
     ] {

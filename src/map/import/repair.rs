@@ -115,9 +115,9 @@ mod tests {
         assert_eq!(
             done,
             [
-                "signals and signs of 2 roads taken out",
-                "objects of 1 roads taken out",
-                "1 arcs without curvature made lines"
+                "signals and signs of 2 roads removed",
+                "objects of 1 roads removed",
+                "1 arcs without curvature replaced by lines"
             ]
         );
         assert_eq!(repair("<OpenDRIVE><road/></OpenDRIVE>"), None);

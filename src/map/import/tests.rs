@@ -219,9 +219,9 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_reported() {
     let program = converter(folder.path(), &script);
     let maps = folder.path().join("maps");
     let report = import_into(&maps, &program, &file, "road", &bounds()).unwrap().report;
-    assert!(report.conversion.contains("sampled each 2 m"), "{report:?}");
+    assert!(report.conversion.contains("sampled every 2 m"), "{report:?}");
     assert_eq!(report.finer.len(), 2);
-    assert!(report.finer[0].ends_with("each metre: netconvert failed: too fine"), "{:?}", report.finer);
+    assert!(report.finer[0].ends_with("every metre: netconvert failed: too fine"), "{:?}", report.finer);
     assert_eq!(report.elements[0], ("roads", 2));
     assert_eq!(report.errors[0].example, "no road 3");
     // SUMO's folder, two levels above the converter, overrides the environment.

@@ -84,7 +84,7 @@ fn an_inconsistent_estimator_is_refused_with_the_part() {
         fault(|e| e.traits.truncate(4))
             .starts_with("the estimator's traits are reaction_s, speed_bias_mps, error_mps, time")
     );
-    assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no centre and spread"));
+    assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no valid centre and spread"));
     assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; 21 x 9 are needed");
     assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; 21 x 9 are needed");
     assert_eq!(
@@ -99,7 +99,7 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     let mut estimator = small(3);
     estimator.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];
     let fault = estimator.check().unwrap_err().to_string();
-    assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; 1 x 4 are needed");
+    assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; allowed: 1 x 4");
     estimator.readout = NetworkLayer { bias: vec![0.5, -2.0, 0.0, -9.0], weights: vec![vec![0.0; 4]; 3] };
     assert_eq!(estimator.check(), Ok(()));
     let message = Identification::new(estimator.clone()).who_drives();

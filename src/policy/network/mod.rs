@@ -287,7 +287,7 @@ mod tests {
             change(&mut network);
             Network::from_toml(&network.to_toml()).unwrap_err().to_string()
         };
-        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; 3 are needed");
+        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; allowed: 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
         assert_eq!(fault(|n| n.least_spacing_m = -1.0), "least_spacing_m must be 0 or more");
         assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");

@@ -44,7 +44,7 @@ fn elements_that_write_or_read_files_are_refused_in_a_network() {
         (signal("<param key=\"file\" value=\"/x\"/>"), "a.net.xml:3: param \"file\": the parameter names a file"),
         (
             signal("<param key=\"whetherOutputState\" value=\"1\"/>"),
-            "a.net.xml:3: param \"whetherOutputState\": it names",
+            "a.net.xml:3: param \"whetherOutputState\": the parameter names",
         ),
         (signal("<condition id=\"a\" value=\"1\"/>"), "a.net.xml:3: condition \"a\": unknown element"),
         ("<net><include href=\"/etc/x\"/></net>".into(), "a.net.xml:1: include \"/etc/x\": SUMO writes or reads files"),
@@ -52,7 +52,7 @@ fn elements_that_write_or_read_files_are_refused_in_a_network() {
             "<net>\n<edge id=\"e\" imgFile=\"x\"/></net>".into(),
             "a.net.xml:2: edge \"e\": attribute imgFile names a file",
         ),
-        ("<net><net/></net>".into(), "a.net.xml:1: net: it stands in the wrong place"),
+        ("<net><net/></net>".into(), "a.net.xml:1: net: the element is in the wrong place"),
         ("<!DOCTYPE net SYSTEM \"x\"><net/>".into(), "a.net.xml:1:1: this is not XML: a document type"),
     ] {
         let error = fault_of(&text);
