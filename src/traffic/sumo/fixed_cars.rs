@@ -76,7 +76,7 @@ impl FixedCars {
         if others > 0 {
             shim.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
             let model = setup.mixture.model.sumo_name();
-            description = format!(", {others} of {} other vehicles by {model}", n - 1);
+            description = format!(", {others} of {} other cars by {model}", n - 1);
         }
         for (i, car) in setup.cars.iter().enumerate() {
             let (k, position_m) = route.lane_at(car.s_m);
