@@ -58,7 +58,7 @@ fn unsafe_parts_are_refused_with_file_line_and_remedy() {
         ),
         (
             "<routes><vType id='t'><param key='has.fcd.device' value='1'/></vType></routes>",
-            "a.rou.xml:1: param \"has.fcd.device\": it names",
+            "a.rou.xml:1: param \"has.fcd.device\": the parameter names",
         ),
         ("<routes>\n<vType id='t' imgFile='/x'/></routes>", "a.rou.xml:2: vType \"t\": attribute imgFile names a file"),
         (

@@ -85,8 +85,8 @@ fn an_inconsistent_estimator_is_refused_with_the_part() {
             .starts_with("the estimator's traits are reaction_s, speed_bias_mps, error_mps, time")
     );
     assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no valid centre and spread"));
-    assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; 21 x 9 are needed");
-    assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; 21 x 9 are needed");
+    assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; allowed: 21 x 9");
+    assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; allowed: 21 x 9");
     assert_eq!(
         fault(|e| e.readout.bias[0] = f32::NAN),
         "the estimator's readout.bias hold a number that is not finite"

@@ -296,7 +296,7 @@ mod tests {
         let mut network = small(0, 1);
         network.expected_gain = Some(two);
         let message = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
-        assert_eq!(message, "expected_gain: the last layer has 2 outputs; 1 is needed");
+        assert_eq!(message, "expected_gain: the last layer has 2 outputs; allowed: 1");
         let message = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
         assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
