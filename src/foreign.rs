@@ -32,7 +32,7 @@ pub fn guarded<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     INSIDE.set(was);
     result.map_err(|thrown| {
         let words = thrown.downcast_ref::<&str>().map(|words| (*words).to_owned());
-        words.or_else(|| thrown.downcast_ref::<String>().cloned()).unwrap_or_else(|| "it gave no reason".into())
+        words.or_else(|| thrown.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no reason given".into())
     })
 }
 

@@ -61,7 +61,7 @@ class DriveEnv(AdviceMeaning, gymnasium.Env):
         observed = self._series.begin(seed, self.np_random)
         if len(observed.agents) != 1:
             self._series.fail()
-            raise RuntimeError(f"{len(observed.agents)} vehicles are advised, where the participant's alone was to be")
+            raise RuntimeError(f"{len(observed.agents)} vehicles are advised; allowed: the participant's vehicle only")
         return observed.observations[0], {}
 
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:

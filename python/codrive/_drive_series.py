@@ -96,10 +96,10 @@ def check_one_advised(settings: dict[str, Any]) -> None:
     """
     if str(settings.get("advised", 1)) != "1":
         raise ValueError(
-            f"advised is {settings['advised']!r}; allowed: 1, the participant's vehicle; codrive.make_parallel has several as agents"
+            f"advised is {settings['advised']!r}; allowed: 1, the participant's vehicle; codrive.make_parallel advises several, as agents"
         )
     if settings.get("participant", True) is not True:
-        raise ValueError(f"participant is {settings['participant']!r}; allowed: True, whose vehicle is the one that is advised")
+        raise ValueError(f"participant is {settings['participant']!r}; allowed: True, because the advice is for the participant's vehicle")
 
 
 def _checked_seed(seed: Any) -> int | None:

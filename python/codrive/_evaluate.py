@@ -17,7 +17,7 @@ from codrive._frames import Frames, library
 from codrive._settings import configuration
 from codrive._words import in_words_of_python
 
-_ELSEWHERE = "codrive.evaluate drives rings of training; codrive.make drives on other maps, and so does a plan of codrive.sweep"
+_ELSEWHERE = "codrive.evaluate drives training rings only; use codrive.make or a plan of codrive.sweep for other maps"
 
 
 def policies() -> list[str]:

@@ -21,7 +21,7 @@ from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
 from codrive._words import did_you_mean
 
 _ONE_EACH = (
-    "traffic is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego, and its other cars follow the "
+    "traffic is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego; its other vehicles follow the "
     "intelligent driver model alone; traffic='native' drives the same ring with several advised vehicles"
 )
 
@@ -102,7 +102,7 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
         observed = self._series.begin(seed, self._random)
         if not observed.agents:
             self._series.fail()
-            raise RuntimeError("nobody is advised up to the horizon; a larger `advised`, `horizon_s` or demand brings somebody")
+            raise RuntimeError("no vehicle is advised up to the horizon; set a larger `advised`, `horizon_s` or demand")
         self.agents = list(observed.agents)
         return dict(zip(observed.agents, observed.observations)), {agent: {} for agent in observed.agents}
 
@@ -154,10 +154,11 @@ class DriveParallelEnv(AdviceMeaning, ParallelEnv):
             raise TypeError(f"actions are {type(actions).__name__}; allowed: a dict with an action for each of env.agents")
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
-            raise ValueError(f"actions have none for {missing[0]!r}; allowed: one for each of env.agents, {len(self.agents)} now")
+            raise ValueError(f"actions have no entry for {missing[0]!r}; allowed: one for each of env.agents, {len(self.agents)} now")
         for agent in actions:
             if agent not in self.agents:
-                raise ValueError(f"actions have one for {agent!r}{did_you_mean(agent, self.agents)}, who is not among env.agents now")
+                near = did_you_mean(agent, self.agents)
+                raise ValueError(f"actions have an entry for {agent!r}{near}, which is not among env.agents now")
         levels = self.settings.levels
         shape = () if levels else (1,)
         given = [as_float32(actions[agent], levels, shape, f" of {agent!r}") for agent in self.agents]

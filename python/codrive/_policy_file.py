@@ -30,7 +30,7 @@ def save_policy(path: str | os.PathLike[str], layers: Sequence[tuple[Any, Any]],
         try:
             weights, bias = (np.ascontiguousarray(part, dtype=np.float32) for part in layer)
         except (TypeError, ValueError) as fault:
-            raise ValueError(f"layer {number} is no pair of weights and biases: {fault}") from None
+            raise ValueError(f"layer {number} is not a pair of weights and biases: {fault}") from None
         if weights.ndim != 2 or bias.shape != (weights.shape[1],):
             raise ValueError(
                 f"layer {number} has weights of shape {weights.shape} and biases of shape {bias.shape}; allowed: (inputs, outputs) and (outputs,)"

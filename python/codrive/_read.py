@@ -91,7 +91,7 @@ class Recording:
             ImportError: The library for Parquet is not installed.
         """
         if name not in self.tables:
-            raise KeyError(f"no table {name!r} in {self.folder}; there are {', '.join(self.tables)}")
+            raise KeyError(f"no table {name!r} in {self.folder}; allowed: {', '.join(self.tables)}")
         return _frame(self.folder / f"{name}.parquet", as_)
 
     def measures(self, as_: Frames = "pandas") -> Any:
@@ -177,7 +177,7 @@ def _frame(path: pathlib.Path, as_: Frames) -> Any:
     except ImportError as fault:
         if as_ == "polars":
             raise
-        raise ImportError("pandas reads these tables with pyarrow: pip install pyarrow, or ask for as_='polars'") from fault
+        raise ImportError("pandas reads these tables with pyarrow: pip install pyarrow, or use as_='polars'") from fault
 
 
 def _csv(text: str, as_: Frames) -> Any:

@@ -20,20 +20,20 @@ RINGS = ("ring-250", "ring-641")
 TRAFFIC = ("ring", "native", "sumo")
 
 _NO_SUMO = (
-    "traffic='sumo' needs SUMO, and neither SUMO_HOME nor the package sumo has it: pip install eclipse-sumo==1.28.0; "
+    "traffic='sumo' needs SUMO, which is neither in SUMO_HOME nor in the package sumo: pip install eclipse-sumo==1.28.0; "
     "traffic='native' drives rings and other closed lanes without it"
 )
 
 #: Arguments of some functions that others do not take, with the reason.
 _MISPLACED = {
-    "num_envs": "there is one here; codrive.make_vec has many environments, and codrive.evaluate drives as many rings as over says",
-    "copy": "codrive.make_vec alone can give the same arrays each time",
-    "render_mode": "nothing is drawn here; codrive.make with traffic='native' or traffic='sumo' draws",
+    "num_envs": "only codrive.make_vec has several environments; codrive.evaluate has over, the number of rings",
+    "copy": "only codrive.make_vec can return the same arrays each time",
+    "render_mode": "only codrive.make with traffic='native' or traffic='sumo' draws pictures",
     "view": "fast rings are not drawn; traffic='native' and traffic='sumo' are",
     "size": "fast rings are not drawn; traffic='native' and traffic='sumo' are",
     "advised": "a fast ring has one advised vehicle; codrive.make_parallel has several",
-    "traffic": "codrive.evaluate drives fast rings alone; codrive.make drives with other engines",
-    "over": "it is an argument of codrive.evaluate; codrive.make_vec has num_envs",
+    "traffic": "codrive.evaluate drives fast rings only; codrive.make has other engines",
+    "over": "only codrive.evaluate has this argument; codrive.make_vec has num_envs",
 }
 
 

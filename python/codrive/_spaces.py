@@ -59,7 +59,7 @@ def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") 
     try:
         array = np.asarray(actions)
     except ValueError as fault:
-        raise ValueError(f"actions{of} are no array: {fault}; allowed: shape {shape}") from None
+        raise ValueError(f"actions{of} are not an array: {fault}; allowed: shape {shape}") from None
     if array.dtype.kind not in ("iu" if levels else "fiu"):
         allowed = "whole numbers" if levels else "numbers"
         raise TypeError(f"actions{of} are of dtype {array.dtype}; allowed: {allowed}, shape {shape}")

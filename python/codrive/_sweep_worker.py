@@ -79,7 +79,7 @@ def _make(plan: Plan, store: Store, asked: str) -> None:
     own = plan.part_name(int(number))
     if own != name:
         raise RuntimeError(
-            f"run {number} is {own} on this machine and {name} where the sweep was started\n"
+            f"run {number} is {own} on this machine and {name} on the machine that started the sweep\n"
             "  remedy: install the same version of codrive on all machines"
         )
     store.put(name, plan.execute(int(number)))

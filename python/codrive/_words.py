@@ -15,7 +15,7 @@ _OPTIONS = {name: name.replace("-", "_") for name in ("traffic", "other-model", 
 _OPTION = re.compile(rf"(?<![\w-])--({'|'.join(sorted(_OPTIONS, key=len, reverse=True))})(?![\w-])(?: (\w+))?")
 _TRAFFIC = re.compile(r"\btraffic (sumo|native)\b")
 _COMMAND = re.compile(r"\bcodrive (map|run|policy|train) ?\w*")
-_PROGRAM = "; codrive is also a program, which scripts/drive of a checkout builds"
+_PROGRAM = "; the program codrive has this command: scripts/drive of a checkout builds it"
 
 
 @contextlib.contextmanager

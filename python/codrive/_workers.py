@@ -135,7 +135,7 @@ class WorkerDrive:
             if self._process is None and call == "begin":
                 self._start()
             if self._process is None:
-                raise RuntimeError(f"the drive's process is not there; {_AGAIN}")
+                raise RuntimeError(f"the drive has no process; {_AGAIN}")
             write_message(self._process.stdin, (call, arguments))
         except OSError:
             raise self._lost() from None
@@ -151,7 +151,7 @@ class WorkerDrive:
             Exception: The exception of the call, with the same type.
         """
         if self._process is None:
-            raise RuntimeError(f"the drive's process is not there; {_AGAIN}")
+            raise RuntimeError(f"the drive has no process; {_AGAIN}")
         try:
             answers = self._process.stdout
             if self._is_new:
@@ -192,7 +192,7 @@ class WorkerDrive:
 
     def _start(self) -> None:
         if not sys.executable:
-            raise RuntimeError("sys.executable is empty, so that no process with Python can be started; traffic='native' needs none")
+            raise RuntimeError("sys.executable is empty, so no Python process can be started; traffic='native' needs none")
         # The process finds modules in the same places and order as this one.
         variables = {
             **os.environ,

@@ -155,7 +155,7 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
     one_step = rates[f"hold {STEP_S} s"]["python"]
     sumo = sumo_rate(max(int(1000 * seconds), 100))
     if sumo is None:
-        rates["sumo by TraCI"] = "not measured: SUMO's Python is not here; scripts/setup or SUMO_HOME brings it"
+        rates["sumo by TraCI"] = "not measured: SUMO's Python package is missing; run scripts/setup, or set SUMO_HOME"
     else:
         rates["sumo by TraCI"] = {"rate": sumo, "codrive / sumo": one_step / sumo}
     return rates
@@ -164,12 +164,12 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
 def main(arguments: list[str] | None = None) -> None:
     """Runs the command line."""
     parser = argparse.ArgumentParser(prog="python -m codrive.bench", description=__doc__.splitlines()[0])
-    parser.add_argument("--num-envs", type=int, default=1024, help="rings side by side (default 1024)")
-    parser.add_argument("--seconds", type=float, default=2.0, help="about how long each measurement takes (default 2)")
+    parser.add_argument("--num-envs", type=int, default=1024, help="number of rings side by side (default 1024)")
+    parser.add_argument("--seconds", type=float, default=2.0, help="approximate duration of each measurement, s (default 2)")
     parser.add_argument("--json", action="store_true", help="print as JSON")
     asked = parser.parse_args(arguments)
     if not (asked.num_envs >= 1 and 0.0 < asked.seconds <= 3600.0):
-        parser.error("--num-envs must be at least 1, --seconds above 0 and at most 3600")
+        parser.error("allowed: --num-envs at least 1, --seconds above 0 and at most 3600")
     rates = measure(asked.num_envs, asked.seconds)
     if asked.json:
         print(json.dumps(rates, indent=1))

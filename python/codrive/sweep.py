@@ -45,7 +45,7 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
         if size > MOST_BYTES:
             raise ValueError(
                 f"{folder}: more than {MOST_BYTES >> 20} MiB lie beside the plan\n"
-                "  remedy: put it, with the files that it names, into a folder of its own"
+                "  remedy: put the plan and the files that it names into a separate folder"
             )
         files[str(name)] = path.read_bytes()
     return files
@@ -225,12 +225,12 @@ class _Meter:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command line. Returns the exit status: 0 done, 1 runs failed, 2 the plan is wrong, 130 stopped."""
     parser = argparse.ArgumentParser(prog="python -m codrive.sweep", description=__doc__.splitlines()[0])
-    parser.add_argument("plan", help="the plan (TOML); files that it names lie beside it")
+    parser.add_argument("plan", help="file of the plan (TOML), beside the files that it names")
     parser.add_argument("--out", required=True, help="folder of the results, or an address of fsspec such as s3://bucket/path")
-    parser.add_argument("--workers", type=int, help="runs at a time [default: the cores of the cluster]")
-    parser.add_argument("--retries", type=int, default=1, help="how often a run that failed is tried again [default: 1]")
-    parser.add_argument("--address", help="of the Ray cluster [default: RAY_ADDRESS, else one on this machine]")
-    parser.add_argument("--collect", action="store_true", help="run nothing; put the runs that are there into tables")
+    parser.add_argument("--workers", type=int, help="number of runs at a time [default: the cores of the cluster]")
+    parser.add_argument("--retries", type=int, default=1, help="number of further attempts for a failed run [default: 1]")
+    parser.add_argument("--address", help="address of the Ray cluster [default: RAY_ADDRESS, else a cluster on this machine]")
+    parser.add_argument("--collect", action="store_true", help="run nothing; join the finished runs into tables")
     given = parser.parse_args(arguments)
     try:
         failed = {}

@@ -163,8 +163,9 @@ fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)>
 fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
     let engine = engine.filter(|engine| key == TRAFFIC && *engine == "native")?;
     Some(format!(
-        "traffic is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', which alone moves vehicles that come and \
-         go\n  remedy: traffic='sumo', or a closed route such as \"ring-250\" or \"practice\""
+        "traffic is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', the only engine with \
+         vehicles that enter and leave\n  remedy: traffic='sumo', or a closed route such as \"ring-250\" or \
+         \"practice\""
     ))
 }
 

@@ -115,9 +115,7 @@ pub fn evaluate_actions(
         asked?;
         match driven {
             Ok(Ok(results)) => Ok(json(&results)),
-            Ok(Err(Unanswered)) | Err(_) => {
-                Err(PyRuntimeError::new_err("a bug of codrive: the rings stopped on their way"))
-            }
+            Ok(Err(Unanswered)) | Err(_) => Err(PyRuntimeError::new_err("a bug of codrive: the rings stopped early")),
         }
     })
 }

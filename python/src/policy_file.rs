@@ -25,7 +25,12 @@ pub fn write_network(
     let bytes = match path.extension().and_then(|ending| ending.to_str()) {
         Some("onnx") => onnx::write(&network),
         Some("toml") => network.to_toml().into_bytes(),
-        _ => return Err(refused(format!("{}: allowed: a name that ends in .onnx or .toml", path.display()))),
+        _ => {
+            return Err(refused(format!(
+                "{}: the format is unknown; allowed: a name that ends in .onnx or .toml",
+                path.display()
+            )));
+        }
     };
     private::replace(path, &bytes)
         .map_err(|fault| PyErr::from(std::io::Error::new(fault.kind(), format!("{}: {fault}", path.display()))))

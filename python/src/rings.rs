@@ -255,7 +255,7 @@ impl Rings {
         let marks = [out.mean_speeds_mps.len(), out.terminations.len(), out.truncations.len()];
         if lengths != [rows; 3] || marks != [rings; 3] {
             return Err(PyValueError::new_err(
-                "an array of the environment has been resized; make the environment anew",
+                "an array of the environment has been resized; make the environment again",
             ));
         }
         let batch = &mut self.batch;
@@ -326,7 +326,7 @@ fn slice<'a, T: numpy::Element, D: numpy::ndarray::Dimension>(
     array: &'a Bound<'_, numpy::PyArray<T, D>>,
 ) -> PyResult<&'a mut [T]> {
     if !array.is_contiguous() {
-        return Err(PyValueError::new_err("an array of the environment has been reshaped; make the environment anew"));
+        return Err(PyValueError::new_err("an array of the environment has been reshaped; make the environment again"));
     }
     // SAFETY: the memory is numpy's and lives as long as `array`. Rust writes it only through `Rings`, which is borrowed mutably. Python
     // may read or write it meanwhile from another thread and get numbers of either step. Any bits are a valid `T`; for bool, numpy writes

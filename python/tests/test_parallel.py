@@ -131,8 +131,8 @@ def test_pettingzoos_own_test_passes_on_a_network():
     [
         ([0.0, 0.0], TypeError, "actions are list; allowed: a dict"),
         (None, TypeError, "actions are NoneType"),
-        ({"ego": np.zeros(1)}, ValueError, "none for 'vehicle_11'"),
-        ({"ego": 0, "vehicle_11": 0, "vehicle_12": 0}, ValueError, r"'vehicle_12' \(did you mean vehicle_11\?\), who is not among"),
+        ({"ego": np.zeros(1)}, ValueError, "no entry for 'vehicle_11'"),
+        ({"ego": 0, "vehicle_11": 0, "vehicle_12": 0}, ValueError, r"'vehicle_12' \(did you mean vehicle_11\?\), which is not among"),
         ({"ego": np.zeros(1), "vehicle_11": np.zeros(2)}, ValueError, r"of 'vehicle_11' have shape \(2,\); allowed: \(1,\)"),
         ({"ego": np.zeros(1), "vehicle_11": np.array([np.nan])}, ValueError, "action of 'vehicle_11' is NaN"),
         ({"ego": np.array([np.inf]), "vehicle_11": np.zeros(1)}, ValueError, "action of 'ego' is inf"),

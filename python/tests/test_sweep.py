@@ -135,7 +135,7 @@ def test_a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told(tmp_path, c
     path.write_text(HANGING)
     start = time.monotonic()
     failed = codrive.sweep.sweep(str(path), str(tmp_path / "out"))
-    assert failed == {0: "it was not done after limit_s, 5 s"}
+    assert failed == {0: "the run was not done after limit_s, 5 s"}
     # The first attempt and one retry.
     assert time.monotonic() - start >= 10.0
     runs = codrive.sweep.Plan(str(path))
@@ -148,11 +148,11 @@ def test_a_run_that_takes_its_process_along_costs_itself_alone(tmp_path):
     names = codrive.sweep.Plan(str(path)).part_names()
     codrive.sweep.Store(str(tmp_path / "out")).names()
     worker = Worker(str(path), str(tmp_path / "out"))
-    with pytest.raises(RuntimeError, match=r"run 1 is .* where the sweep was started\n  remedy: install the same version"):
+    with pytest.raises(RuntimeError, match=r"run 1 is .* on the machine that started the sweep\n  remedy: install the same version"):
         worker.run(1, names[0], None)
     worker.run(1, names[1], None)
     threading.Timer(0.5, worker._process.kill).start()
-    with pytest.raises(RuntimeError, match=r"its process ended \(exit status -9\)"):
+    with pytest.raises(RuntimeError, match=r"the process of the run ended \(exit status -9\)"):
         worker.run(0, names[0], None)
     assert not worker.is_alive
     path.write_text("[[drives]]\nlimit_s = 0\n")

@@ -107,7 +107,7 @@ mod tests {
         assert!(message("error=x").contains("error is \"x\""), "{}", message("error=x"));
         assert!(
             message("eror=1")
-                .starts_with("a driver has no number \"eror\" (did you mean error?)\n  remedy: give some of")
+                .starts_with("unknown driver parameter \"eror\" (did you mean error?)\n  remedy: use some of")
         );
         assert!(message("error=1,follow").contains("\"follow\""));
     }

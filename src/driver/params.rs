@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 pub enum DriverError {
     /// Unknown name of a preset.
     #[error(
-        "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
+        "no driver is called {name:?}{}\n  remedy: use one of {}, or numbers: \
+         reaction=1,error=0.5,speed_bias=0,deadband=0",
         did_you_mean(name, &all_presets()),
         all_presets().join(", ")
     )]
@@ -17,7 +18,7 @@ pub enum DriverError {
         name: String,
     },
     /// Unknown name of a number.
-    #[error("a driver has no number {key:?}{}\n  remedy: give some of {}", did_you_mean(key, &NUMBERS), NUMBERS.join(", "))]
+    #[error("unknown driver parameter {key:?}{}\n  remedy: use some of {}", did_you_mean(key, &NUMBERS), NUMBERS.join(", "))]
     UnknownNumber {
         /// Given name of the number.
         key: String,

@@ -20,13 +20,13 @@ pub enum CircuitFault {
         length_m: f64,
     },
     /// Bends that do not add up to one full turn.
-    #[error("the bends turn by {turn_deg} degrees in all; a circuit turns by 360 or -360")]
+    #[error("the bends turn by {turn_deg} degrees in all; allowed: 360 or -360")]
     Open {
         /// Total turn of the bends, degrees.
         turn_deg: f64,
     },
     /// Number of pieces with `solved = true` that is not two.
-    #[error("{0} pieces have solved = true; it has to be two")]
+    #[error("{0} pieces have solved = true; allowed: 2")]
     NotTwoSolved(usize),
     /// Solved straights of nearly equal direction: no lengths close the circuit.
     #[error("the solved straights, pieces {} and {}, are nearly parallel", pieces[0], pieces[1])]
@@ -36,7 +36,7 @@ pub enum CircuitFault {
     },
     /// Solved straight that would be shorter than the shortest piece, or of negative length.
     #[error(
-        "piece {piece} would have to be {length_m:.1} m long to close the circuit, at least {SHORTEST_M} m are needed: \
+        "piece {piece} would have to be {length_m:.1} m long to close the circuit; allowed: at least {SHORTEST_M} m: \
          lengthen pieces that lead the other way"
     )]
     TooShort {
@@ -47,7 +47,8 @@ pub enum CircuitFault {
     },
     /// Parts of the road that come too close to each other.
     #[error(
-        "pieces {} and {} come within {apart_m:.1} m of each other; the centre lines have to stay {wanted_m:.1} m apart",
+        "pieces {} and {} come within {apart_m:.1} m of each other; allowed: centre lines at least {wanted_m:.1} m \
+         apart",
         pieces[0], pieces[1]
     )]
     TooClose {

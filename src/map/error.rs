@@ -102,7 +102,7 @@ pub enum MapError {
         file: PathBuf,
     },
     /// File that refers to other files, which netconvert would read.
-    #[error("{}:{line}: {reference}\n  remedy: export it again without that, as UTF-8", file.display())]
+    #[error("{}:{line}: {reference}\n  remedy: export the file again without this, as UTF-8", file.display())]
     Reference {
         file: PathBuf,
         /// Line number, counted from 1.
@@ -111,7 +111,7 @@ pub enum MapError {
         reference: &'static str,
     },
     /// Unusable result of netconvert.
-    #[error("{}: netconvert converts this file, but what it makes cannot be used: {problem}\n  remedy: mend the part of the file that this names, or import another part of the map", file.display())]
+    #[error("{}: netconvert converts this file, but the network cannot be used: {problem}\n  remedy: correct the named part of the file, or import another part of the map", file.display())]
     Converted {
         /// File that was to be imported.
         file: PathBuf,
@@ -119,7 +119,7 @@ pub enum MapError {
         problem: Box<MapError>,
     },
     /// Network, imported or made by netconvert, beyond the size limit.
-    #[error("{}: {what} {size}; allowed: at most {allowed}\n  remedy: import a part of it; cut that out first: osmium extract does it with OpenStreetMap's files, netconvert --keep-edges.in-boundary X1,Y1,X2,Y2 with others", file.display())]
+    #[error("{}: {what} {size}; allowed: at most {allowed}\n  remedy: import a part of the map; cut it out with osmium extract (OpenStreetMap) or netconvert --keep-edges.in-boundary X1,Y1,X2,Y2 (other formats)", file.display())]
     NetworkTooLarge {
         /// File that was to be imported.
         file: PathBuf,
@@ -201,7 +201,7 @@ pub enum MapError {
         file: PathBuf,
     },
     /// Start of the ego beyond the end of its path.
-    #[error("{}: the ego starts {start_m} m along its path; allowed: less than {length_m:.1} m, the path's length\n  remedy: a smaller path_start_m, or more edges in path", file.display())]
+    #[error("{}: the ego starts {start_m} m along its path; allowed: less than {length_m:.1} m, the path's length\n  remedy: set a smaller path_start_m, or name more edges in path", file.display())]
     PathStart {
         /// File of the network.
         file: PathBuf,
@@ -244,7 +244,7 @@ pub enum MapError {
         problem: CircuitFault,
     },
     /// Name of a map that exists already.
-    #[error("{}: this map exists already\n  remedy: choose another name or remove the folder first", folder.display())]
+    #[error("{}: this map exists already\n  remedy: choose another name, or remove the folder first", folder.display())]
     Exists {
         /// Folder of the existing map.
         folder: PathBuf,
@@ -256,7 +256,7 @@ pub enum MapError {
         program: PathBuf,
     },
     /// Import that the user ended.
-    #[error("{}: the import was ended; nothing is left of it", file.display())]
+    #[error("{}: the import was stopped; no file was kept", file.display())]
     Interrupted {
         /// File that was to be imported.
         file: PathBuf,
@@ -270,7 +270,7 @@ pub enum MapError {
         message: String,
     },
     /// Conversion beyond its limit of time or memory.
-    #[error("{}: netconvert failed: {what}\n  it may take {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
+    #[error("{}: netconvert failed: {what}\n  allowed: {seconds} s (--time-limit) and {memory_mib} MiB (--memory-limit)", file.display())]
     NetconvertLimit {
         /// File that was to be converted.
         file: PathBuf,

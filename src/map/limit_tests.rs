@@ -42,7 +42,7 @@ fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
     }
     // Each coordinate is within limits, but the gap between two lanes is not.
     let refusal = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
-    assert!(refusal.contains("hole in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
+    assert!(refusal.contains("gap in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
 }
 
 #[test]
@@ -118,11 +118,7 @@ fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
         ),
         ("id=\"cd_1\" index=\"1\"", "id=\"cd_1\" index=\"3\"", "lane \"cd_1\": index is \"3\""),
         ("</net>", "<edge id=\"z\"/></net>", "edge \"z\": lane is absent; allowed: at least one lane"),
-        (
-            "<lane id=\"bc_0\"",
-            "<lame id=\"bc_0\"",
-            "lame \"bc_0\": codrive knows no such element in a network (did you mean lane?)",
-        ),
+        ("<lane id=\"bc_0\"", "<lame id=\"bc_0\"", "lame \"bc_0\": unknown element in a network (did you mean lane?)"),
         ("toLane=\"1\" via=\":c_1_0\" dir=\"l\"", "toLane=\"1\" via=\":c_1_0\" dir=\"x\"", "dir is \"x\""),
         ("dir=\"t\" state=\"M\"", "dir=\"t\" state=\"?\"", "state is \"?\""),
         (
@@ -135,7 +131,7 @@ fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
         (
             "<junction id=\"b\"",
             "<lane id=\"bc_0\" index=\"0\"/><junction id=\"b\"",
-            "lane \"bc_0\": it stands in the wrong place; allowed in <net>: connection",
+            "lane \"bc_0\": the element is in the wrong place; allowed in <net>: connection",
         ),
         (
             " via=\":b_0_0\"",
@@ -146,7 +142,7 @@ fn parts_that_only_sumo_reads_are_checked_with_line_element_and_value() {
         (
             "<connection from=\":b_0\" to=\"bc\"",
             "<prohibition from=\":b_0\" to=\"bc\"",
-            "with a connection to where its via leads",
+            "that leads to the same lane as its connection",
         ),
         (
             "from=\"bc\" to=\"cd\" fromLane=\"0\" toLane=\"0\"",
@@ -224,8 +220,8 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     #[expect(clippy::disallowed_methods, reason = "the end of a real process is waited for")]
     let begun = Instant::now();
     let refusal = import::import_into(&maps, &program, &osm, "town", &bounds).unwrap_err().to_string();
-    assert!(refusal.contains("town.osm: netconvert failed: it was not done in time and was ended"), "{refusal}");
-    assert!(refusal.contains("it may take 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{refusal}");
+    assert!(refusal.contains("town.osm: netconvert failed: netconvert was stopped at the time limit"), "{refusal}");
+    assert!(refusal.contains("allowed: 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{refusal}");
     gone();
     // The user presses Ctrl-C.
     let bounds = import::ImportBounds { seconds: 600, ..bounds };
@@ -235,7 +231,7 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
         stop.store(true, std::sync::atomic::Ordering::Relaxed);
         import.join().unwrap().unwrap_err().to_string()
     });
-    assert!(ended.contains("town.osm: the import was ended; nothing is left of it"), "{ended}");
+    assert!(ended.contains("town.osm: the import was stopped; no file was kept"), "{ended}");
     gone();
     assert!(begun.elapsed() < Duration::from_secs(60), "ten times what it takes on a busy machine");
 }

@@ -113,7 +113,7 @@ fn check_gaps(file: &Path, net: &Network, lanes: &[RouteLane]) -> Result<(), Map
         let next = &lanes[(k + 1) % lanes.len()];
         let gap_m = lane.shape[lane.shape.len() - 1].distance(next.shape[0]);
         if gap_m > WIDEST_GAP_M {
-            let what = format!("the hole in the route between lanes \"{}\" and \"{}\"", lane.id(net), next.id(net));
+            let what = format!("the gap in the route between lanes \"{}\" and \"{}\"", lane.id(net), next.id(net));
             let (value, allowed) = (format!("{gap_m:.1} m"), format!("at most {WIDEST_GAP_M} m"));
             return Err(MapError::Limit { file: file.into(), what, value, allowed });
         }

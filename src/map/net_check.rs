@@ -154,7 +154,7 @@ fn insides(reader: &NetReader, root: Element, names: &KnownNames, ways: &Junctio
                 return Err(reader.value(
                     lane,
                     "id",
-                    "a lane inside a junction with a connection to where its via leads",
+                    "a lane inside a junction that leads to the same lane as its connection",
                 ));
             }
         }

@@ -80,7 +80,7 @@ impl<'text> XmlTree<'text> {
         check_characters(text)?;
         // quick-xml would skip it, and count positions from behind it.
         if text.starts_with(BYTE_ORDER_MARK) {
-            return Err(fault(0, "words outside the document's element"));
+            return Err(fault(0, "text outside the document's element"));
         }
         let tree = Self { text, decoded: String::new(), names: vec![], elements: vec![], attributes: vec![] };
         let mut builder = Builder { tree, known_names: BTreeMap::new(), open: Vec::new(), prefixes: Vec::new() };
@@ -110,7 +110,9 @@ impl<'text> XmlTree<'text> {
                     builder.attributes(from + 2, &text[from + 2..to - 2], "xml".len())?;
                     builder.tree.attributes.clear();
                 }
-                Event::DocType(_) => return Err(fault(from, "a document type (<!DOCTYPE ...>), which is not read")),
+                Event::DocType(_) => {
+                    return Err(fault(from, "a document type (<!DOCTYPE ...>), which codrive does not read"));
+                }
                 Event::Eof => return builder.finish(),
             }
         }
@@ -208,7 +210,7 @@ impl<'text> Builder<'text> {
     /// Adds an element whose tag begins at `at`.
     fn open(&mut self, at: usize, tag: &BytesStart) -> Result<(), XmlFault> {
         if self.open.is_empty() && !self.tree.elements.is_empty() {
-            return Err(fault(at, "a second element that is in no other"));
+            return Err(fault(at, "a second outermost element"));
         }
         let within = &self.tree.text[at + 1..at + 1 + tag.len()];
         let name = self.name(at + 1, &within[..tag.name().as_ref().len()])?;
@@ -221,7 +223,7 @@ impl<'text> Builder<'text> {
         for name in std::iter::once(name).chain(of_attributes) {
             let prefix = self.tree.names[name as usize].prefix;
             if !matches!(prefix, "" | "xml") && !self.prefixes.iter().any(|(_, known)| *known == prefix) {
-                return Err(fault(at, format!("the prefix \"{prefix}\" is declared nowhere")));
+                return Err(fault(at, format!("the prefix \"{prefix}\" is not declared")));
             }
         }
         Ok(())
@@ -254,7 +256,7 @@ impl<'text> Builder<'text> {
                 continue;
             }
             if self.tree.attributes[first..].iter().any(|other| other.name == id) {
-                return Err(fault(base + key, format!("the attribute \"{name}\" is there twice")));
+                return Err(fault(base + key, format!("the attribute \"{name}\" is given twice")));
             }
             self.tree.attributes.push(AttributeData { name: id, start, length });
         }
@@ -299,13 +301,13 @@ impl<'text> Builder<'text> {
 
     /// Checks that an element is open: outside the root only white space is allowed.
     fn inside(&self, at: usize) -> Result<(), XmlFault> {
-        if self.open.is_empty() { Err(fault(at, "words outside the document's element")) } else { Ok(()) }
+        if self.open.is_empty() { Err(fault(at, "text outside the document's element")) } else { Ok(()) }
     }
 
     /// Checks text between tags that begins at `at`.
     fn words(&self, at: usize, words: &str) -> Result<(), XmlFault> {
         if let Some(end) = words.find("]]>") {
-            return Err(fault(at + end, "]]> outside of what it ends"));
+            return Err(fault(at + end, "]]> outside a CDATA section"));
         }
         match words.trim_matches(is_space) {
             "" => Ok(()),
@@ -321,7 +323,7 @@ impl<'text> Builder<'text> {
         match character {
             Some(character) => check_characters(character.encode_utf8(&mut [0; 4])),
             None if resolve_predefined_entity(&name).is_some() => Ok(()),
-            None => Err(fault(at, format!("\"&{name};\" stands for nothing"))),
+            None => Err(fault(at, format!("the entity \"&{name};\" is not defined"))),
         }
         .map_err(|wrong| fault(at, wrong.message))
     }
@@ -329,7 +331,7 @@ impl<'text> Builder<'text> {
     fn finish(mut self) -> Result<XmlTree<'text>, XmlFault> {
         let end = self.tree.text.len();
         if self.tree.elements.is_empty() {
-            return Err(fault(end, "there is no element"));
+            return Err(fault(end, "the document has no element"));
         }
         if let Some(open) = self.open.last() {
             let name = self.tree.names[self.tree.elements[*open as usize].name as usize].local;
@@ -344,7 +346,7 @@ impl<'text> Builder<'text> {
 /// Builds the error for faulty attributes of a tag whose text begins at `base`. A `<` in the tag means that the tag is not closed.
 fn attribute_fault(base: usize, tag: &str, error: &AttrError) -> XmlFault {
     if let Some(at) = tag.find('<') {
-        return fault(base + at, "a tag begins before the one before it is closed (>)");
+        return fault(base + at, "a tag begins before the previous tag is closed (>)");
     }
     let (AttrError::ExpectedEq(at)
     | AttrError::ExpectedValue(at)
@@ -369,7 +371,7 @@ fn offset_in(text: &str, part: &[u8]) -> usize {
 
 /// Refuses characters that XML forbids: control characters and two noncharacters.
 fn check_characters(text: &str) -> Result<(), XmlFault> {
-    first_bad_character(text).map_or(Ok(()), |at| Err(fault(at, "a character that XML cannot hold")))
+    first_bad_character(text).map_or(Ok(()), |at| Err(fault(at, "a character that XML does not allow")))
 }
 
 fn is_space(c: char) -> bool {

@@ -122,18 +122,18 @@ fn mutated_texts_are_accepted_or_refused_as_by_a_general_parser() {
 #[test]
 fn a_fault_has_its_position_in_the_text() {
     for (text, at, expected) in [
-        ("<net>\n<a b=\"1\" b=\"2\"/></net>", 15, "the attribute \"b\" is there twice"),
+        ("<net>\n<a b=\"1\" b=\"2\"/></net>", 15, "the attribute \"b\" is given twice"),
         ("<net a=\"x<y\"/>", 9, "< in a value"),
         ("<net a=\"1\"b=\"2\"/>", 10, "a space is missing"),
-        ("<net>\u{7}</net>", 5, "a character that XML cannot hold"),
-        ("<net></net><net/>", 11, "a second element"),
+        ("<net>\u{7}</net>", 5, "a character that XML does not allow"),
+        ("<net></net><net/>", 11, "a second outermost element"),
         ("<!DOCTYPE net><net/>", 0, "a document type"),
-        ("<net><x:a/></net>", 5, "the prefix \"x\" is declared nowhere"),
-        ("<net>\n  <a b=\"1\"\n</net>", 17, "a tag begins before the one before it is closed"),
+        ("<net><x:a/></net>", 5, "the prefix \"x\" is not declared"),
+        ("<net>\n  <a b=\"1\"\n</net>", 17, "a tag begins before the previous tag is closed"),
         ("<net>\n</nut>", 6, "expected `</net>`"),
         ("<net><a>", 8, "the text ends before </a>"),
         ("<net a=\"&none;\"/>", 8, "none"),
-        ("", 0, "there is no element"),
+        ("", 0, "the document has no element"),
     ] {
         let fault = XmlTree::parse(text).err().unwrap_or_else(|| panic!("{text} is taken"));
         assert!(fault.message.contains(expected), "{text}: {}", fault.message);

@@ -38,8 +38,7 @@ pub fn untrained_hold(policy: &dyn Policy, hold: Hold) -> Option<String> {
     let hold_s = hold.seconds();
     let [low, high] = policy.trained_holds_s()?;
     let is_trained = (low - 1e-9..=high + 1e-9).contains(&hold_s);
-    (!is_trained)
-        .then(|| format!("the policy was trained for holds of {low} to {high} s and is asked to hold for {hold_s} s"))
+    (!is_trained).then(|| format!("the hold is {hold_s} s; the policy was trained for holds of {low} to {high} s"))
 }
 
 impl Advisor {
@@ -106,7 +105,7 @@ impl Advisor {
         let (Action::Acceleration(number) | Action::Speed(number)) = action;
         let is_fallback = !number.is_finite();
         if is_fallback && !self.standing.is_some_and(|advice| advice.is_fallback) {
-            log::warn!("the policy answered {observation:?} with {number}; the last advice stands");
+            log::warn!("the policy gave {number} for the observation {observation:?}; the last advice remains");
         }
         // Without a finite number the previous target stays in force; in the first hold it is the current speed.
         let action = match (is_fallback, self.standing) {
@@ -278,10 +277,11 @@ mod tests {
     fn a_misspelt_policy_name_is_answered_with_the_existing_names() {
         let settings = PolicySettings { aim_mps: 0.0, equilibrium_mps: 4.362, step_s: 0.1 };
         let error = build("folower-stopper", &settings).err().unwrap().to_string();
-        let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); known are auto, none, constant, two-phase, follower-stopper, pi, linear-feedback, ring-250-";
+        let begins = "policy `folower-stopper` is unknown (did you mean follower-stopper?); allowed: auto, none, constant, \
+             two-phase, follower-stopper, pi, linear-feedback, ring-250-";
         assert!(error.starts_with(begins) && error.contains("ring-250-speed, "), "{error}");
         assert!(
-            error.ends_with("or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml"),
+            error.ends_with("the FILE.toml or FILE.onnx of a trained policy, or the FILE.toml of a controller"),
             "{error}"
         );
     }

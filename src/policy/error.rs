@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 pub enum PolicyError {
     /// No policy has this name.
     #[error(
-        "policy `{name}` is unknown{}; known are {}, or the FILE.toml or FILE.onnx of a trained one, or a controller's FILE.toml",
+        "policy `{name}` is unknown{}; allowed: {}, the FILE.toml or FILE.onnx of a trained policy, or the FILE.toml \
+         of a controller",
         did_you_mean(name, &all_names()), all_names().join(", ")
     )]
     Unknown {
@@ -21,7 +22,7 @@ pub enum PolicyError {
     },
     /// No controller has this name.
     #[error(
-        "controller `{name}` is unknown{}; known are {}, or the FILE.toml of one",
+        "controller `{name}` is unknown{}; allowed: {}, or the FILE.toml of a controller",
         did_you_mean(name, &NAMES[1..]), NAMES[1..].join(", ")
     )]
     UnknownController {
@@ -30,7 +31,8 @@ pub enum PolicyError {
     },
     /// No controller and no correctable policy has this name.
     #[error(
-        "controller or policy `{name}` is unknown{}; known are {}, or the FILE.toml of a controller or of a trained policy",
+        "controller or policy `{name}` is unknown{}; allowed: {}, or the FILE.toml of a controller or of a trained \
+         policy",
         did_you_mean(name, &correctable_names()), correctable_names().join(", ")
     )]
     UnknownCorrected {
@@ -38,7 +40,9 @@ pub enum PolicyError {
         name: String,
     },
     /// An ONNX network cannot be embedded in a policy file.
-    #[error("policy {name} cannot be corrected: it is no policy file of this program\n  remedy: name its policy.toml")]
+    #[error(
+        "policy {name} cannot be corrected: it is not a policy file of this program\n  remedy: name its policy.toml"
+    )]
     CorrectedOnnx {
         /// Policy name as the user gave it.
         name: String,
@@ -53,7 +57,7 @@ pub enum PolicyError {
     },
     /// The policy was trained with the driver's traits as input. A drive does not supply them.
     #[error(
-        "policy {name} must be told who drives ({}), and has no estimator that finds out\n  remedy: train it with \
+        "policy {name} needs the driver's traits ({}), and has no estimator for them\n  remedy: train it with \
          estimator_rounds above 0, or name another policy",
         FEATURES.iter().filter(|feature| feature.is_of_driver()).map(|feature| feature.name()).collect::<Vec<_>>().join(", ")
     )]
@@ -63,7 +67,8 @@ pub enum PolicyError {
     },
     /// The policy needs more of the road than training and evaluation rings have.
     #[error(
-        "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: codrive run, or name another policy"
+        "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: use codrive run, or \
+         name another policy"
     )]
     NotOnRings {
         /// Policy name as the user gave it.
@@ -125,8 +130,8 @@ pub enum PolicyFileFault {
     /// The file is an ONNX network, and this build cannot read ONNX.
     #[cfg(not(feature = "onnx"))]
     #[error(
-        "ONNX files are read only by a program that is built with the cargo feature `onnx`\n  \
-         remedy: build it with cargo build --release, which scripts/drive keeps"
+        "this program was built without the cargo feature `onnx`, which reads ONNX files\n  remedy: build it with \
+         cargo build --release, which scripts/drive keeps"
     )]
     WithoutOnnx,
 }

@@ -292,7 +292,7 @@ pub fn withholds_advice(observation: &Observation, least_spacing_m: f64) -> bool
     if is_withheld {
         SAID.call_once(|| {
             let (length_m, cars) = (observation.circumference_m, observation.vehicles);
-            log::warn!("the policy withholds advice on {length_m:.0} m with {cars} cars: advice would slow them")
+            log::warn!("the policy withholds advice on {length_m:.0} m with {cars} vehicles: advice would slow them")
         });
     }
     is_withheld

@@ -22,7 +22,7 @@ pub struct NetworkLayer {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LayerFault {
     /// A layer's input count differs from the previous layer's output count.
-    #[error("layer {layer} has {inputs} inputs; what is before it gives {given}")]
+    #[error("layer {layer} has {inputs} inputs; the layer before has {given} outputs")]
     Inputs {
         /// Index of the layer, from 0.
         layer: usize,
@@ -45,7 +45,7 @@ pub enum LayerFault {
     #[error("layer {0} holds a number that is not finite")]
     NotFinite(usize),
     /// The last layer has the wrong number of outputs.
-    #[error("the last layer has {outputs} outputs; {needed} needed", needed = if *needed == 1 { "1 is".into() } else { format!("{needed} are") })]
+    #[error("the last layer has {outputs} outputs; allowed: {needed}")]
     Outputs {
         /// Outputs of the last layer.
         outputs: usize,

@@ -34,14 +34,14 @@ impl Feature {
             RoadKind::Network(_) if self.is_of_lane_to(Side::Right) => {
                 "and its path has no lane to the right of its own"
             }
-            _ => "which is not to be had",
+            _ => "which is not available",
         }
     }
 }
 
 pub(super) fn lacked_by_controller(controller: &Controller, road: RoadKind) -> Option<String> {
     let is_for_wave = matches!(controller, Controller::TwoPhase(_)) && road.is_network();
-    is_for_wave.then(|| "opens a hole that swallows the wave of a closed route".to_owned())
+    is_for_wave.then(|| "opens a gap that absorbs the wave of a closed route".to_owned())
 }
 
 pub(super) fn lacked_by_network(network: &Network, road: RoadKind) -> Option<String> {
@@ -62,7 +62,7 @@ pub(super) fn lacked(
         return Some(format!("sees `{}`, {}", feature.name(), feature.why_unseen(road)));
     }
     if least_spacing_m > 0.0 && road.is_network() {
-        return Some(format!("withholds advice below {least_spacing_m} m of closed route for each car"));
+        return Some(format!("withholds advice below {least_spacing_m} m of closed route per vehicle"));
     }
     match corrected {
         Some(CorrectedAdvice::Controller(controller)) => lacked_by_controller(controller, road),
@@ -138,6 +138,6 @@ mod tests {
         assert!(message.contains("`signal_distance`"), "{message}");
         assert_eq!(lacks(&signal, NETWORK), None);
         let refused = PolicySource::for_rings(&signal, &SETTINGS).err().expect("a ring has no signals").to_string();
-        assert!(refused.contains("`signal_distance`") && refused.contains("remedy: codrive run"), "{refused}");
+        assert!(refused.contains("`signal_distance`") && refused.contains("remedy: use codrive run"), "{refused}");
     }
 }

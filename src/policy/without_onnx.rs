@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 /// Limits of ONNX files.
 pub mod limits {
     /// Limits in words for help texts.
-    pub const IN_WORDS: &str = "this program was built without ONNX files (the cargo feature `onnx`)";
+    pub const IN_WORDS: &str = "this program was built without the cargo feature `onnx`, which reads ONNX files";
 }
 
 /// An ONNX network; without the feature there are no values of this type.

@@ -36,7 +36,8 @@ pub enum RecordError {
     },
     /// Recording of a drive still in progress.
     #[error(
-        "{0}: the drive is still running and is being recorded\n  remedy: end it first (Esc in its window, Ctrl-C where there is none)"
+        "{0}: the drive is still running and is being recorded\n  remedy: end it first (Esc in its window, or Ctrl-C \
+         without a window)"
     )]
     Running(PathBuf),
     /// Recording that was cut and not yet recovered.

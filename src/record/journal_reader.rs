@@ -161,7 +161,7 @@ pub(super) enum RowsFault {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// Message longer than the bytes left, or than the maximum.
-    #[error("{wanted} bytes wanted, {left} left")]
+    #[error("{wanted} bytes needed, {left} left")]
     Length { wanted: u64, left: u64 },
     /// Bytes after the last message.
     #[error("{0} bytes too many")]
@@ -303,7 +303,7 @@ mod tests {
         let stream = |left: u64| IpcStream { from: std::io::repeat(7), left, decoder: StreamDecoder::new() };
         let mut ten = stream(10);
         assert_eq!(ten.take(4).unwrap(), [7; 4]);
-        assert_eq!(ten.take(7).unwrap_err().to_string(), "7 bytes wanted, 6 left");
+        assert_eq!(ten.take(7).unwrap_err().to_string(), "7 bytes needed, 6 left");
         assert_eq!((ten.take(6).unwrap(), ten.left, ten.take(0).unwrap()), (vec![7; 6], 0, vec![]));
         let most = u64::from(MOST_PAYLOAD);
         assert!(stream(u64::MAX).take(most + 1).is_err());

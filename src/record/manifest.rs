@@ -232,7 +232,7 @@ impl Manifest {
             faults.push(format!("{key} is missing"));
         }
         for key in keys.keys().filter(|key| !KEYS.iter().any(|(known, _)| known == key)) {
-            faults.push(format!("{key} is no key of format {FORMAT}"));
+            faults.push(format!("{key} is not a key of format {FORMAT}"));
         }
         // The SHA-256 covers the text, not the parsed manifest: an added line is a change, too.
         let written = keys.shift_remove("sha256");
@@ -290,7 +290,7 @@ mod tests {
         for (from, to, more) in [
             ("\"keyboard\"", "\"wheel\"", None),
             ("\"seed\": 0", "\"seed\": 1", None),
-            ("{\n", "{\n  \"note\": 1,\n", Some("note is no key of format 1")),
+            ("{\n", "{\n  \"note\": 1,\n", Some("note is not a key of format 1")),
             ("  \"graphics\": null,\n", "", Some("graphics is missing")),
         ] {
             assert!(text.contains(from), "{text}");

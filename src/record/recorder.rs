@@ -260,7 +260,7 @@ impl Recorder {
         let end = self.writer.take().map(JoinHandle::join);
         let error = match end {
             Some(Ok(Err(error))) => error,
-            _ => RecordError::Stopped("its thread is gone".into()),
+            _ => RecordError::Stopped("the writing thread has ended".into()),
         };
         match &error {
             RecordError::File { why, .. } => self.note_failure(&why.to_string()),
@@ -285,7 +285,7 @@ impl Recorder {
         self.hand_over(true)?;
         self.queue = None;
         if let Some(writer) = self.writer.take() {
-            writer.join().map_err(|_| RecordError::Stopped("its thread failed".into()))??;
+            writer.join().map_err(|_| RecordError::Stopped("the writing thread failed".into()))??;
         }
         fail_point!("finish.begin");
         let written = recover::write_tables(&self.folder, &Table::of(&self.manifest))?;

@@ -96,10 +96,7 @@ fn tables(recording: &Path, manifest: &Manifest, found: &mut Found) -> Result<Ve
         }
     };
     if scenario.to_toml() != text {
-        found.add_fault(
-            inputs::SCENARIO,
-            "is not as this program writes it: a setting is missing, or something was added",
-        );
+        found.add_fault(inputs::SCENARIO, "is not as this program writes it: a setting is missing, or text was added");
     }
     let is_open = scenario.has_path_or_demand();
     if manifest.network_tables != is_open {
@@ -144,7 +141,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
         let is_as_written = file_sha256(&path)? == was.sha256;
         match table_differences(*table, &path, was) {
             Ok(what) if what.is_empty() && !is_as_written => {
-                found.add_fault(&name, "was written anew; all values are as they were");
+                found.add_fault(&name, "was rewritten; all values are unchanged");
             }
             Ok(what) => what.into_iter().for_each(|what| found.add_fault(&name, what)),
             Err(error @ RecordError::File { .. }) => return Err(error),
@@ -152,7 +149,7 @@ fn check_tables(recording: &Path, tables: &[Table], sums: &Checksums, found: &mu
         }
     }
     for name in sums.tables.keys().filter(|name| !tables.iter().any(|table| table.name() == *name)) {
-        found.add_fault(checksums::FILE, format!("lists {name}.parquet, which is no table of this drive"));
+        found.add_fault(checksums::FILE, format!("lists {name}.parquet, which is not a table of this drive"));
     }
     Ok(())
 }

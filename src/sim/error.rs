@@ -15,8 +15,9 @@ pub enum WorldError {
     Traffic(#[from] TrafficError),
     /// The policy needs a closed route, and the drive is on a network.
     #[error(
-        "policy {policy} needs a closed route with a fixed number of cars: it {why}; this drive is on a network\n  remedy: --policy none or pi, \
-         or constant, follower-stopper or linear-feedback with --policy-speed"
+        "policy {policy} needs a closed route with a fixed number of vehicles: it {why}; this drive is on a \
+         network\n  remedy: choose --policy none or pi, or constant, follower-stopper or linear-feedback with \
+         --policy-speed"
     )]
     PolicyNeedsRing {
         /// Name of the policy.
@@ -43,7 +44,8 @@ pub enum WorldError {
     Driver(#[from] DriverError),
     /// The drive needs a participant, and the scenario has none.
     #[error(
-        "participant is false: nobody drives in this scenario, and a window is for somebody who does\n  remedy: codrive run, or --participant true"
+        "participant is false: this scenario has no driver, and a window needs one\n  remedy: use codrive run, or set \
+         --participant true"
     )]
     NoParticipant,
     /// The ego cannot be built.

@@ -152,7 +152,8 @@ impl World {
     pub fn traffic_alone(drive: &PlannedDrive) -> Result<Box<dyn Traffic>, WorldError> {
         if drive.is_open() {
             return Err(WorldError::Traffic(TrafficError::Setup(
-                "traffic alone is that of a closed route with a fixed number of cars; this drive is on a network"
+                "traffic without an ego needs a closed route with a fixed number of vehicles; this drive is on a \
+                 network"
                     .into(),
             )));
         }

@@ -21,11 +21,13 @@ impl Reference {
     pub fn in_words(self) -> &'static str {
         match self {
             Self::DocumentType => {
-                "the document has a type or entities of its own (<!DOCTYPE ...>, <!ENTITY ...>), which can name other files and the net, and fill \
-                 the memory in a few lines; none is read"
+                "the document declares a type or entities (<!DOCTYPE ...>, <!ENTITY ...>); codrive reads none, because \
+                 they can name other files and network addresses, or fill the memory"
             }
-            Self::Include => "the document includes another file (<include ...>); none is read",
-            Self::Encoding => "the document is no text in UTF-8, ISO 8859 or a Windows code page; no other is read",
+            Self::Include => "the document includes another file (<include ...>); codrive reads no includes here",
+            Self::Encoding => {
+                "the document is not text in UTF-8, ISO 8859 or a Windows code page; codrive reads no other encoding"
+            }
         }
     }
 }

@@ -22,7 +22,7 @@ const MOST_DROPPED_NAMES: usize = 1000;
 const NAMES_SHOWN: usize = 3;
 /// Largest length of a name in a message, characters.
 const NAME_CHARACTERS: usize = 60;
-const REMEDY: &str = "\n  remedy: take it out of the file";
+const REMEDY: &str = "\n  remedy: remove it from the file";
 /// Value for no projection.
 const NO_PROJECTION: &str = "!";
 
@@ -137,7 +137,7 @@ impl<'v, W: Write> Gate<'v, W> {
             match passes(rule, key, value) {
                 Pass::Value(kept) => {
                     if !is_plain(&kept) && first_bad_character(&kept).is_some() {
-                        let problem = format!("{key} holds a control character, which XML cannot hold{REMEDY}");
+                        let problem = format!("{key} contains a control character, which XML does not allow{REMEDY}");
                         return Err(Problem { element: label(name, attributes), problem }.into());
                     }
                     for piece in [" ", key, "=\""] {
@@ -152,7 +152,7 @@ impl<'v, W: Write> Gate<'v, W> {
                 Pass::Dropped => self.dropped.add(|| format!("{} of {name}", short(key))),
                 Pass::Refused => {
                     let problem = format!(
-                        "attribute {} names a file, an output or a device of SUMO; codrive gives SUMO none{REMEDY}",
+                        "attribute {} names a file, an output or a device of SUMO; codrive passes none to SUMO{REMEDY}",
                         short(key)
                     );
                     return Err(Problem { element: label(name, attributes), problem }.into());
@@ -219,8 +219,8 @@ impl<'v, W: Write> Gate<'v, W> {
             self.out.write_all(b"\"/>\n")?;
         } else if speaks_of_files(key) {
             let problem =
-                "it names a file, an output or a device of SUMO, which can write to any file; codrive gives SUMO \
-                           none"
+                "the parameter names a file, an output or a device of SUMO, which can write to any file; codrive \
+                 passes none to SUMO"
                     .to_owned()
                     + REMEDY;
             return Err(Problem { element: label(PARAMETER, attributes), problem }.into());
@@ -309,15 +309,16 @@ fn misplaced<'a>(
     };
     let place = if parent.is_empty() { "as the outermost element".to_owned() } else { format!("in <{parent}>") };
     let problem = match vocabulary.rule(name) {
-        Some(_) => format!("it stands in the wrong place; allowed {place}: {allowed}{REMEDY}"),
+        Some(_) => format!("the element is in the wrong place; allowed {place}: {allowed}{REMEDY}"),
         None if is_writer(name) => {
             format!(
-                "SUMO writes or reads files for it, or changes the traffic by it; codrive gives it no such element{REMEDY}"
+                "SUMO writes or reads files for this element, or changes the traffic by it; codrive does not pass it \
+                 to SUMO{REMEDY}"
             )
         }
         None => {
             let near = did_you_mean(name, &within);
-            format!("codrive knows no such element in {}{near}; allowed {place}: {allowed}{REMEDY}", vocabulary.title)
+            format!("unknown element in {}{near}; allowed {place}: {allowed}{REMEDY}", vocabulary.title)
         }
     };
     Problem { element, problem }

@@ -55,7 +55,7 @@ impl BufRead for Metered {
             () if text.is_empty() => Ok(text),
             () if bytes.get() == 0 => Err(io::Error::other(too_large())),
             () if tag.get() == 0 => Err(io::Error::other(format!(
-                "one tag, comment or text of it holds more than {}, the most that is read",
+                "a tag, comment or text is too long; allowed: at most {}",
                 size_text(MOST_TAG_BYTES)
             ))),
             () => Ok(text),
@@ -71,7 +71,10 @@ impl BufRead for Metered {
 }
 
 fn too_large() -> String {
-    format!("it holds more than {} with what it includes and unpacks, the most that is read", size_text(MOST_BYTES))
+    format!(
+        "the file is too large; allowed: at most {}, unpacked and with the files that it includes",
+        size_text(MOST_BYTES)
+    )
 }
 
 /// Opens a file, compressed or not.
@@ -109,7 +112,8 @@ pub(super) fn included(folder: &Path, href: &str) -> Result<PathBuf, String> {
     let path = Path::new(href);
     if href.is_empty() || href.contains(['\\', ':']) || !path.components().all(is_plain) {
         return Err(format!(
-            "href is no file of this folder; allowed: the name of a file beside this one or below, without \"..\"{remedy}"
+            "href is not a file of this folder; allowed: the name of a file beside this one or below, without \
+             \"..\"{remedy}"
         ));
     }
     let found = folder

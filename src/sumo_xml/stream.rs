@@ -111,7 +111,10 @@ impl<W: Write> Write for Bounded<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.out.write(bytes)?;
         self.left = self.left.checked_sub(written as u64).ok_or_else(|| {
-            io::Error::other(format!("it would hold more than {} with what it includes", size_text(MOST_BYTES)))
+            io::Error::other(format!(
+                "the copy is too large; allowed: at most {}, with the files that it includes",
+                size_text(MOST_BYTES)
+            ))
         })?;
         Ok(written)
     }
@@ -193,10 +196,11 @@ impl<W: Write> Copy<'_, W> {
             Ok(Event::DocType(_)) => {
                 return Err(position.fault(
                     "<!DOCTYPE>",
-                    "a document type can name other files and make entities of its own; none is read\n  remedy: take it out of the file",
+                    "a document type can name other files and declare entities; codrive reads none\n  remedy: remove \
+                     it from the file",
                 ));
             }
-            Ok(Event::Eof) if !position.has_root => return Err(of_file(position.file, "it holds no element")),
+            Ok(Event::Eof) if !position.has_root => return Err(of_file(position.file, "the file has no element")),
             Ok(Event::Eof) if position.depth > 0 => {
                 return Err(position.fault("this is not XML", "the file ends before its last element is closed"));
             }
@@ -212,13 +216,14 @@ impl<W: Write> Copy<'_, W> {
         self.elements += 1;
         if self.elements > MOST_ELEMENTS {
             let problem =
-                format!("it holds more than {MOST_ELEMENTS} elements with what it includes, the most that is read");
+                format!("too many elements; allowed: at most {MOST_ELEMENTS}, with the files that it includes");
             return Err(of_file(position.file, problem));
         }
         let tag = read_tag(tag, self.gate.depth(), position)?;
         let is_root = position.depth == 0;
         if position.is_in_include {
-            return Err(position.fault(tag.label(), "an include holds no element\n  remedy: put it behind the include"));
+            return Err(position
+                .fault(tag.label(), "an include contains no element\n  remedy: put this element after the include"));
         }
         if is_root && position.has_root {
             return Err(position.fault("this is not XML", "a second outermost element"));
@@ -255,7 +260,7 @@ impl<W: Write> Copy<'_, W> {
     fn include(&mut self, tag: &Tag, position: &ReadPosition) -> Result<(), StreamError> {
         let refused = |problem: String| position.fault(tag.label(), problem);
         let Some(around) = self.open_files.last().and_then(|file| file.parent()) else {
-            return Err(refused("it is in no file".into()));
+            return Err(refused("the include is not in a file".into()));
         };
         let href = tag.attribute("href").unwrap_or_default();
         let found = source::included(around, href).map_err(refused)?;
@@ -263,12 +268,13 @@ impl<W: Write> Copy<'_, W> {
         let (depth, includes) = (self.open_files.len(), self.includes);
         if self.open_files.contains(&found) {
             return Err(refused(
-                "the file includes itself, at once or through others\n  remedy: take the include out".into(),
+                "the file includes itself, directly or through other files\n  remedy: remove the include".into(),
             ));
         }
         if depth > MOST_INCLUDE_DEPTH || includes > MOST_INCLUDES {
             return Err(refused(format!(
-                "it is include {includes} of the file, {depth} deep; allowed: {MOST_INCLUDES} includes, {MOST_INCLUDE_DEPTH} deep"
+                "this is include {includes} of the file, at depth {depth}; allowed: {MOST_INCLUDES} includes, depth \
+                 {MOST_INCLUDE_DEPTH}"
             )));
         }
         self.file(&position.file.with_file_name(href), found, true)
@@ -278,14 +284,14 @@ impl<W: Write> Copy<'_, W> {
 fn at(error: GateError, position: &ReadPosition) -> StreamError {
     match error {
         GateError::Refused(Problem { element, problem }) => position.fault(element, problem),
-        GateError::Write(error) => of_file(position.file, format!("its copy for SUMO cannot be written: {error}")),
+        GateError::Write(error) => of_file(position.file, format!("the copy for SUMO cannot be written: {error}")),
     }
 }
 
 /// Reads a tag. Attributes with a prefix belong to no vocabulary of SUMO and are left out.
 fn read_tag(tag: &BytesStart, depth: usize, position: &ReadPosition) -> Result<Tag, StreamError> {
     let no_text =
-        |error: std::str::Utf8Error| position.fault("this is no UTF-8 text", format!("{error}; save it as UTF-8"));
+        |error: std::str::Utf8Error| position.fault("this is not UTF-8 text", format!("{error}; save it as UTF-8"));
     let name = std::str::from_utf8(tag.name().into_inner()).map_err(no_text)?.to_owned();
     let mut attributes = Vec::new();
     for attribute in tag.attributes() {

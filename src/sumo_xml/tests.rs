@@ -54,39 +54,39 @@ fn unsafe_parts_are_refused_with_file_line_and_remedy() {
     for (text, expected) in [
         (
             "<routes>\n<vType id='t'>\n<param key='device.ssm.file' value='/x'/></vType></routes>",
-            "a.rou.xml:3: param \"device.ssm.file\": it names a file",
+            "a.rou.xml:3: param \"device.ssm.file\": the parameter names a file",
         ),
         (
             "<routes><vType id='t'><param key='has.fcd.device' value='1'/></vType></routes>",
-            "a.rou.xml:1: param \"has.fcd.device\": it names",
+            "a.rou.xml:1: param \"has.fcd.device\": the parameter names",
         ),
         ("<routes>\n<vType id='t' imgFile='/x'/></routes>", "a.rou.xml:2: vType \"t\": attribute imgFile names a file"),
         (
             "<routes>\n<edgeData id='e' file='/x'/></routes>",
-            "a.rou.xml:2: edgeData \"e\": SUMO writes or reads files for it",
+            "a.rou.xml:2: edgeData \"e\": SUMO writes or reads files for this element",
         ),
         (
             "<routes><vehicel id='v'/></routes>",
-            "a.rou.xml:1: vehicel \"v\": codrive knows no such element in a demand (did you mean vehicle?)",
+            "a.rou.xml:1: vehicel \"v\": unknown element in a demand (did you mean vehicle?)",
         ),
         (
             "<routes><trip id='a'><trip id='b'/></trip></routes>",
-            "a.rou.xml:1: trip \"b\": it stands in the wrong place; allowed in <trip>: route, stop",
+            "a.rou.xml:1: trip \"b\": the element is in the wrong place; allowed in <trip>: route, stop",
         ),
-        ("<net/>", "a.rou.xml:1: net: codrive knows no such element in a demand"),
-        ("<a>", "a.rou.xml:1: a: codrive knows no such element"),
+        ("<net/>", "a.rou.xml:1: net: unknown element in a demand"),
+        ("<a>", "a.rou.xml:1: a: unknown element"),
         ("<!DOCTYPE routes SYSTEM 'x'>\n<routes/>", "a.rou.xml:1: <!DOCTYPE>: a document type can name other files"),
         ("<routes>\n<trip id='&x;'/></routes>", "a.rou.xml:2: trip: "),
         ("<routes><trip id='&#1;'/></routes>", "a.rou.xml:1: trip "),
         ("<routes><trip id='a' id='b'/></routes>", "a.rou.xml:1: trip: "),
         ("<routes><trip id='a'>", "a.rou.xml:1: this is not XML: the file ends before"),
         ("<routes/><routes/>", "a.rou.xml:1: this is not XML: a second outermost element"),
-        ("", "a.rou.xml: it holds no element"),
+        ("", "a.rou.xml: the file has no element"),
     ] {
         let error = one(text).expect_err(text);
         assert!(error.starts_with(expected), "{text}: {error}");
-        let is_xml = error.contains("SUMO") || error.contains("no such element");
-        assert!(!is_xml || error.ends_with("\n  remedy: take it out of the file"), "{error}");
+        let is_xml = error.contains("SUMO") || error.contains("unknown element");
+        assert!(!is_xml || error.ends_with("\n  remedy: remove it from the file"), "{error}");
     }
 }
 
@@ -103,7 +103,7 @@ fn parts_without_effect_are_dropped_and_listed_by_name() {
     let error = one("<routes><trip id='a'><param key='x'><edgeData/></param></trip></routes>").unwrap_err();
     assert!(error.contains("edgeData: SUMO writes or reads files"), "{error}");
     let error = one("<routes><trip id='a'><param key='x'><param key='device.ssm.file'/></param></trip></routes>");
-    assert!(error.unwrap_err().contains("param \"device.ssm.file\": codrive knows no such element"));
+    assert!(error.unwrap_err().contains("param \"device.ssm.file\": unknown element"));
 }
 
 #[test]
@@ -161,7 +161,7 @@ fn includes_stay_in_the_folder_and_are_limited_in_depth_and_number() {
     {
         let error = one(&routes(&format!("<include href='{href}'/>"))).expect_err(href);
         assert!(
-            error.starts_with(&format!("a.rou.xml:2: include \"{href}\": href is no file of this folder")),
+            error.starts_with(&format!("a.rou.xml:2: include \"{href}\": href is not a file of this folder")),
             "{error}"
         );
     }
@@ -190,7 +190,7 @@ fn includes_stay_in_the_folder_and_are_limited_in_depth_and_number() {
     let deep = copied(&files).unwrap_err();
     assert!(
         deep.starts_with(
-            "8.xml:2: include \"9.xml\": it is include 9 of the file, 9 deep; allowed: 256 includes, 8 deep"
+            "8.xml:2: include \"9.xml\": this is include 9 of the file, at depth 9; allowed: 256 includes, depth 8"
         ),
         "{deep}"
     );
@@ -200,7 +200,7 @@ fn includes_stay_in_the_folder_and_are_limited_in_depth_and_number() {
     let mut files: Vec<(&str, &[u8])> = many.iter().map(|(name, text)| (name.as_str(), text.as_bytes())).collect();
     files.push(("8.xml", b"<routes/>"));
     let error = copied(&files).unwrap_err();
-    assert!(error.contains("it is include 257 of the file"), "{error}");
+    assert!(error.contains("this is include 257 of the file"), "{error}");
 }
 
 #[cfg(unix)]
@@ -240,11 +240,14 @@ fn a_compressed_file_is_read_and_limited_by_its_unpacked_size() {
     let mut bomb = packed(b"<routes>", 1);
     bomb.extend(packed(&vec![b' '; 1 << 20], 257));
     let error = copied(&[("a.rou.xml", &bomb)]).unwrap_err();
-    assert_eq!(error, "a.rou.xml: one tag, comment or text of it holds more than 4 MiB, the most that is read");
+    assert_eq!(error, "a.rou.xml: a tag, comment or text is too long; allowed: at most 4 MiB");
     let mut bomb = packed(b"<routes>", 1);
     bomb.extend(packed(&[&vec![b' '; 1 << 20][..], b"<!---->"].concat(), 257));
     let error = copied(&[("a.rou.xml", &bomb)]).unwrap_err();
-    assert_eq!(error, "a.rou.xml: it holds more than 256 MiB with what it includes and unpacks, the most that is read");
+    assert_eq!(
+        error,
+        "a.rou.xml: the file is too large; allowed: at most 256 MiB, unpacked and with the files that it includes"
+    );
     let error = copied(&[("a.rou.xml", &[0x1f, 0x8b, 1, 2, 3])]).unwrap_err();
     assert!(error.starts_with("a.rou.xml: "), "{error}");
 }
@@ -253,5 +256,5 @@ fn a_compressed_file_is_read_and_limited_by_its_unpacked_size() {
 fn a_file_with_too_many_elements_is_refused() {
     let text = format!("<routes>{}</routes>", "<trip/>".repeat(stream::MOST_ELEMENTS as usize));
     let error = one(&text).unwrap_err();
-    assert_eq!(error, "a.rou.xml: it holds more than 2000000 elements with what it includes, the most that is read");
+    assert_eq!(error, "a.rou.xml: too many elements; allowed: at most 2000000, with the files that it includes");
 }

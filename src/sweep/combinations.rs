@@ -37,15 +37,15 @@ pub(super) fn combinations(
         let key = format!("{at}.each.{name}");
         let values = listed(&value, most).map_err(|fault| (key.clone(), format!("{name} {fault}")))?;
         if let Some(fixed) = fixed.iter().find(|fixed| fixed.0 == name) {
-            let text = format!("{} stands below settings, too; give it once", fixed.0);
+            let text = format!("{} is also given in settings; give it once", fixed.0);
             return Err((key, text));
         }
         lists.push((name, values, key));
     }
     let product = lists.iter().try_fold(1_usize, |product, list| product.checked_mul(list.1.len()));
-    let count = product
-        .filter(|count| *count <= most)
-        .ok_or_else(|| (format!("{at}.each"), format!("it makes more than {most} runs; make several plans of it")))?;
+    let count = product.filter(|count| *count <= most).ok_or_else(|| {
+        (format!("{at}.each"), format!("the table makes more than {most} runs; split it into several plans"))
+    })?;
     let fixed = fixed.into_iter().map(|(name, value)| {
         let key = format!("{at}.settings.{name}");
         (name, json(&value), key)

@@ -378,7 +378,7 @@ impl PlanReader<'_> {
         let number = self.runs.len();
         if number == MOST_RUNS {
             return Err(SweepError::Plan(format!(
-                "{}: more than {MOST_RUNS} runs\n  remedy: make several plans of it",
+                "{}: more than {MOST_RUNS} runs\n  remedy: split the plan into several plans",
                 self.name
             )));
         }
@@ -412,7 +412,7 @@ impl PlanReader<'_> {
         match found {
             None => Ok((default.to_owned(), String::new())),
             Some((Value::String(word), key)) => Ok((word, key)),
-            Some((value, key)) => Err(self.wrong(&key, &format!("it is {value}; allowed: a word"))),
+            Some((value, key)) => Err(self.wrong(&key, &format!("the value is {value}; allowed: a word"))),
         }
     }
 
@@ -420,7 +420,7 @@ impl PlanReader<'_> {
     fn whole(&self, found: Option<(Value, String)>, default: u64, limits: [u64; 2]) -> Result<u64, SweepError> {
         let Some((value, key)) = found else { return Ok(default) };
         let [low, high] = limits;
-        let fault = || format!("it is {value}; allowed: a whole number from {low} to {high}");
+        let fault = || format!("the value is {value}; allowed: a whole number from {low} to {high}");
         value.as_u64().filter(|n| (low..=high).contains(n)).ok_or_else(|| self.wrong(&key, &fault()))
     }
 

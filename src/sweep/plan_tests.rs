@@ -70,7 +70,7 @@ fn a_mistake_is_reported_with_line_and_column() {
     assert!(drives("hold_s = 1").starts_with("plan.toml:5:10: hold_s is 1; allowed: a list"));
     assert!(drives("seed = \"9-3\"").starts_with("plan.toml:5:8: seed is \"9-3\"; allowed: a list, or a range"));
     assert!(drives("seed = []").contains("allowed: a list of one value or more"));
-    assert!(drives("traffic = [\"sumo\"]").contains("traffic stands below settings, too"));
+    assert!(drives("traffic = [\"sumo\"]").contains("traffic is also given in settings"));
     assert!(
         drives("policy = [\"pii\"]").contains("policy `pii` is unknown (did you mean pi?)"),
         "{}",
@@ -79,7 +79,8 @@ fn a_mistake_is_reported_with_line_and_column() {
     assert!(drives("driver = [\"folow\"]").contains("did you mean follow"));
     assert!(drives("map = [\"ring-25\"]").starts_with("plan.toml:5:7: "), "{}", drives("map = [\"ring-25\"]"));
     assert!(
-        drives("seed = \"0-999\"\nhold_s = [1, 2]\nvehicles = \"2-999\"").contains("it makes more than 1000000 runs")
+        drives("seed = \"0-999\"\nhold_s = [1, 2]\nvehicles = \"2-999\"")
+            .contains("the table makes more than 1000000 runs")
     );
     let rings = fault("[[rings]]\n[rings.each]\ndriver = [\"peple\"]\n");
     assert!(rings.starts_with("plan.toml:3:10: ") && rings.contains("did you mean people?"), "{rings}");

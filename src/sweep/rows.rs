@@ -89,10 +89,10 @@ fn measured<R>(name: &str, get: ColumnValue<R>) -> TableColumn<R> {
 macro_rules! head {
     ($row:ty) => {
         vec![
-            column("run", "", "fingerprint of all that the run is made of", Word(|row: &$row| row.head.run.clone())),
+            column("run", "", "fingerprint of all inputs of the run", Word(|row: &$row| row.head.run.clone())),
             column("table", "", "table of the plan", Word(|row: &$row| row.head.table.clone())),
-            column("varied", "", "what is varied in that table, as JSON", Word(|row: &$row| row.head.varied.clone())),
-            column("seed", "", "seed of everything random", Whole(|row: &$row| row.head.seed)),
+            column("varied", "", "varied settings of that table, as JSON", Word(|row: &$row| row.head.varied.clone())),
+            column("seed", "", "seed of all random numbers", Whole(|row: &$row| row.head.seed)),
         ]
     };
 }
@@ -109,12 +109,12 @@ fn evaluated() -> [ColumnValue<DriveRow>; EVALUATED.len()] {
 pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
     let mut columns = head!(DriveRow);
     columns.extend([
-        column("ring", "", "which ring of the run, from 0", Whole(|row: &DriveRow| row.ring)),
+        column("ring", "", "number of the ring in the run, from 0", Whole(|row: &DriveRow| row.ring)),
         column("map", "", "road", Word(|row| row.map.clone())),
-        column("traffic", "", "what moved the cars: ring, native or sumo", Word(|row| row.traffic.clone())),
+        column("traffic", "", "engine of the traffic: ring, native or sumo", Word(|row| row.traffic.clone())),
         column("policy", "", "advising policy", Word(|row| row.policy.clone())),
-        column("driver", "", "who followed the advice", Word(|row| row.driver.clone())),
-        column("hold_s", "s", "how long one advice stood", Number(|row| Some(row.hold_s))),
+        column("driver", "", "driver who followed the advice", Word(|row| row.driver.clone())),
+        column("hold_s", "s", "time for which one advice was held", Number(|row| Some(row.hold_s))),
     ]);
     columns.extend(EVALUATED.iter().zip(evaluated()).map(|((measure, _), get)| match measure.name {
         "crashed" => measured(measure.name, Flag(|row: &DriveRow| Some(row.result.crashed))),
@@ -159,11 +159,11 @@ pub fn rehearsal_columns() -> Vec<TableColumn<RehearsalRow>> {
         column("participant", "", "participant of the trial", Word(|row| row.participant.clone())),
         column("place", "", "place among the trials", Word(|row| row.place.clone())),
         column("condition", "", "condition of the trial, or that of the difference", Word(|row| row.condition.clone())),
-        column("reference", "", "condition that it is compared with", Word(|row| row.reference.clone())),
+        column("reference", "", "condition that the first one is compared with", Word(|row| row.reference.clone())),
         column("measure", "", "name of the measure, with its unit", Word(|row| row.measure.clone())),
-        column("value", "", "the measure, or the difference", Number(|row| row.value)),
+        column("value", "", "value of the measure, or the difference", Number(|row| row.value)),
         column("p", "", "probability of such a difference without an effect", Number(|row| row.p[0])),
-        column("p_holm", "", "the same by Holm's correction over the plan", Number(|row| row.p[1])),
+        column("p_holm", "", "p by Holm's correction over the plan", Number(|row| row.p[1])),
     ]);
     columns
 }

@@ -53,7 +53,7 @@ impl SweepRun {
         };
         // Otherwise the part's name would not match its rows.
         if self.fingerprint()? != run {
-            return Err(SweepError::Run("a file that it reads was changed while it ran".into()));
+            return Err(SweepError::Run("a file that the run reads was changed during the run".into()));
         }
         Ok(part)
     }

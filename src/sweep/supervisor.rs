@@ -22,16 +22,16 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Maximum number of failures in a report; the others are counted.
 const LISTED_FAILURES: usize = 10;
 /// Message of a sweep that was stopped.
-pub const STOPPED: &str = "stopped; the same command makes what is missing";
+pub const STOPPED: &str = "stopped; run the same command again to make the missing runs";
 
 /// Reason of a failure that a worker cannot report itself.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerFault {
     /// Time limit exceeded, s.
-    #[error("it was not done after limit_s, {0} s")]
+    #[error("the run was not done after limit_s, {0} s")]
     TimedOut(f64),
     /// End of the process, with its exit status.
-    #[error("its process ended ({0})")]
+    #[error("the process of the run ended ({0})")]
     Ended(String),
 }
 
@@ -105,7 +105,7 @@ impl WorkerPool<'_> {
             let workers: Vec<_> = (0..self.workers.min(pending.len())).map(|_| scope.spawn(work)).collect();
             let done: Vec<_> = workers.into_iter().map(std::thread::ScopedJoinHandle::join).collect();
             done.into_iter()
-                .try_for_each(|done| done.unwrap_or_else(|_| Err(SweepError::Run("a thread broke down".into()))))
+                .try_for_each(|done| done.unwrap_or_else(|_| Err(SweepError::Run("a thread failed".into()))))
         })?;
         let mut failed = failed.into_inner().unwrap_or_default();
         failed.sort();
@@ -166,7 +166,7 @@ impl Worker {
         }
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().map_err(|why| failed(&why))?;
         let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
-            return Err(failed(&"it has no standard input and output"));
+            return Err(failed(&"the process has no standard input and output"));
         };
         let (tell, answers) = mpsc::channel();
         std::thread::spawn(move || read_answers(stdout, &tell));
@@ -256,7 +256,7 @@ pub fn serve<E: From<SweepError>>(
 
 /// Returns the report of the failed runs, with the reasons of the first ones.
 pub fn failure_report(plan: &SweepPlan, failed: &[FailedRun]) -> String {
-    let mut text = format!("{} runs failed; the same command tries them again", failed.len());
+    let mut text = format!("{} runs failed; run the same command again to repeat them", failed.len());
     for FailedRun { number, why } in failed.iter().take(LISTED_FAILURES) {
         text += &format!("\n  run {number}, {}: {}", plan.runs[*number], why.trim().replace('\n', "\n    "));
     }

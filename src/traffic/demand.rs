@@ -69,7 +69,7 @@ pub enum DemandFault {
         value: f64,
     },
     /// A share of a flow is negative or not finite, or no share is above 0.
-    #[error("flow {flow}: the share of {} is {value}; allowed: a number from 0, one of them above it", .kind.name())]
+    #[error("flow {flow}: the share of {} is {value}; allowed: 0 or more, and at least one share above 0", .kind.name())]
     Share {
         /// Number of the flow, from 1.
         flow: usize,
@@ -99,7 +99,7 @@ pub enum DemandFault {
         problem: String,
     },
     /// The files bring too many vehicles.
-    #[error("{}: the demand brings {value} vehicles and persons; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
+    #[error("{}: the demand has {value} vehicles and persons; allowed: at most {MOST_VEHICLES}{SHORTER}", .file.display())]
     Vehicles {
         /// File at which the limit is exceeded.
         file: PathBuf,
@@ -108,8 +108,8 @@ pub enum DemandFault {
     },
     /// The demand's own flows bring too many vehicles.
     #[error(
-        "the flows of the demand bring {value} vehicles until {until_s} s; allowed: at most {MOST_VEHICLES}\n  remedy: a lower \
-         per_hour, or a shorter drive"
+        "the flows of the demand have {value} vehicles until {until_s} s; allowed: at most {MOST_VEHICLES}\n  remedy: \
+         set a lower per_hour, or a shorter drive"
     )]
     FlowVehicles {
         /// Number of vehicles before `until_s`.
@@ -119,7 +119,8 @@ pub enum DemandFault {
     },
     /// A flow names an edge that does not exist or is part of a junction.
     #[error(
-        "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is no part of a junction{near}"
+        "flow {flow}: {side} is \"{edge}\"; allowed: the id of an edge of this network that is not part of a \
+         junction{near}"
     )]
     Edge {
         /// Number of the flow, from 1.

@@ -21,7 +21,7 @@ const MOST_REPEATED_EDGES: f64 = 10_000_000.0;
 /// Maximum number of vehicle types, and of members of a distribution. A file by SUMO's `createVehTypeDistribution.py` has 100.
 pub const MOST_TYPES: usize = 20_000;
 /// Remedy for a rate that is too high.
-const LOWER: &str = "\n  remedy: state a rate that roads carry; a lane takes some 2,000 vehicles an hour";
+const LOWER: &str = "\n  remedy: state a realistic rate; a lane carries about 2,000 vehicles per hour";
 /// Counted duration of a drive without an end, s.
 pub const ENDLESS_S: f64 = 3600.0;
 /// Duration of a flow without an end in SUMO, s.
@@ -128,7 +128,7 @@ impl DemandCount {
         let per_s = rate.most_within_a_second();
         if per_s > MOST_PER_S {
             let text = rate.text;
-            return Err(format!("{text}, that is {per_s:.0} within a second; allowed: at most {MOST_PER_S}{LOWER}"));
+            return Err(format!("{text}, which is {per_s:.0} per second; allowed: at most {MOST_PER_S}{LOWER}"));
         }
         let brings = rate.until(self.until_s);
         if brings > MOST_VEHICLES as f64 {
@@ -149,7 +149,7 @@ impl DemandCount {
         self.repeated_edges += edges;
         if edges > MOST_ROUTE_EDGES {
             return Err(format!(
-                "repeat is {repeat}, with which the route has {edges} edges; allowed: at most {MOST_ROUTE_EDGES}"
+                "repeat is {repeat}, so the route has {edges} edges; allowed: at most {MOST_ROUTE_EDGES}"
             ));
         }
         if self.repeated_edges > MOST_REPEATED_EDGES {
@@ -237,7 +237,7 @@ impl FlowRate {
         }
         let Some(count) = number else {
             let names = "period, probability, vehsPerHour, perHour or number";
-            return Err(format!("it states no rate; allowed: {names}"));
+            return Err(format!("the flow has no rate; allowed: {names}"));
         };
         // A flow of zero length departs all at once.
         let per_s = if end_s > begin_s { count / (end_s - begin_s) } else { f64::INFINITY };
@@ -270,7 +270,7 @@ impl FlowRate {
 
 /// Parses a period: vehicles per second, and true for random departures.
 fn of_period(text: &str) -> Result<(f64, bool), String> {
-    let wrong = || not_allowed("period", text, "seconds above 0, or exp(NUMBER A SECOND)");
+    let wrong = || not_allowed("period", text, "seconds above 0, or exp(NUMBER PER SECOND)");
     let above = |number: &str| number.trim().parse().ok().filter(|n: &f64| n.is_finite() && *n > 0.0);
     if let Some(rest) = text.trim().strip_prefix("exp(") {
         return rest.strip_suffix(')').and_then(above).map(|per_s| (per_s, true)).ok_or_else(wrong);

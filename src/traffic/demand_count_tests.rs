@@ -85,12 +85,12 @@ fn every_kind_of_rate_counts_until_the_end_of_the_drive() {
 #[test]
 fn a_rate_that_no_road_carries_is_refused_with_the_rate() {
     for (attributes, expected) in [
-        ("period=\"exp(1e9)\"", "period is \"exp(1e9)\", that is 1000000000 within a second; allowed: at most 1000"),
-        ("period=\"0.0001\"", "period is \"0.0001\", that is 10000 within a second"),
-        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", that is 277778 within"),
-        ("perHour=\"1e9\"", "perHour is \"1e9\", that is 277778 within"),
-        ("number=\"1001\" end=\"0\"", "number is \"1001\", that is 1001 within a second"),
-        ("number=\"2000000000\"", "number is \"2000000000\", that is 23148 within"),
+        ("period=\"exp(1e9)\"", "period is \"exp(1e9)\", which is 1000000000 per second; allowed: at most 1000"),
+        ("period=\"0.0001\"", "period is \"0.0001\", which is 10000 per second"),
+        ("vehsPerHour=\"1e9\"", "vehsPerHour is \"1e9\", which is 277778 per second"),
+        ("perHour=\"1e9\"", "perHour is \"1e9\", which is 277778 per second"),
+        ("number=\"1001\" end=\"0\"", "number is \"1001\", which is 1001 per second"),
+        ("number=\"2000000000\"", "number is \"2000000000\", which is 23148 per second"),
         ("number=\"250000\" end=\"1000\"", "number is \"250000\" brings 250000 until 1000 s; allowed: at most 200000"),
         ("period=\"exp(500)\"", "period is \"exp(500)\" brings 500000 until 1000 s; allowed: at most 200000"),
         ("period=\"0.002\"", "period is \"0.002\" brings 500000 until 1000 s"),
@@ -105,7 +105,10 @@ fn a_rate_that_no_road_carries_is_refused_with_the_rate() {
 #[test]
 fn values_that_are_no_numbers_are_refused_with_what_is_allowed() {
     for (element, expected) in [
-        ("<flow begin=\"0\" period=\"nan\"/>", "period is \"nan\"; allowed: seconds above 0, or exp(NUMBER A SECOND)"),
+        (
+            "<flow begin=\"0\" period=\"nan\"/>",
+            "period is \"nan\"; allowed: seconds above 0, or exp(NUMBER PER SECOND)",
+        ),
         ("<flow begin=\"0\" period=\"exp(x)\"/>", "period is \"exp(x)\""),
         ("<flow begin=\"0\" period=\"exp(1\"/>", "period is \"exp(1\""),
         ("<flow begin=\"0\" period=\"0\"/>", "period is \"0\""),
@@ -116,7 +119,7 @@ fn values_that_are_no_numbers_are_refused_with_what_is_allowed() {
         ("<flow begin=\"0\" number=\"1e9\"/>", "number is \"1e9\""),
         ("<flow begin=\"soon\" number=\"1\"/>", "begin is \"soon\"; allowed: seconds from 0, h:mm:ss, triggered"),
         ("<flow begin=\"0\" end=\"never\" number=\"1\"/>", "end is \"never\"; allowed: seconds from 0, or h:mm:ss"),
-        ("<flow begin=\"0\"/>", "it states no rate; allowed: period"),
+        ("<flow begin=\"0\"/>", "the flow has no rate; allowed: period"),
         ("<trip depart=\"-1\"/>", "depart is \"-1\""),
         ("<route edges=\"a\" repeat=\"x\"/>", "repeat is \"x\"; allowed: a whole number from 0"),
         ("<interval begin=\"x\"/>", "begin is \"x\""),
@@ -130,7 +133,7 @@ fn values_that_are_no_numbers_are_refused_with_what_is_allowed() {
 fn repeated_routes_types_and_members_have_bounds() {
     assert_eq!(counted("<route id=\"r\" edges=\"a b\" repeat=\"49999\"/>", 1.0), Ok(0));
     let fault = counted("<route id=\"r\" edges=\"a b\" repeat=\"50000\"/>", 1.0).expect_err("100,002 edges");
-    assert_eq!(fault, "repeat is 50000, with which the route has 100002 edges; allowed: at most 100000");
+    assert_eq!(fault, "repeat is 50000, so the route has 100002 edges; allowed: at most 100000");
     // The limit is a hundred routes of 100,000 edges each.
     let long = "<route edges=\"a b\" repeat=\"49999\"/>";
     assert_eq!(counted(&long.repeat(100), 1.0), Ok(0));

@@ -144,7 +144,7 @@ impl Scan<'_, '_> {
             && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
             && !self.reachability.lead(start, goal)
         {
-            return Err(format!("no way leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
+            return Err(format!("no route leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
         }
         Ok(())
     }
@@ -154,8 +154,8 @@ impl Scan<'_, '_> {
         let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
         if depart_s < self.last_depart_s {
             return Err(format!(
-                "departs at {depart_s} s, after one at {} s, and SUMO would leave it out; allowed: ascending times\n  \
-                 remedy: sort the file with SUMO's tools/route/sort_routes.py",
+                "departs at {depart_s} s, after a departure at {} s, so SUMO would leave it out; allowed: ascending \
+                 times\n  remedy: sort the file with SUMO's tools/route/sort_routes.py",
                 self.last_depart_s
             ));
         }
@@ -192,7 +192,8 @@ impl Reachability<'_> {
 }
 
 /// Remedy for a demand that is too large.
-pub(super) const SHORTER: &str = "\n  remedy: keep those that depart during the drive (SUMO's tools/route/cutRoutes.py), or state flows in the scenario";
+pub(super) const SHORTER: &str = "\n  remedy: keep only departures during the drive (SUMO's tools/route/cutRoutes.py), or state flows in the \
+     scenario";
 
 #[cfg(test)]
 mod tests {
@@ -231,11 +232,12 @@ mod tests {
             (
                 "<routes>\n<trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"/>\n<trip id=\"b\" depart=\"8.5\" \
                  from=\"north\" to=\"south\"/></routes>",
-                "town.rou.xml:3: trip \"b\": departs at 8.5 s, after one at 9 s, and SUMO would leave it out",
+                "town.rou.xml:3: trip \"b\": departs at 8.5 s, after a departure at 9 s, so SUMO would leave it out",
             ),
             (
                 "<routes>\n<trip id=\"a\" depart=\"9\" from=\"south\" to=\"north\"/></routes>",
-                "town.rou.xml:2: trip \"a\": no way leads from \"south\" to \"north\"; allowed: edges that roads connect",
+                "town.rou.xml:2: trip \"a\": no route leads from \"south\" to \"north\"; allowed: edges that roads \
+                 connect",
             ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
@@ -265,9 +267,9 @@ mod tests {
         }
         let fault = check_text(&(text + "</routes>")).unwrap_err();
         assert!(
-            fault.contains("town.rou.xml: the demand brings 1000000 vehicles and persons; allowed: at most 200000"),
+            fault.contains("town.rou.xml: the demand has 1000000 vehicles and persons; allowed: at most 200000"),
             "{fault}"
         );
-        assert!(fault.contains("remedy: keep those that depart during the drive"), "{fault}");
+        assert!(fault.contains("remedy: keep only departures during the drive"), "{fault}");
     }
 }

@@ -15,7 +15,8 @@ pub enum TrafficError {
     Busy,
     /// Two vehicles would overlap at the start.
     #[error(
-        "cars {a} and {b} would stand inside each other at the start, at x {x_m:.1} m, y {y_m:.1} m: the route passes there twice, or is drawn much shorter than it is declared\n  remedy: another number of vehicles, or another route"
+        "vehicles {a} and {b} would overlap at the start, at x {x_m:.1} m, y {y_m:.1} m: the route passes there twice, \
+         or is drawn much shorter than it is declared\n  remedy: choose another number of vehicles, or another route"
     )]
     CarsOverlap {
         /// Number of one vehicle; 0 is the ego.
@@ -29,7 +30,9 @@ pub enum TrafficError {
     },
     /// The built-in engine cannot drive a route that meets itself.
     #[error(
-        "the route crosses or touches itself: at {first_m:.0} m it comes to where it is at {second_m:.0} m, and the built-in engine knows no right of way\n  remedy: drive with --traffic sumo, or choose a route that does not meet itself (route = [..] in map.toml)"
+        "the route crosses or touches itself, at {first_m:.0} m and {second_m:.0} m; the built-in engine has no right \
+         of way\n  remedy: drive with --traffic sumo, or choose a route that does not meet itself (route = [..] in \
+         map.toml)"
     )]
     RouteMeetsItself {
         /// First position, metres along the route.
@@ -39,7 +42,9 @@ pub enum TrafficError {
     },
     /// The route changes lanes, but SUMO's vehicles on a closed route keep their lanes.
     #[error(
-        "the route changes from lane \"{from}\" to lane \"{to}\", and SUMO's cars of a closed route keep their lanes\n  remedy: choose edges that one lane each leads along (route = [..] in map.toml), or drive with --traffic native"
+        "the route changes from lane \"{from}\" to lane \"{to}\", but SUMO's vehicles on a closed route keep their \
+         lanes\n  remedy: choose edges on which the route keeps its lane (route = [..] in map.toml), or drive with \
+         --traffic native"
     )]
     RouteChangesLanes {
         /// Lane by which the route enters the edge.
@@ -49,7 +54,9 @@ pub enum TrafficError {
     },
     /// A lane of the route leads to two lanes of the same edge, and both are on the route.
     #[error(
-        "the route goes from lane \"{from}\" to lane \"{to}\", and elsewhere over lane \"{other}\" of the same edge, to which \"{from}\" leads, too: SUMO's cars of a closed route would take either\n  remedy: choose edges of which each is driven once (route = [..] in map.toml), or drive with --traffic native"
+        "the route goes from lane \"{from}\" to lane \"{to}\", and elsewhere over lane \"{other}\" of the same edge; \
+         lane \"{from}\" leads to both, and SUMO's vehicles on a closed route would take either\n  remedy: choose a \
+         route that drives along each edge once (route = [..] in map.toml), or drive with --traffic native"
     )]
     RouteForks {
         /// Lane that leads to both.
@@ -67,8 +74,8 @@ pub enum TrafficError {
     Interrupted,
     /// The start edge has no room for the ego.
     #[error(
-        "no room for the ego on edge \"{edge}\" within {waited_s} s: other vehicles are there all the time\n  remedy: another place \
-         (--path-start), fewer vehicles in the demand, or a longer wait (--wave-wait)"
+        "no room for the ego on edge \"{edge}\" within {waited_s} s: other vehicles occupy it all the time\n  remedy: \
+         set another place (--path-start), fewer vehicles in the demand, or a longer wait (--wave-wait)"
     )]
     NoRoom {
         /// Id of the start edge.
@@ -77,13 +84,13 @@ pub enum TrafficError {
         waited_s: f64,
     },
     /// A car-following model was chosen that only SUMO in this process has.
-    #[error("other cars cannot follow by {}: only SUMO in this program has that model\n  remedy: --traffic sumo, or --other-model idm", .0.name())]
+    #[error("the other vehicles cannot follow the model {}: only SUMO within this program has it\n  remedy: set --traffic sumo, or --other-model idm", .0.name())]
     NoSuchModel(FollowingModel),
     /// The setup cannot be simulated.
     #[error("{0}")]
     Setup(String),
     /// A number is NaN or infinite.
-    #[error("{what} of car {car} is not a finite number: {value}")]
+    #[error("{what} of vehicle {car} is not a finite number: {value}")]
     NotFinite {
         /// Name of the quantity.
         what: &'static str,

@@ -37,12 +37,14 @@ pub(super) fn check_reports(reports: &[VehicleReport], is_seen: &[bool]) -> Resu
     let is_ordered = reports.windows(2).all(|pair| pair[0].id < pair[1].id);
     if let Some(last) = reports.last().filter(|last| !is_ordered || last.id.0 as usize >= is_seen.len()) {
         let (id, cars) = (last.id.0, is_seen.len());
-        return Err(TrafficError::Setup(format!("reports up to car {id}: they have to be in order, of {cars} cars")));
+        return Err(TrafficError::Setup(format!(
+            "the last report is of vehicle {id}; allowed: reports in order, of {cars} vehicles"
+        )));
     }
     let mut left = (0..).zip(is_seen).filter(|(_, is_seen)| !**is_seen).map(|(id, _)| VehicleId(id));
     match left.find(|id| reports.binary_search_by_key(id, |report| report.id).is_err()) {
         Some(id) => {
-            Err(TrafficError::Setup(format!("car {} is beside the road: its model cannot drive it there", id.0)))
+            Err(TrafficError::Setup(format!("vehicle {} is beside the road, where its model cannot drive it", id.0)))
         }
         None => Ok(()),
     }

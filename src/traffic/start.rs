@@ -40,12 +40,13 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
     if n < 2 {
         let cars = if n == 1 { "1 vehicle is" } else { "0 vehicles are" };
         return Err(TrafficError::Setup(format!(
-            "{cars} too few: a drive needs the ego and at least one other (2 to {most})"
+            "{cars} too few; allowed: 2 to {most}, the ego and at least one other vehicle"
         )));
     }
     if n as f64 > most {
         return Err(TrafficError::Setup(format!(
-            "{n} vehicles do not fit on {length_m:.0} m: at most {most}\n  remedy: fewer vehicles, or a map with a longer route"
+            "{n} vehicles do not fit on {length_m:.0} m: at most {most}\n  remedy: choose fewer vehicles, or a map \
+             with a longer route"
         )));
     }
     Ok(())
@@ -71,17 +72,17 @@ impl FixedSetup {
         let positive = [("v0", idm.v0), ("T", idm.t), ("a", idm.a), ("b", idm.b), ("delta", idm.delta), ("s0", idm.s0)];
         for (name, value) in positive {
             if !(value.is_finite() && value > 0.0) {
-                return Err(TrafficError::Setup(format!("IDM parameter {name} = {value}: it must be above 0")));
+                return Err(TrafficError::Setup(format!("IDM parameter {name} is {value}; allowed: above 0")));
             }
         }
         if !(idm.noise.is_finite() && idm.noise >= 0.0) {
-            return Err(TrafficError::Setup(format!("IDM parameter noise = {}: it must be 0 or more", idm.noise)));
+            return Err(TrafficError::Setup(format!("IDM parameter noise is {}; allowed: 0 or more", idm.noise)));
         }
         let milliseconds = self.step_s * 1000.0;
         // SUMO counts time in whole milliseconds.
         if !(0.5..=1000.5).contains(&milliseconds) || (milliseconds - milliseconds.round()).abs() > 1e-6 {
             return Err(TrafficError::Setup(format!(
-                "a step of {} s: it must be a whole number of milliseconds, up to 1 s",
+                "the step is {} s; allowed: a whole number of milliseconds, up to 1 s",
                 self.step_s
             )));
         }
@@ -92,13 +93,17 @@ impl FixedSetup {
                 }
             }
             if start.speed_mps < 0.0 {
-                return Err(TrafficError::Setup(format!("car {car} starts at {} m/s: backwards", start.speed_mps)));
+                return Err(TrafficError::Setup(format!(
+                    "vehicle {car} starts at {} m/s; allowed: 0 or more",
+                    start.speed_mps
+                )));
             }
             let next = (car as usize + 1) % self.cars.len();
             let headway_m = self.map.route.ahead(start.s_m, self.cars[next].s_m);
             if headway_m < CAR_LENGTH_M {
                 return Err(TrafficError::Setup(format!(
-                    "car {car} at {:.2} m and car {next} ahead of it at {:.2} m overlap: cars are {CAR_LENGTH_M} m long",
+                    "vehicle {car} at {:.2} m and vehicle {next} ahead at {:.2} m overlap: vehicles are {CAR_LENGTH_M} \
+                     m long",
                     start.s_m, self.cars[next].s_m
                 )));
             }
@@ -140,11 +145,12 @@ mod tests {
         let message = |n| even(n, 250.0, 2.0, 0.0).unwrap_err().to_string();
         assert_eq!(
             message(1000),
-            "1000 vehicles do not fit on 250 m: at most 35\n  remedy: fewer vehicles, or a map with a longer route"
+            "1000 vehicles do not fit on 250 m: at most 35\n  remedy: choose fewer vehicles, or a map with a longer \
+             route"
         );
         assert_eq!(
             message(36),
-            "36 vehicles do not fit on 250 m: at most 35\n  remedy: fewer vehicles, or a map with a longer route"
+            "36 vehicles do not fit on 250 m: at most 35\n  remedy: choose fewer vehicles, or a map with a longer route"
         );
         assert!(message(0).contains("2 to 35"), "{}", message(0));
         assert!(message(1).starts_with("1 vehicle is too few"), "{}", message(1));

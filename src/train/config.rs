@@ -492,7 +492,7 @@ mod tests {
         let refused = |text: &str| settings::from_toml::<TrainConfig>(text, "train.toml").expect_err(text).message;
         assert!(refused("seed = 1\n[ring]\n").starts_with("train.toml:2:2: unknown key `ring`; did you mean `rings`?"));
         assert!(refused("kind = \"ego\"").starts_with("train.toml:1:1: unknown key `kind`"));
-        assert!(refused("estimator_rounds = 5").contains("estimator_rounds is 5; allowed: 0 where sees names nothing"));
+        assert!(refused("estimator_rounds = 5").contains("estimator_rounds is 5; allowed: 0 if sees names no input"));
         assert!(
             refused("\nstep_s = 0.025").starts_with("train.toml:2:10: step_s is 0.025; allowed: a multiple of 0.01 s")
         );

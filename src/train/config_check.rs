@@ -18,21 +18,25 @@ impl Settings for TrainConfig {
             return Err(("hold_s", fault.to_string()));
         }
         if self.holds_s()[1] > self.ring.horizon_s {
-            let text = format!("holds of {} s; the horizon is {} s", self.holds_s()[1], self.ring.horizon_s);
+            let text = format!(
+                "the longest hold is {} s; allowed: at most the horizon, {} s",
+                self.holds_s()[1],
+                self.ring.horizon_s
+            );
             return Err(("hold_s", text));
         }
         if self.is_residual() && self.advice.action == ActionKind::Acceleration {
-            let text = "residual_over is set; allowed: empty where action is \"acceleration\"";
+            let text = "residual_over is set; allowed: empty if action is \"acceleration\"";
             return Err(("residual_over", text.into()));
         }
         if !self.is_residual() && self.inputs().iter().any(|input| input.feature == Feature::ControllerSpeed) {
-            return Err(("sees", "sees names `controller_speed`; allowed: only where residual_over is set".into()));
+            return Err(("sees", "sees names `controller_speed`; allowed: only if residual_over is set".into()));
         }
         if let Err(fault) = check_names(&self.network.sees) {
             return Err(("sees", fault));
         }
         if let Some(input) = self.inputs().iter().find(|input| !input.feature.is_seen_on(RoadKind::BareRing)) {
-            let text = format!("sees names `{}`; the rings of training have none", input.feature.name());
+            let text = format!("sees names `{}`, which training rings do not have", input.feature.name());
             return Err(("sees", text));
         }
         if self.advice.levels == 1 {
@@ -57,14 +61,15 @@ impl Settings for TrainConfig {
         if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
             let most = (self.ring.circumference_min_m / car_m).floor();
             let text = format!(
-                "vehicles_max is {}; allowed: at most {most}, which is what fits on {} m",
+                "vehicles_max is {}; allowed: at most {most}, as many as fit on {} m",
                 self.ring.vehicles_max, self.ring.circumference_min_m
             );
             return Err(("vehicles_max", text));
         }
         if self.ring.circumference_max_m < f64::from(self.ring.vehicles_max) * self.ring.least_spacing_m {
             let text = format!(
-                "least_spacing_m is {}; allowed: at most {:.2}, what circumference_max_m leaves {} cars",
+                "least_spacing_m is {}; allowed: at most {:.2}, the road per vehicle on circumference_max_m with {} \
+                 vehicles",
                 self.ring.least_spacing_m,
                 self.ring.circumference_max_m / f64::from(self.ring.vehicles_max),
                 self.ring.vehicles_max
@@ -80,8 +85,8 @@ impl Settings for TrainConfig {
         }
         if silence_rings > 0 && self.lasting_inputs().is_empty() {
             let text = format!(
-                "silence_rings is {silence_rings}; allowed: 0 where sees names nothing that lasts: circumference, spacing, log_hold, or \
-                 something of the driver"
+                "silence_rings is {silence_rings}; allowed: 0 if sees names no lasting input: circumference, spacing, \
+                 log_hold, or an input of the driver"
             );
             return Err(("silence_rings", text));
         }
@@ -102,13 +107,13 @@ impl TrainConfig {
         let rounds = self.student.estimator_rounds;
         if rounds > 0 && seen.is_none() {
             let text =
-                format!("estimator_rounds is {rounds}; allowed: 0 where sees names nothing of the driver ({names})");
+                format!("estimator_rounds is {rounds}; allowed: 0 if sees names no input of the driver ({names})");
             return Err(("estimator_rounds", text));
         }
         let is_foreign = |input: &NetworkInput| input.feature.is_of_driver() && !known.contains(&input.feature);
         if let Some(input) = self.inputs().iter().find(|input| is_foreign(input)) {
             let text = format!(
-                "sees names `{}`, which this estimator does not tell; allowed of the driver: {names}",
+                "sees names `{}`, which this estimator does not estimate; allowed inputs of the driver: {names}",
                 input.feature.name()
             );
             return Err(("sees", text));
@@ -116,7 +121,7 @@ impl TrainConfig {
         if rounds == 0 && seen.is_some_and(Feature::is_latent) {
             return Err((
                 "estimator_rounds",
-                "estimator_rounds is 0; allowed: at least 1 where sees names latents".into(),
+                "estimator_rounds is 0; allowed: at least 1 if sees names latents".into(),
             ));
         }
         Ok(())

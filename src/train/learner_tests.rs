@@ -189,7 +189,8 @@ fn a_policys_driver_inputs_must_be_provided_by_its_estimator() {
         (key, why.as_str()),
         (
             "sees",
-            "sees names `reaction`, which this estimator does not tell; allowed of the driver: latent_1, latent_2"
+            "sees names `reaction`, which this estimator does not estimate; allowed inputs of the driver: latent_1, \
+             latent_2"
         )
     );
     let (key, why) = refused(TrainConfig { network: seeing("speed,latent_3"), ..encoded() });
@@ -203,7 +204,7 @@ fn a_policys_driver_inputs_must_be_provided_by_its_estimator() {
     let (key, why) = refused(TrainConfig { student: none, ..encoded() });
     assert_eq!(
         (key, why.as_str()),
-        ("estimator_rounds", "estimator_rounds is 0; allowed: at least 1 where sees names latents")
+        ("estimator_rounds", "estimator_rounds is 0; allowed: at least 1 if sees names latents")
     );
 }
 

@@ -25,7 +25,7 @@ pub fn csv(rows: &[LearningCurveRow]) -> String {
 /// Returns the SVG with three panels from top to bottom: speed, KL divergence, entropy.
 pub fn svg(rows: &[LearningCurveRow], title: &str) -> String {
     let noisy = line("batches, with the policy's noise", "#9aa5ad", rows, |r| Some(r.mean_mps));
-    let judged = line("judged without noise over whole horizons", COLOURS[1], rows, |r| r.judged_mps);
+    let judged = line("evaluated without noise over whole horizons", COLOURS[1], rows, |r| r.judged_mps);
     let panels = [
         panel(title, "mean speed, m/s", vec![noisy, judged]),
         panel("", "KL divergence, nat", vec![line("", COLOURS[0], rows, |r| Some(r.kl))]),

@@ -501,5 +501,5 @@ fn auto_does_not_warn_about_defaults() {
     // A hold that the user set is reported.
     let arguments = run(&["--map", "ring-641", "--hold", "2"]);
     let (_, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(text.contains("trained for holds of 4 to 30 s and is asked to hold for 2 s"), "{text}");
+    assert!(text.contains("the hold is 2 s; the policy was trained for holds of 4 to 30 s"), "{text}");
 }

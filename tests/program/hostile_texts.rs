@@ -63,6 +63,9 @@ fn a_line_of_the_log_cannot_command_the_terminal() {
     let text = format!("map = \"merge\"\nparticipant = false\nduration_s = 0.5\n[demand]\nfiles = [{files}]\n");
     fs::write(&scenario, text).unwrap();
     let printed = printed(home.path(), &["run", "--scenario", scenario.to_str().unwrap()]);
-    assert!(printed.contains("SUMO is not given 1 x colour of vType"), "{printed:?}");
+    assert!(
+        printed.contains("not passed to SUMO, because codrive does not use it: 1 x colour of vType"),
+        "{printed:?}"
+    );
     assert_seen(&printed);
 }

@@ -117,8 +117,8 @@ fn a_trial_is_named_after_two_seconds_and_ends_with_its_program() {
     drive.signal("-INT");
     let (status, printed) = drive.ended();
     assert_eq!(status.code(), Some(130), "{printed}");
-    assert!(printed.contains("codrive: SUMO tries ") && printed.contains("own.rou.xml on "), "{printed}");
-    assert!(printed.contains("; up to 120 s; Ctrl-C ends it\n"), "{printed}");
+    assert!(printed.contains("codrive: testing ") && printed.contains("own.rou.xml on "), "{printed}");
+    assert!(printed.contains("in SUMO, up to 120 s; Ctrl-C stops the test\n"), "{printed}");
     assert!(!is_alive(trial));
     assert_eq!(drive.temporary(), [""; 0].map(PathBuf::from));
 }

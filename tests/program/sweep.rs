@@ -82,7 +82,7 @@ fn a_failed_run_is_retried_and_reported_and_the_others_are_kept() {
     assert_eq!(names.len(), 4, "{listed}");
     fs::create_dir_all(out.join("parts").join(names[2])).unwrap();
     let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--retries", "2"]));
-    assert!(code == 1 && text.contains("1 runs failed; the same command tries them again"), "{text}");
+    assert!(code == 1 && text.contains("1 runs failed; run the same command again to repeat them"), "{text}");
     assert!(text.contains("seed 1") && text.contains(names[2]), "{text}");
     assert_eq!(names.iter().filter(|name| out.join("parts").join(name).is_file()).count(), 3);
     fs::remove_dir(out.join("parts").join(names[2])).unwrap();
@@ -100,7 +100,7 @@ fn a_hanging_run_is_ended_retried_and_reported_and_the_others_are_kept() {
     let out = folder.path().join("out");
     let start = std::time::Instant::now();
     let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out).args(["--workers", "1"]));
-    let failure = "drives 1: duration_s 600000: it was not done after limit_s, 4 s";
+    let failure = "drives 1: duration_s 600000: the run was not done after limit_s, 4 s";
     assert!(code == 1 && text.contains("1 runs failed") && text.contains(failure), "{text}");
     assert_eq!(parts(&out).len(), 2, "{text}");
     // The first attempt and one retry.
@@ -130,7 +130,7 @@ fn a_sweep_resumes_after_a_stop_and_after_a_killed_worker() {
     let ended = child.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&ended.stderr);
     assert!(
-        ended.status.code() == Some(1) && text.contains("stopped; the same command makes what is missing"),
+        ended.status.code() == Some(1) && text.contains("stopped; run the same command again to make the missing runs"),
         "{text}"
     );
     let before: Vec<String> = parts(&out).into_iter().map(|part| part.0).collect();

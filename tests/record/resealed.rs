@@ -400,7 +400,7 @@ fn a_missing_seal_is_an_alteration() {
     let file = |sums: &mut Value| drop(sums["files"].as_object_mut().unwrap().remove("summary.json"));
     assert!(found(&within(file)).contains("summary.json: checksums.json has no SHA-256 of it"));
     let more = |sums: &mut Value| sums["tables"]["signals"] = sums["tables"]["ego"].clone();
-    assert_eq!(found(&within(more)), "checksums.json: lists signals.parquet, which is no table of this drive");
+    assert_eq!(found(&within(more)), "checksums.json: lists signals.parquet, which is not a table of this drive");
     let more = |sums: &mut Value| sums["tables"]["ego"]["columns"]["more"] = "0".into();
     assert_eq!(
         found(&within(more)),
@@ -408,7 +408,7 @@ fn a_missing_seal_is_an_alteration() {
     );
     // The same table values, written as other bytes.
     let anew = |drive: &Path| write(&drive.join("ego.parquet"), &rows(&drive.join("ego.parquet")));
-    assert_eq!(found(&anew), "ego.parquet: was written anew; all values are as they were");
+    assert_eq!(found(&anew), "ego.parquet: was rewritten; all values are unchanged");
 }
 
 #[test]

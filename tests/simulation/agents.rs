@@ -205,6 +205,6 @@ fn no_vehicle_is_taken_over_without_a_policy_or_advised_vehicles() {
     assert!(none.advised_others().is_empty());
     let unadvised = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));
     assert_eq!(unadvised.policy().name, "none");
-    assert!(unadvised.policy().to_string().contains("nobody is advised"), "{}", unadvised.policy());
+    assert!(unadvised.policy().to_string().contains("no vehicle is advised"), "{}", unadvised.policy());
     assert!(unadvised.advised_others().is_empty());
 }

@@ -205,7 +205,7 @@ fn an_impossible_drive_is_refused_with_fault_place_and_remedy() {
     assert!(text.contains("flow 1: to is \"Z\""), "{text}");
     for policy in ["two-phase", "constant", "ring-250-speed"] {
         let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
-        assert!(text.contains(policy) && text.contains("remedy: --policy none"), "{text}");
+        assert!(text.contains(policy) && text.contains("remedy: choose --policy none"), "{text}");
     }
     let text =
         Scenario::from_toml("traffic = \"native\"\npath = \"A0B0\"\n", "town.toml").expect_err("refused").message;

@@ -214,7 +214,7 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
     );
     let printed = Drive::by_participant(&merge(0.0), Pace::Paused).map(drop).expect_err("nobody drives").to_string();
     assert!(
-        printed.starts_with("participant is false: nobody drives in this scenario") && printed.contains("codrive run"),
+        printed.starts_with("participant is false: this scenario has no driver") && printed.contains("codrive run"),
         "{printed}"
     );
     // Only a share of the entering vehicles can be advised: a number would select none.
@@ -225,7 +225,11 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
         "{printed}"
     );
     let alone = World::new(&Scenario { advised: AdvisedVehicles::Count(1), ..merge(0.0) }).expect("a world");
-    assert!(alone.policy().to_string().contains("the participant's alone, which is not there"), "{}", alone.policy());
+    assert!(
+        alone.policy().to_string().contains("only the participant's vehicle, which this drive does not have"),
+        "{}",
+        alone.policy()
+    );
 }
 
 #[test]
@@ -258,7 +262,7 @@ fn a_recording_without_participant_is_recovered_and_replayed_to_the_bit() {
     assert!(replay.report().is_proven() && replay.report().ticks == 2000, "{:?}", replay.report());
     let printed = RecordedTrial::open(&path).map(drop).expect_err("nobody drove").to_string();
     assert!(
-        printed.contains("a drive without a participant") && printed.contains("remedy: its tables cars"),
+        printed.contains("the drive has no participant") && printed.contains("remedy: read the tables cars"),
         "{printed}"
     );
 }

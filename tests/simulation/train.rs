@@ -190,7 +190,7 @@ fn auto_is_the_policy_of_the_map_and_an_unknown_name_is_refused() {
     let printed = String::from_utf8_lossy(&printed.get_output().stdout).into_owned();
     assert!(printed.contains("ring-250-speed"), "{printed}");
     let refusal = refused(&["evaluate", "--policy", "autos"]);
-    assert!(refusal.contains("policy `autos` is unknown (did you mean auto?); known are auto, none"), "{refusal}");
+    assert!(refusal.contains("policy `autos` is unknown (did you mean auto?); allowed: auto, none"), "{refusal}");
 }
 
 #[test]
@@ -253,6 +253,6 @@ fn a_file_that_is_no_policy_is_refused_before_the_drive() {
         refused(&["run", "--traffic", "native", "--policy", &text(&file), "--duration", "5"])
     };
     assert!(printed(None).contains("foreign.toml: cannot be read"), "{}", printed(None));
-    assert!(printed(Some("speed = 3")).contains("foreign.toml: is no policy file"));
-    assert!(printed(Some("format = ")).contains("foreign.toml: is no policy file"));
+    assert!(printed(Some("speed = 3")).contains("foreign.toml: is not a policy file"));
+    assert!(printed(Some("format = ")).contains("foreign.toml: is not a policy file"));
 }

@@ -420,7 +420,7 @@ fn a_policy_that_needs_driver_traits_is_refused_without_them() {
     let asked = |policy: String| World::new(&Scenario { policy, ..scenario("native") }).map_err(|e| e.to_string());
     let Err(printed) = asked(file.display().to_string()) else { panic!("it drives") };
     let words =
-        "must be told who drives (reaction, speed_bias, tracking_error, time_gap_factor, willingness, latent_1, ";
+        "needs the driver's traits (reaction, speed_bias, tracking_error, time_gap_factor, willingness, latent_1, ";
     assert!(printed.contains("teacher.toml") && printed.contains(words) && printed.contains("remedy: "), "{printed}");
     // With its estimator, the policy infers the driver by itself.
     assert!(asked("ring-250-personal".into()).is_ok());

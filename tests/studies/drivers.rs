@@ -170,7 +170,7 @@ fn estimated_drivers_match_the_true_ones_and_drive_the_next_rehearsal() {
 
     let methods = fs::read_to_string(report.join("methods.txt")).unwrap();
     assert!(
-        methods.contains("Each participant was described by the numbers of codrive's simulated driver"),
+        methods.contains("Each participant was described by the parameters of codrive's simulated driver"),
         "{methods}"
     );
     let html = fs::read_to_string(report.join("report.html")).unwrap();

@@ -128,7 +128,7 @@ fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     let lines: Vec<&str> = analysed.lines().collect();
     assert!(lines.len() == 2 && lines[0].starts_with("consistent, not authentic"), "{analysed}");
     let report = || fs::read_to_string(at("data/derivatives/codrive/report.html")).unwrap();
-    assert!(report().contains("The plan is that of the first session."));
+    assert!(report().contains("The plan has not changed since the first session."));
     assert!(fs::read_to_string(at("data/derivatives/codrive/methods.txt")).unwrap().contains("linear mixed model"));
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/analysis/read_study.R");
     let output = Command::new("Rscript").arg(script).arg(&data).output().unwrap();
@@ -157,7 +157,7 @@ fn a_planned_and_rehearsed_study_is_analysed_as_planned_and_as_r_does() {
     assert!(report().contains("smallest_effect: planned 0.1, now 0.3."));
     succeeded(&rehearse);
     succeeded(&["analyse", &data]);
-    assert!(report().contains("The plan is that of the first session."));
+    assert!(report().contains("The plan has not changed since the first session."));
     // A participant excluded after the session is reported with the models; the exclusion does not count as an alteration.
     succeeded(&["study", "exclude", &file, "R02", "--reason", "fell asleep", "--from", &data]);
     succeeded(&["analyse", &data]);

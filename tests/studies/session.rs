@@ -204,7 +204,7 @@ fn six_participants_meet_every_order_once_and_the_data_set_is_complete() {
     for part in [
         "24 drives of 6 simulated participants were analysed.",
         "There were 3 conditions (narrow: half width of the advised range 0.75 mph; middle:",
-        "They came in 6 different orders.",
+        "There were 6 different orders.",
         "no person took part",
         "an advice was held for 2 s",
     ] {
@@ -277,7 +277,7 @@ fn a_changed_data_set_is_analysed_only_on_request_and_the_report_says_so() {
     assert!(text.starts_with("not as written: "), "first what differs: {text}");
     let report = fs::read_to_string(out.join("derivatives/codrive/report.html")).unwrap();
     assert!(
-        report.contains("is not as it was written, or not where it belongs")
+        report.contains("Files that were changed, are missing or are out of place")
             && report.contains("trial-1-narrow/summary.json: is missing")
     );
     // A recording alone is checked against its own checksums.
@@ -475,7 +475,7 @@ fn other_folders_are_refused_and_left_alone() {
     let (code, text) = codrive(&["study", "rehearse", file.to_str().unwrap()]);
     assert!(code == 2 && text.contains("--out"), "{text}");
 
-    for (path, has) in [(folder.path(), "holds nothing to analyse"), (&out, "holds no drive that came to its end")] {
+    for (path, has) in [(folder.path(), "contains nothing to analyse"), (&out, "contains no complete drive")] {
         let (code, text) = codrive(&["analyse", path.to_str().unwrap()]);
         assert!(code == 2 && text.contains(has), "{text}");
     }

@@ -332,7 +332,7 @@ fn hostile_parts_write_files_if_sumo_reads_them_without_the_gate() {
             Err(error) => error.to_string(),
             Ok(network) => demand.canonical(&network, HORIZON_S, copies.path()).unwrap_err().to_string(),
         };
-        assert!(refused.contains("remedy: take it out of the file"), "{refused}");
+        assert!(refused.contains("remedy: remove it from the file"), "{refused}");
     }
 }
 

@@ -43,13 +43,16 @@ fn a_hostile_demand_is_refused_by_name_and_writes_nothing() {
     );
     let deep = format!("<routes>{}{}</routes>", "<a>".repeat(200_000), "</a>".repeat(200_000));
     for (demand, expected) in [
-        (ssm.as_str(), "demand.rou.xml:2: param \"has.ssm.device\": it names a file, an output or a device of SUMO"),
+        (
+            ssm.as_str(),
+            "demand.rou.xml:2: param \"has.ssm.device\": the parameter names a file, an output or a device of SUMO",
+        ),
         (
             "<routes><include href=\"demand.rou.xml\"/></routes>",
             "demand.rou.xml:1: include \"demand.rou.xml\": the file includes itself",
         ),
-        (&deep, "demand.rou.xml:1: a: codrive knows no such element in a demand"),
-        ("<routes><include href=\"/etc/hostname\"/></routes>", "href is no file of this folder"),
+        (&deep, "demand.rou.xml:1: a: unknown element in a demand"),
+        ("<routes><include href=\"/etc/hostname\"/></routes>", "href is not a file of this folder"),
     ] {
         fs::write(home.path().join("demand.rou.xml"), demand).unwrap();
         let output = codrive(home.path(), &["run", "--scenario", "scenario.toml"]);
@@ -77,8 +80,8 @@ fn a_hostile_network_is_refused_by_run_and_import_and_writes_nothing() {
         let output = codrive(home.path(), arguments);
         let text = printed(&output);
         assert!(!output.status.success(), "{arguments:?}: {text}");
-        let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for it");
-        assert!(text.contains(&expected) && text.contains("remedy: take it out"), "{arguments:?}: {text}");
+        let expected = format!("town.net.xml:{line}: edgeData \"x\": SUMO writes or reads files for this element");
+        assert!(text.contains(&expected) && text.contains("remedy: remove it"), "{arguments:?}: {text}");
         assert_eq!(fs::read_to_string(&notes).unwrap(), NOTES);
     }
     assert!(!home.path().join("data/codrive/maps/town").exists());
@@ -94,8 +97,11 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
     let drive = codrive(home.path(), &["run", "--scenario", "scenario.toml", "--out", "drive"]);
     assert!(drive.status.success(), "{}", printed(&drive));
     let warnings = printed(&drive);
-    assert_eq!(warnings.matches("SUMO is not given").count(), 1, "{warnings}");
-    assert!(warnings.contains("demand.rou.xml: SUMO is not given 1 x colour of vType"), "{warnings}");
+    assert_eq!(warnings.matches("not passed to SUMO").count(), 1, "{warnings}");
+    assert!(
+        warnings.contains("demand.rou.xml: not passed to SUMO, because codrive does not use it: 1 x colour of vType"),
+        "{warnings}"
+    );
     let kept = fs::read_to_string(at("drive/inputs/demand/0-demand.rou.xml")).unwrap();
     let expected = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<routes>\n    <vType id=\"mine\" maxSpeed=\"9\"/>\n    \
                     <trip id=\"a\" type=\"mine\" depart=\"1\" from=\"A0A1\" to=\"A1A2\"/>\n</routes>\n";
@@ -117,7 +123,7 @@ fn a_recording_carries_what_its_demand_includes_and_replays_elsewhere() {
         assert!(is_proven, "{name} was driven with: {text}");
     }
     // The copy is canonical, so nothing is left out.
-    assert!(!text.contains("SUMO is not given"), "{text}");
+    assert!(!text.contains("not passed to SUMO"), "{text}");
 }
 
 #[test]
@@ -136,9 +142,14 @@ fn a_foreign_recording_passes_the_gate_before_its_replay() {
             "drive/inputs/demand/0-demand.rou.xml",
             "</routes>",
             ssm,
-            "param \"device.ssm.file\": it names a file, an output",
+            "param \"device.ssm.file\": the parameter names a file, an output",
         ),
-        ("drive/inputs/maps/town/net.xml", "</net>", data, "edgeData \"x\": SUMO writes or reads files for it"),
+        (
+            "drive/inputs/maps/town/net.xml",
+            "</net>",
+            data,
+            "edgeData \"x\": SUMO writes or reads files for this element",
+        ),
     ] {
         let whole = fs::read_to_string(at(name)).unwrap();
         fs::write(at(name), whole.replace(end, &part)).unwrap();

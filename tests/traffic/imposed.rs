@@ -148,10 +148,10 @@ fn numbers_that_are_not_finite_are_refused() {
         let mut report = report(&map, &cars(&map, traffic.as_mut())[0], 4.0);
         report.next_pose.position.x = f64::NAN;
         let error = traffic.step(&[VehicleReport::of_ego(report)]).unwrap_err().to_string();
-        assert_eq!(error, "predicted x of car 0 is not a finite number: NaN", "{engine}");
+        assert_eq!(error, "predicted x of vehicle 0 is not a finite number: NaN", "{engine}");
         let broken = FixedSetup { idm: IdmParams { a: f64::NAN, ..model(0.0) }, ..ring(0.0) };
         drop(traffic);
         let error = traffic::start(engine, broken).err().expect("NaN is refused").to_string();
-        assert_eq!(error, "IDM parameter a = NaN: it must be above 0", "{engine}");
+        assert_eq!(error, "IDM parameter a is NaN; allowed: above 0", "{engine}");
     }
 }

@@ -104,7 +104,7 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
         assert!((way_m(1) - 23.0).abs() < 0.5, "{engine}: {} m to the tail at 225 m", way_m(1));
         assert!((150.0..165.0).contains(&way_m(3)), "{engine}: {} m past 100 m", way_m(3));
         let error = traffic.step(&stand[1..]).expect_err("its model cannot drive there").to_string();
-        assert!(error.starts_with("car 0 is beside the road"), "{engine}: {error}");
+        assert!(error.starts_with("vehicle 0 is beside the road"), "{engine}: {error}");
     }
 }
 
@@ -121,13 +121,16 @@ fn reports_of_missing_cars_or_in_the_wrong_order_are_refused() {
         for wrong in [vec![3, 1], vec![2, 2], vec![0, 22]] {
             let list: Vec<VehicleReport> = wrong.iter().map(|id| of(*id, traffic.as_mut())).collect();
             let error = traffic.step(&list).expect_err("they are refused").to_string();
-            assert!(error.starts_with("reports up to car") && error.contains("22 cars"), "{engine}: {error}");
+            assert!(
+                error.starts_with("the last report is of vehicle") && error.contains("22 vehicles"),
+                "{engine}: {error}"
+            );
         }
         let mut nan = of(7, traffic.as_mut());
         nan.state.next_speed_mps = f64::NAN;
         let good = of(2, traffic.as_mut());
         let error = traffic.step(&[good, nan]).expect_err("no number").to_string();
-        assert_eq!(error, "predicted speed of car 7 is not a finite number: NaN", "{engine}");
+        assert_eq!(error, "predicted speed of vehicle 7 is not a finite number: NaN", "{engine}");
         // Refused reports have no effect: the next step works.
         traffic.step(&[good]).expect("one car that is here");
     }

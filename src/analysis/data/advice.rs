@@ -49,8 +49,8 @@ pub struct ChangeFinder {
 /// The advice of a drive changes more often than is analysed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the advice changes more than {} times, the most that is analysed of one drive\n  remedy: drive in parts, or with a \
-     longer --hold",
+    "the advice changes more than {} times; codrive analyses no more changes per drive\n  remedy: drive in parts, or \
+     with a longer --hold",
     MOST_CHANGES
 )]
 pub struct TooManyChanges;

@@ -87,7 +87,8 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     }
     let nothing = || {
         AnalysisError::Input(format!(
-            "{} holds nothing to analyse; name a recording, a participant of a study (.../sub-P03) or the study's folder",
+            "{} contains nothing to analyse; name a recording, a participant of a study (.../sub-P03) or the study's \
+             folder",
             folder.display()
         ))
     };
@@ -109,7 +110,7 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
     }
     if found.is_empty() {
         return Err(AnalysisError::Input(format!(
-            "{} holds no drive that came to its end and is not excluded; look into participants.tsv",
+            "{} contains no complete drive that is not excluded; see participants.tsv",
             folder.display()
         )));
     }

@@ -114,7 +114,7 @@ fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
     fs::write(place.root().join("participants.tsv"), table.replace("person", "simulated")).unwrap();
     assert!(find(place.root()).unwrap().people.is_rehearsal());
     // An excluded participant is not analysed alone either.
-    assert!(fault(&place.root().join("sub-P02")).contains("is not excluded; look into participants.tsv"));
+    assert!(fault(&place.root().join("sub-P02")).contains("is not excluded; see participants.tsv"));
     fs::write(place.root().join("participants.tsv"), "participant_id\tkind\nsub-P01\tperson\n").unwrap();
     assert!(fault(place.root()).contains("participants.tsv: there is no column \"state\""));
 }
@@ -123,11 +123,15 @@ fn excluded_participants_are_left_out_and_incomplete_ones_are_named() {
 fn an_empty_folder_and_a_broken_table_are_errors_that_name_the_fault() {
     let place = StudyFixture::new();
     let outside = tempfile::tempdir().unwrap();
-    assert!(fault(outside.path()).contains("holds nothing to analyse; name a recording"), "{}", fault(outside.path()));
+    assert!(
+        fault(outside.path()).contains("contains nothing to analyse; name a recording"),
+        "{}",
+        fault(outside.path())
+    );
     let other = place.root().join("phenotype");
     fs::create_dir(&other).unwrap();
-    assert!(fault(&other).contains("holds nothing to analyse"));
-    assert!(fault(place.root()).contains("holds no drive that came to its end"), "{}", fault(place.root()));
+    assert!(fault(&other).contains("contains nothing to analyse"));
+    assert!(fault(place.root()).contains("contains no complete drive"), "{}", fault(place.root()));
     place.scans("sub-P01", &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a", "b\ttrial\t2"]);
     assert!(
         fault(place.root()).contains("sub-P01_scans.tsv: line 3 has 3 cells instead of 8"),

@@ -36,7 +36,7 @@ pub(crate) fn ratings(root: &Path, subject: &str) -> Result<Vec<SicknessRating>,
             text if text.is_empty() => Ok(None),
             text => text.parse::<f64>().map(Some).map_err(|_| {
                 let (path, line) = (path.display(), i + 2);
-                AnalysisError::Input(format!("{path}: line {line}: {} is \"{text}\" and no number", names[k]))
+                AnalysisError::Input(format!("{path}: line {line}: {} is \"{text}\"; allowed: a number", names[k]))
             }),
         };
         Ok(SicknessRating {

@@ -70,7 +70,8 @@ impl RecordedTrial {
         let scenario = record::inputs::scenario(recording).map_err(|e| AnalysisError::Input(e.message))?;
         if !scenario.participant {
             let text = format!(
-                "{}: a drive without a participant, and what is analysed is how a participant drives\n  remedy: its tables cars and advised",
+                "{}: the drive has no participant, and the analysis is of a participant's driving\n  remedy: read the \
+                 tables cars and advised of the recording",
                 recording.display()
             );
             return Err(AnalysisError::Input(text));

@@ -81,8 +81,8 @@ pub fn analyse(
     let drives: Vec<AnalysedRecording> = found.par_iter().map(one).collect::<Result<_, _>>()?;
     if let Some(line) = lines.first().filter(|_| drives.iter().all(|drive| drive.network.is_none())) {
         return Err(AnalysisError::Input(format!(
-            "--line {}:{}: none of the recordings is one of a network; on a closed route throughput is that at its start\n  remedy: leave \
-             the line out",
+            "--line {}:{}: no recording is of a network; on a closed route, throughput is counted at its \
+             start\n  remedy: leave the line out",
             line.name, line.at_m
         )));
     }

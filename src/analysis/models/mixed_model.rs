@@ -22,13 +22,13 @@ pub enum ModelFault {
         participants: usize,
     },
     /// A term that is a linear combination of the terms before it.
-    #[error("the term {term} cannot be told from the terms before it")]
+    #[error("the term {term} cannot be separated from the terms before it")]
     Aliased {
         /// Position among the terms, from 0.
         term: usize,
     },
     /// No variation left: terms and participants explain every value, or all values are equal.
-    #[error("nothing varies within participants beyond the terms of the model")]
+    #[error("the data do not vary within participants beyond the terms of the model")]
     NoVariation,
 }
 

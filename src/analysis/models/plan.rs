@@ -103,7 +103,7 @@ impl ExclusionRules {
         });
         let dropped = self.most_dropped_share.map(|share| {
             format!(
-                "A trial is left out if more than {} % of its length was given up, as pictures came too late.",
+                "A trial is left out if more than {} % of its length was given up because pictures came too late.",
                 100.0 * share
             )
         });
@@ -349,9 +349,9 @@ impl PlanHistory {
     pub fn changes(&self) -> Vec<String> {
         match (&self.begun, &self.now) {
             (None, Some(_)) => {
-                vec!["There was no plan of the analysis at the first session; it was written later.".into()]
+                vec!["There was no analysis plan at the first session; the plan was written later.".into()]
             }
-            (Some(_), None) => vec!["The plan of the analysis was taken out after the first session.".into()],
+            (Some(_), None) => vec!["The analysis plan was removed after the first session.".into()],
             (begun, now) => {
                 let [was, is] = [begun, now].map(|plan| flat(&serde_json::to_value(plan).unwrap_or_default()));
                 let keys: std::collections::BTreeSet<&String> = was.keys().chain(is.keys()).collect();
@@ -457,7 +457,7 @@ mod tests {
         assert!(
             PlanHistory { begun: begun.clone(), now: begun.clone(), ..PlanHistory::default() }.changes().is_empty()
         );
-        assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no plan"));
+        assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no analysis plan"));
         assert!(PlanHistory::default().changes().is_empty());
     }
 }

@@ -184,26 +184,21 @@ const COLUMNS: [ColumnTexts; 21] = [
         "kind",
         "Kind of row",
         "",
-        "contrast: a planned difference; place: the change from one place among the trials to the next; covariate: the change \
-         with one unit of a planned covariate",
+        "contrast: a planned difference; place: the change from one place among the trials to the next; covariate: the \
+         change per unit of a planned covariate",
     ),
-    ("condition", "Condition", "", "condition of the contrast; of a covariate its name"),
-    ("reference", "Reference", "", "condition that it is compared with"),
+    ("condition", "Condition", "", "condition of the contrast, or name of the covariate"),
+    ("reference", "Reference", "", "condition that the first one is compared with"),
     ("participants", "Participants", "", "participants in the model"),
     ("trials", "Trials", "", "trials in the model"),
-    ("estimate", "Estimate", "", "condition less reference, in the unit of the measure"),
+    ("estimate", "Estimate", "", "condition minus reference, in the unit of the measure"),
     ("se", "Standard error", "", "standard error of the estimate"),
     ("df", "Degrees of freedom", "", "Satterthwaite's degrees of freedom"),
     ("t", "t", "", "estimate over standard error"),
-    ("p", "p", "", "two-sided probability of such a t without a difference"),
-    (
-        "p_holm",
-        "p by Holm",
-        "",
-        "the same by Holm's correction over all tests of the plan; empty for what is not tested",
-    ),
+    ("p", "p", "", "two-sided probability of such a t if there is no difference"),
+    ("p_holm", "p by Holm", "", "p by Holm's correction over all tests of the plan; empty without a test"),
     ("low", "Interval, lower end", "", "lower end of the 95 % confidence interval (t), not corrected"),
-    ("high", "Interval, upper end", "", "upper end of the same interval"),
+    ("high", "Interval, upper end", "", "upper end of the 95 % confidence interval (t), not corrected"),
     (
         "sd_participant",
         "Deviation between participants",
@@ -212,9 +207,9 @@ const COLUMNS: [ColumnTexts; 21] = [
     ),
     ("sd_residual", "Deviation within participants", "", "residual standard deviation, in the unit of the measure"),
     ("residual_w", "W of residuals", "", "Shapiro and Wilk's W of the residuals"),
-    ("residual_w_p", "p of W of residuals", "", "its probability in normal samples"),
+    ("residual_w_p", "p of W of residuals", "", "probability of such a W in normal samples"),
     ("participant_w", "W of intercepts", "", "Shapiro and Wilk's W of the participants' predicted intercepts"),
-    ("participant_w_p", "p of W of intercepts", "", "its probability in normal samples"),
+    ("participant_w_p", "p of W of intercepts", "", "probability of such a W in normal samples"),
 ];
 
 /// Applies the rules: returns the trials that are kept, and the exclusions.

@@ -34,12 +34,12 @@ impl FromStr for LinePlace {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = "wanted is LANE_OR_EDGE:METRES, such as B0B1:50 or B0B1_0:12.5";
-        let (name, metres) = text.rsplit_once(':').ok_or_else(|| format!("there are no metres; {wanted}"))?;
+        let wanted = "allowed: LANE_OR_EDGE:METRES, such as B0B1:50 or B0B1_0:12.5";
+        let (name, metres) = text.rsplit_once(':').ok_or_else(|| format!("the metres are missing; {wanted}"))?;
         let at_m = metres.trim().parse().ok().filter(|at_m: &f64| at_m.is_finite() && *at_m >= 0.0);
-        let at_m = at_m.ok_or_else(|| format!("\"{metres}\" is no distance in metres; {wanted}"))?;
+        let at_m = at_m.ok_or_else(|| format!("\"{metres}\" is not a distance in metres; {wanted}"))?;
         if name.trim().is_empty() {
-            return Err(format!("there is no lane and no edge; {wanted}"));
+            return Err(format!("the lane or edge is missing; {wanted}"));
         }
         Ok(Self { name: name.trim().into(), at_m })
     }
@@ -62,21 +62,22 @@ impl LinePlace {
             let names: Vec<&str> = streets.chain(network.lanes().iter().map(|lane| lane.id.as_str())).collect();
             let near = did_you_mean(name, &names);
             return Err(fault(
-                format!("the network has no edge and no lane of this name{near}"),
-                "name one of the table cars.parquet (column lane), without the index for all lanes of the edge",
+                format!("the network has no edge or lane of this name{near}"),
+                "name a lane of the table cars.parquet (column lane); leave out the index for all lanes of the edge",
             ));
         };
         let line = CrossSection { name: format!("{name}:{at_m}"), is_default: false, edge, lane, at_m: *at_m };
         let length_m = line.lanes(network).map(|lane| network.lane(lane).length_m).fold(f64::INFINITY, f64::min);
         if *at_m > length_m {
-            let why = format!("it is {length_m:.1} m long");
-            return Err(fault(why, "name a distance from its start that is within it"));
+            let why = format!("the lane is {length_m:.1} m long");
+            return Err(fault(why, "name a distance from the start of the lane, at most its length"));
         }
         if passage_s(network, edge) < LEAST_PASSAGE_S {
             let why = format!(
-                "it is {length_m:.1} m long: vehicles far from the ego have a row each second, and pass it unseen"
+                "the lane is {length_m:.1} m long: too short, because vehicles far from the ego are recorded only once \
+                 a second"
             );
-            return Err(fault(why, "name the edge before or after it"));
+            return Err(fault(why, "name the edge before or after this one"));
         }
         Ok(line)
     }

@@ -69,18 +69,18 @@ fn the_moment_of_a_passage_is_known_to_the_time_between_its_rows() {
 fn lines_outside_the_network_are_errors_with_a_remedy() {
     let net = Network::load(GRID).expect("a network");
     for (text, message) in [
-        ("B0B1", "no metres; wanted is LANE_OR_EDGE:METRES"),
-        ("B0B1:far", "\"far\" is no distance in metres"),
-        ("B0B1:-1", "\"-1\" is no distance"),
-        (":5", "no lane and no edge"),
+        ("B0B1", "the metres are missing; allowed: LANE_OR_EDGE:METRES"),
+        ("B0B1:far", "\"far\" is not a distance in metres"),
+        ("B0B1:-1", "\"-1\" is not a distance"),
+        (":5", "the lane or edge is missing"),
     ] {
         let found = text.parse::<LinePlace>().expect_err(text);
         assert!(found.contains(message), "{text}: {found}");
     }
     for (text, message) in [
-        ("B0B7:5", "--line B0B7:5: p1: the network has no edge and no lane of this name (did you mean B0B1"),
-        ("B0B1_0:69.3", "it is 69.2 m long\n  remedy: name a distance"),
-        (":B1_0:2", "pass it unseen\n  remedy: name the edge before or after it"),
+        ("B0B7:5", "--line B0B7:5: p1: the network has no edge or lane of this name (did you mean B0B1"),
+        ("B0B1_0:69.3", "the lane is 69.2 m long\n  remedy: name a distance"),
+        (":B1_0:2", "recorded only once a second\n  remedy: name the edge before or after this one"),
     ] {
         let place: LinePlace = text.parse().expect(text);
         let found = place.resolve(&net, Path::new("p1")).expect_err(text).to_string();

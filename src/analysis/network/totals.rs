@@ -65,22 +65,23 @@ impl NetworkDriveTotals {
         let mut totals = Self { trips: table.trips, ..Self::default() };
         if table.stray_arrivals > 0 {
             totals.missing.push(format!(
-                "The recording lost rows: {} of its vehicles arrive without a departure, and have no travel time.",
+                "The recording has lost rows: {} of its vehicles arrive without a departure and have no travel time.",
                 table.stray_arrivals
             ));
         }
         let Some(map) = &trial.map else {
             if let Some(line) = lines.first() {
                 return Err(AnalysisError::Input(format!(
-                    "--line {}:{}: {}: its road is not on this machine any more, so that no line is found on it\n  remedy: leave the line out",
+                    "--line {}:{}: {}: the road of the recording is no longer on this machine, so the line cannot be \
+                     found\n  remedy: leave the line out",
                     line.name,
                     line.at_m,
                     trial.recording.display()
                 )));
             }
             totals.missing.push(
-                "The road of the recording is not on this machine any more: there is no throughput at a line, no time lost and no figure \
-                 of the ego's path."
+                "The road of the recording is no longer on this machine. Throughput at a line, time lost and the \
+                 figure of the ego's path are missing."
                     .into(),
             );
             return Ok(totals);

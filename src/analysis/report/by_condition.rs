@@ -48,7 +48,7 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     if dots > 0 {
         // These figures follow the one of speed over time.
         text +=
-            &format!(" {} the distribution of a measure each.", verb(&page.figure_links(lines, dots), dots, "show"));
+            &format!(" {} the distribution of one measure each.", verb(&page.figure_links(lines, dots), dots, "show"));
     }
     page.paragraph("lead", &text);
     means(page, &conditions);
@@ -57,9 +57,9 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
             name: "speed-over-time".into(),
             svg,
             caption: format!(
-                "Mean speed of all vehicles over time by condition. Lines: mean over participants of the means of some seconds, at \
-                 least 5, drawn at their middle; bands: {}; dashed grey: the same drives without advice, where there are any. {}, \
-                 {} in all.",
+                "Mean speed of all vehicles over time by condition. Lines: mean over participants of means over at \
+                 least 5 s, drawn at their middle; bands: {}; dashed grey: the same drives without advice, if there \
+                 are any. {}, {} in all.",
                 interval(),
                 numbers(&conditions, participants),
                 count(trials)
@@ -73,15 +73,16 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put("<h3>Detectable differences (power)</h3>");
     page.paragraph(
         "lead",
-        &format!("{} gives the differences that a study like this one would detect.", page.table_links(1)),
+        &format!("{} gives the differences that a study of this size would detect.", page.table_links(1)),
     );
     let head = ["Measure", "Conditions", "N", "Difference", "SD", "with this N", "with 10", "with 25", "with 50"];
     let head: TableCells = head.into_iter().map(str::to_owned).chain(["N for this difference".into()]).collect();
     page.table(
-        "Differences within participants (second condition less first): mean, standard deviation (N−1), the smallest difference that \
-         is detected with a power of 80 % at a two-sided level of 5 % with so many participants (2.80 standard errors of the \
-         difference; normal approximation, no correction for several comparisons), and the number of participants for which that is \
-         the difference found. N is the number of participants with both conditions.",
+        "Differences within participants (second condition minus first). SD: standard deviation (N−1). With this N, \
+         10, 25 or 50: smallest difference detected by so many participants with a power of 80 % at a two-sided level \
+         of 5 % (2.80 standard errors of the difference; normal approximation, no correction for several comparisons). \
+         N for this difference: number of participants for which the smallest detected difference is the one found. N: \
+         number of participants with both conditions.",
         &head,
         &powered,
         &[1],

@@ -12,7 +12,7 @@ pub(super) fn dictionary(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.paragraph(
         "lead",
         &format!(
-            "{} define the columns of the tables beside this page; the same stands in the file columns.json.",
+            "{} define the columns of the tables beside this page; the file columns.json has the same definitions.",
             page.table_links(tables.len())
         ),
     );

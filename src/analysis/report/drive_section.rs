@@ -59,7 +59,7 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
     let each: Vec<String> = each.collect();
     let hits = if each.is_empty() { String::new() } else { format!("Contacts: {}{more}", each.join(", ")) };
     let vehicles = match &drive.network {
-        Some(network) => format!("{} vehicles that came and went", network.vehicles),
+        Some(network) => format!("{} vehicles that entered and left", network.vehicles),
         None => format!("{} vehicles", drive.setup.scenario.vehicles),
     };
     let what = format!("1 drive ({title}), {vehicles}");
@@ -114,7 +114,7 @@ fn on_closed_route(
     let baseline = baseline.map(DriveTrajectories::of).transpose()?.flatten();
     let marks = marked_moments(trial);
     let compared = if baseline.is_some() {
-        "; above as driven, below the same from the same seed without advice, driven by the car-following model"
+        "; above as driven, below from the same seed without advice, driven by the car-following model"
     } else {
         ""
     };
@@ -132,8 +132,8 @@ fn on_closed_route(
             name: format!("space-time-{number}"),
             svg: figures::space_time(title, &traces, baseline.as_ref()),
             caption: format!(
-                "Positions of all vehicles over time, coloured by speed, the ego vehicle outlined{compared}. The last colour stands \
-                 for all higher speeds, too. {what}."
+                "Positions of all vehicles over time, coloured by speed, the ego vehicle outlined{compared}. The last \
+                 colour includes all higher speeds. {what}."
             ),
         },
     ])
@@ -151,26 +151,25 @@ fn on_network(
     let marks = marked_moments(trial);
     let range =
         if trial.first_advice.is_some() { ", advised speed with its acceptable range (green band)," } else { "" };
-    let compared =
-        if baseline.is_some() { "; above as driven, below the same from the same seed without advice" } else { "" };
+    let compared = if baseline.is_some() { "; above as driven, below from the same seed without advice" } else { "" };
     let title = if baseline.is_some() { "As driven" } else { "" };
-    let signals =
-        if traces.signals.is_empty() { "" } else { " Level bars are what the signals show at their stop lines." };
+    let signals = if traces.signals.is_empty() { "" } else { " Horizontal bars show the signals at their stop lines." };
     Ok(vec![
         ReportFigure {
             name: format!("speeds-{number}"),
             svg: network_figures::speeds("", &traces, trial),
             caption: format!(
-                "Speed of the ego vehicle{range} and mean speed of all vehicles on the network, which jumps where one comes or goes.{marks} {what}."
+                "Speed of the ego vehicle{range} and mean speed of all vehicles on the network. The mean jumps when a \
+                 vehicle enters or leaves.{marks} {what}."
             ),
         },
         ReportFigure {
             name: format!("space-time-{number}"),
             svg: network_figures::space_time(title, &traces, baseline.as_ref()),
             caption: format!(
-                "Positions of all vehicles in the lanes of the ego vehicle's path over time, from second to second, coloured by speed, the \
-                 ego vehicle outlined{compared}. A line begins and ends where a vehicle comes to the path and leaves it.{signals} The last \
-                 colour stands for all higher speeds, too. {what}."
+                "Positions of all vehicles in the lanes of the ego vehicle's path over time, once a second, coloured \
+                 by speed, the ego vehicle outlined{compared}. A line begins and ends where a vehicle enters and \
+                 leaves the path.{signals} The last colour includes all higher speeds. {what}."
             ),
         },
     ])

@@ -26,8 +26,9 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     page.paragraph(
         "lead",
         &format!(
-            "{} gives each participant as the simulated driver who would drive alike; drivers.csv has the same with the time that \
-             each number rests on. – stands for what the drives do not tell.",
+            "{} describes each participant by the parameters of a simulated driver who would drive like the \
+             participant. The file drivers.csv also has the driving time that each parameter rests on. A dash (–) \
+             means that the drives do not determine a parameter.",
             page.table_links(1)
         ),
     );
@@ -43,7 +44,7 @@ pub(super) fn section(page: &mut ReportPage, drivers: &[ParticipantDriver]) {
     let head = ["Participant".to_owned()].into_iter().chain(DRIVER_NUMBERS.map(|number| number.label())).collect();
     page.table(
         &format!(
-            "Drivers as found from advice and driving: value [95 % interval]. N = {}.",
+            "Driver parameters estimated from advice and driving: value [95 % interval]. N = {}.",
             people(with_numbers.len())
         ),
         &head,
@@ -58,11 +59,12 @@ pub(super) fn paragraph(drivers: &[ParticipantDriver]) -> String {
         return String::new();
     }
     format!(
-        "Each participant was described by the numbers of codrive's simulated driver, which accelerates by the smaller of what reaches \
-         the advised speed and what the Intelligent Driver Model asks for behind the leader. Bias, tracking error and time gap had the \
-         largest likelihood of the wanted speed, read from speed and acceleration twice a second; their 95 % intervals are by the \
-         jackknife over at most {GROUPS} parts of the time. The reaction time was the delay of the advice for which the innovations of \
-         the tracking error (time constant 5 s) were smallest; its 95 % interval is by the bootstrap over stretches of 20 s. A number \
-         that rests on less than {LEAST_S:.0} s, or whose interval is too wide to tell anything, was left out."
+        "Each participant was described by the parameters of codrive's simulated driver. Its acceleration is the \
+         smaller of the acceleration that reaches the advised speed and the acceleration of the Intelligent Driver \
+         Model behind the leader. Bias, tracking error and time gap were estimated by maximum likelihood of the wanted \
+         speed, read from speed and acceleration twice a second; 95 % intervals are by the jackknife over at most \
+         {GROUPS} parts of the time. The reaction time was the delay of the advice with the smallest innovations of \
+         the tracking error (time constant 5 s); the 95 % interval is by the bootstrap over stretches of 20 s. A \
+         parameter that rests on less than {LEAST_S:.0} s, or has too wide an interval to be informative, was left out."
     )
 }

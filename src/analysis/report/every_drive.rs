@@ -54,7 +54,7 @@ pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     let links = verb(&page.table_links(tables), tables, "give");
     let what = if drives.len() == 1 { "the measures of the drive" } else { "the measures of every drive" };
     let missing = network_text::not_measured(roads);
-    page.paragraph("lead", &format!("{links} {what}; {NONE} stands for a number that is not there.{missing}"));
+    page.paragraph("lead", &format!("{links} {what}; {NONE} marks a missing value.{missing}"));
     let n = count_of(drives);
     if drives.len() <= BESIDE {
         let row = |k: usize| {

@@ -29,7 +29,7 @@ pub fn space_time(title: &str, drive: &DriveTrajectories, baseline: Option<&Driv
         Some(end_s) => format!("{title}, the first {:.0} min", end_s / 60.0),
         None => title.to_owned(),
     };
-    let titles = [named(title, drive), baseline.map_or(String::new(), |of| named("The same without advice", of))];
+    let titles = [named(title, drive), baseline.map_or(String::new(), |of| named("Without advice", of))];
     let drawn = [Some(drive), baseline];
     let rings: Vec<_> = titles.iter().zip(drawn).filter_map(|(title, of)| Some((title.as_str(), &of?.ways))).collect();
     // A top of the colour scale somewhat above most speeds, so that standing and flowing differ in colour.

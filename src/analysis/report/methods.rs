@@ -73,7 +73,8 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
         _ => format!("{} of {n} {kind}{plural} {} analysed.", capital(&count(drives.len())), were(drives.len())),
     };
     if n > 0 && is_simulated {
-        text += " The study was a rehearsal: every participant was a simulated driver with parameters of its own, and no person took part.";
+        text += " The study was a rehearsal: every participant was a simulated driver with its own parameters, and no \
+                 person took part.";
     } else if n > 0 {
         text += &format!(
             " Participants drove with: {}.",
@@ -156,7 +157,8 @@ fn slow_motion(drives: &[&AnalysedRecording]) -> String {
         return String::new();
     }
     format!(
-        " In {} of {} pictures came too late and more than {} % of the time was given up, {:.0} % at the most: these drives were seen in slow motion.",
+        " In {} of {}, pictures came too late, and more than {} % of the time was given up ({:.0} % at the most): the \
+         participant saw these drives in slow motion.",
         slow.len(),
         count(drives.len()),
         100.0 * SLOW_SHARE,
@@ -195,7 +197,7 @@ fn traffic(drives: &[&AnalysedRecording]) -> String {
         drives.iter().filter_map(|d| Some(SetupValue::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))),
     );
     if !bends.is_empty() {
-        text += &format!(" In bends their speed was bounded by a lateral acceleration of {bends}.");
+        text += &format!(" In bends, a lateral acceleration of {bends} limited the speed of the other vehicles.");
     }
     let warm_up = if drives.iter().all(|drive| drive.setup.scenario.warm_up_s == 0.0) {
         String::new()
@@ -233,11 +235,11 @@ fn gate(drives: &[&AnalysedRecording]) -> String {
     let longest = joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.wave_wait_s, "s")));
     let late = drives.iter().filter(|drive| !drive.setup.manifest.hand_over.is_as_asked).count();
     let late = match late {
-        0 => "no drive began without".to_owned(),
-        n => format!("{} began without", count(n)),
+        0 => "no drive began otherwise".to_owned(),
+        n => format!("{} began otherwise", count(n)),
     };
     format!(
-        " The driver then took over as soon as {}, or after {longest} more at the latest; {late}.",
+        " The driver then took over as soon as {}, or after a further {longest} at the latest; {late}.",
         joined_with_and(&conditions)
     )
 }
@@ -255,7 +257,7 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         _ => String::new(),
     };
     let asked = joined_texts(&advised, |drive| drive.setup.manifest.policy_asked.clone().unwrap_or_default());
-    let asked = if asked.is_empty() { asked } else { format!(", which was the choice of {asked}") };
+    let asked = if asked.is_empty() { asked } else { format!(", chosen by {asked}") };
     let mps =
         joined_values(advised.iter().map(|d| SetupValue::Number(d.setup.scenario.range_mph * MPS_PER_MPH, "m/s")));
     let dial = joined_texts(&advised, |drive| {
@@ -270,7 +272,7 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         fact(&advised, "half width of the advised range"),
     );
     if advised.len() < drives.len() {
-        text += &format!(" In {} of {} no speed was advised.", drives.len() - advised.len(), count(drives.len()));
+        text += &format!(" In {} of {}, no speed was advised.", drives.len() - advised.len(), count(drives.len()));
     }
     text
 }
@@ -295,23 +297,27 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
         };
         let orders: BTreeSet<Vec<(&str, &str)>> = by_place(drives).into_values().collect();
         text += &match orders.len() {
-            1 => " They came in the same order for everyone.".into(),
-            n => format!(" They came in {n} different orders."),
+            1 => " The order was the same for all participants.".into(),
+            n => format!(" There were {n} different orders."),
         };
     } else if let [(name, _)] = &conditions[..] {
         text += &format!(" There was one condition ({name}).");
     }
     let seeds: BTreeSet<u64> = main.iter().map(|drive| drive.setup.scenario.seed).collect();
     text += &match (seeds.len(), main.len()) {
-        (1, 1) => format!(" Its seed was {}.", seeds.first().unwrap_or(&0)),
-        (1, _) => format!(" All had the seed {}.", seeds.first().unwrap_or(&0)),
+        (1, 1) => format!(" The seed was {}.", seeds.first().unwrap_or(&0)),
+        (1, _) => format!(" All drives had the seed {}.", seeds.first().unwrap_or(&0)),
         (n, drives) if n == drives => format!(
-            " Each had a seed of its own, from {} to {}.",
+            " Each drive had its own seed, from {} to {}.",
             seeds.first().unwrap_or(&0),
             seeds.last().unwrap_or(&0)
         ),
         (n, _) => {
-            format!(" They had {n} seeds, from {} to {}.", seeds.first().unwrap_or(&0), seeds.last().unwrap_or(&0))
+            format!(
+                " The drives had {n} seeds, from {} to {}.",
+                seeds.first().unwrap_or(&0),
+                seeds.last().unwrap_or(&0)
+            )
         }
     };
     let paired = main.iter().filter(|drive| drive.found.baseline.is_some()).count();
@@ -319,8 +325,8 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
         let all =
             if paired == main.len() { "each of them".into() } else { format!("{paired} of {}", count(main.len())) };
         text += &format!(
-            " For comparison, {} computed again without advice from the same seed, with the car-following model in the place of \
-             the driver.",
+            " For comparison, {} computed again without advice from the same seed, with the car-following model in \
+             place of the driver.",
             if main.len() == 1 { "it was".into() } else { format!("{all} was") }
         );
     }
@@ -332,7 +338,7 @@ fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&
             let of: Vec<&AnalysedRecording> =
                 others.iter().filter(|drive| drive.found.segment == segment).copied().collect();
             text += &format!(
-                " The segment {segment} ({}) was the same for everyone: {} on {}{} and the policy {}.",
+                " The segment {segment} ({}) was the same for all participants: {} on {}{} with the policy {}.",
                 count(of.len()),
                 joined_values(of.iter().map(|drive| SetupValue::Number(drive.duration_s.round(), "s"))),
                 fact(&of, "road"),
@@ -390,14 +396,14 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
     let conditions = conditions(drives);
     if is_of_several_people(drives) && !conditions.is_empty() {
         text = format!(
-            "For each condition the mean over participants was computed with the {}; of a participant with several drives in a \
-             condition the mean of these counted once.",
+            "For each condition the mean over participants was computed with the {}. Several drives of a participant \
+             in a condition counted once, by their mean.",
             interval()
         );
         if conditions.len() > 1 {
-            text += " Differences between conditions were taken within participants, and the smallest difference that would be \
-                     detected with a power of 80 % at a two-sided level of 5 % was 2.80 standard errors of the difference (normal \
-                     approximation, no correction for several comparisons).";
+            text += " Differences between conditions were computed within participants. The smallest difference \
+                     detectable with a power of 80 % at a two-sided level of 5 % was 2.80 standard errors of the \
+                     difference (normal approximation, no correction for several comparisons).";
         }
     }
     let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();

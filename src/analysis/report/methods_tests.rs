@@ -38,8 +38,8 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
         "by the policy two-phase; an advice was held for 1 s.",
         "reached 0.5 and 2 mph (0.2235 and 0.8941 m/s)",
         "(few & <fast>: half width of the advised range 0.5 mph; many: half width of the advised range 2 mph)",
-        "They came in the same order for everyone.",
-        "a seed of its own, from 10 to 13",
+        "The order was the same for all participants.",
+        "Each drive had its own seed, from 10 to 13",
         "Mean speed of all vehicles (m/s): speed of all vehicles, the ego vehicle included: mean over",
         "percentile bootstrap over participants, 2,000 resamples",
     ] {
@@ -55,7 +55,7 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
         drive.found.place = place.into();
     }
     let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
-    assert!(text.contains("They came in 2 different orders."), "{text}");
+    assert!(text.contains("There were 2 different orders."), "{text}");
 }
 
 #[test]
@@ -78,13 +78,13 @@ fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
         drive.setup.scenario.wave_wait_s = 600.0;
         drive.setup.manifest.hand_over = HandOver { is_as_asked: true, ..HandOver::default() };
     }
-    let gate = "The driver then took over as soon as the standard deviation of speed over the vehicles had been 2 m/s or more for 10 s \
-                and the ego vehicle stood still, or after 600 s more at the latest; ";
+    let gate = "The driver then took over as soon as the standard deviation of speed over the vehicles had been 2 m/s \
+                or more for 10 s and the ego vehicle stood still, or after a further 600 s at the latest; ";
     let text = message(&drives);
-    assert!(text.contains(&format!("{gate}no drive began without.")), "{text}");
+    assert!(text.contains(&format!("{gate}no drive began otherwise.")), "{text}");
     drives[0].setup.manifest.hand_over = HandOver::default();
     let text = message(&drives);
-    assert!(text.contains(&format!("{gate}1 drive began without.")), "{text}");
+    assert!(text.contains(&format!("{gate}1 drive began otherwise.")), "{text}");
 }
 
 #[test]
@@ -100,8 +100,9 @@ fn the_methods_describe_traffic_on_networks_apart_from_closed_routes() {
     let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
     for part in [
         "The road was ring-250, a closed route of 250 m, with 22 vehicles",
-        "The ego vehicle drove on the road network grid, along a path of 1118 m. The traffic was computed by SUMO 1.28.0, run within codrive; \
-         vehicles came and went, 40 of them in a drive. The traffic ran for 30 s before the drive",
+        "The ego vehicle drove on the road network grid, along a path of 1118 m. The traffic was computed by SUMO \
+         1.28.0, run within codrive; vehicles entered and left, 40 in each drive. The traffic ran for 30 s before the \
+         drive",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
@@ -120,7 +121,7 @@ fn methods_of_a_single_drive_mention_no_statistics_and_no_participants() {
         text.starts_with("1 drive was driven by a simulated driver (model follow); no person took part."),
         "{text}"
     );
-    assert!(text.contains("The drive lasted 12 s. Its seed was 10."), "{text}");
+    assert!(text.contains("The drive lasted 12 s. The seed was 10."), "{text}");
     assert!(!text.contains("confidence interval") && !text.contains("participants") && !text.contains("condition ("));
     drives[0].setup.manifest.driver = "keyboard".into();
     drives[0].setup.manifest.policy.name = "none".into();
@@ -139,13 +140,13 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
         drive.measures.values[at] = Some(0.01);
     }
     let message = |drives: &[AnalysedRecording]| paragraphs(drives, &StudyParticipants::default(), &[]).join("\n");
-    assert!(!message(&drives).contains("seen in slow motion."));
+    assert!(!message(&drives).contains("in slow motion."));
     // 3 of 12 s.
     drives[1].measures.values[at] = Some(3.0);
     let text = message(&drives);
     assert!(
         text.contains(
-            "In 1 of 4 drives pictures came too late and more than 1 % of the time was given up, 25 % at the most"
+            "In 1 of 4 drives, pictures came too late, and more than 1 % of the time was given up (25 % at the most)"
         ),
         "{text}"
     );

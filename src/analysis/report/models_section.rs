@@ -26,7 +26,7 @@ pub(super) fn section(page: &mut ReportPage, planned: &PlannedAnalysis) {
         planned.outcomes.iter().filter_map(|outcome| Some((outcome, outcome.fitted.as_ref().ok()?))).collect();
     for outcome in &planned.outcomes {
         if let Err(why) = &outcome.fitted {
-            let text = format!("No model of {}: {why}.", MEASURES[outcome.measure].title);
+            let text = format!("No model was fitted for {}: {why}.", MEASURES[outcome.measure].title);
             page.paragraph("warning", &escaped(&text));
         }
     }
@@ -61,11 +61,12 @@ fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
     );
     page.paragraph("", &escaped(&text));
     if !planned.impossible.is_empty() {
-        let text = format!("Not tested, as no trial of one of the conditions has the measure: {}.", planned.impossible);
+        let text =
+            format!("Not tested, because one of the conditions has no trial with the measure: {}.", planned.impossible);
         page.paragraph("", &escaped(&text));
     }
     if planned.changes.is_empty() {
-        page.paragraph("", "The plan is that of the first session.");
+        page.paragraph("", "The plan has not changed since the first session.");
         return;
     }
     page.put("<p class=\"warning\"><b>The plan was changed after the first session:</b></p><ul>");
@@ -77,10 +78,13 @@ fn left_out(page: &mut ReportPage, planned: &PlannedAnalysis) {
     let rules = planned.plan.exclude.sentences();
     let rules = if rules.is_empty() { "No rule of exclusion was planned.".into() } else { rules.join(" ") };
     if planned.left_out.is_empty() {
-        page.paragraph("", &escaped(&format!("{rules} Nothing was left out of the models.")));
+        page.paragraph("", &escaped(&format!("{rules} No participant or trial was left out of the models.")));
         return;
     }
-    page.paragraph("lead", &format!("{} {} names what was left out.", escaped(&rules), page.table_links(1)));
+    page.paragraph(
+        "lead",
+        &format!("{} {} lists the participants and trials left out.", escaped(&rules), page.table_links(1)),
+    );
     let or_all = |text: &String, all: &str| if text.is_empty() { all.to_owned() } else { text.clone() };
     let rows: Vec<TableCells> = planned
         .left_out
@@ -91,7 +95,7 @@ fn left_out(page: &mut ReportPage, planned: &PlannedAnalysis) {
         })
         .collect();
     let head = ["Participant", "Trial", "Condition", "Reason"].map(str::to_owned).to_vec();
-    page.table("Participants and trials left out of the models, and why.", &head, &rows, &[1, 2, 3]);
+    page.table("Participants and trials left out of the models, with the reason.", &head, &rows, &[1, 2, 3]);
 }
 
 fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&PlannedOutcome, &FittedOutcome)]) {
@@ -120,9 +124,10 @@ fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&Plann
     }
     page.table(
         &format!(
-            "Planned contrasts (condition less reference) by a linear mixed model an outcome, {}, by restricted maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
-             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests that were made. The first outcome \
-             is the primary one. * below the planned level of {}. N is the number of participants.",
+            "Planned contrasts (condition minus reference) by one linear mixed model per outcome, {}, by restricted \
+             maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
+             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests made. The \
+             first outcome is the primary one. *: below the planned level of {}. N is the number of participants.",
             planned.plan.formula(),
             planned.plan.alpha
         ),
@@ -164,9 +169,11 @@ fn checks(page: &mut ReportPage, covariates: &[String], fitted: &[(&PlannedOutco
         .chain(["W of residuals", "W of intercepts"].map(str::to_owned))
         .collect();
     page.table(
-        "Standard deviations between and within participants, change from one place among the trials to the next and with one unit of each \
-         covariate (empty where it cannot be told from the rest), and Shapiro and Wilk's W of residuals and of the participants' intercepts. With few values the test of normality sees only gross departures, with many also \
-         those that do no harm: look at the quantile-quantile plots. It decides nothing.",
+        "Standard deviations between and within participants; change from one place among the trials to the next and \
+         per unit of each covariate (empty if it cannot be separated from the other terms); Shapiro and Wilk's W of \
+         the residuals and of the participants' intercepts. With few values this test finds only gross departures from \
+         normality, with many values also harmless ones: look at the quantile-quantile plots. No result depends on the \
+         test.",
         &head,
         &fitted.iter().map(row).collect::<Vec<_>>(),
         &[],
@@ -235,8 +242,9 @@ fn persons(outcome: &PlannedOutcome, of: &FittedOutcome) -> Option<ReportFigure>
         name: format!("model-{}", measure.name.replace('_', "-")),
         svg: ChartSheet { charts: &[chart], width, key: None, note: "" }.svg(),
         caption: format!(
-            "{} of each participant over conditions (grey; of several trials in a condition their mean), and the means of the mixed model \
-             at the mean place with their 95 % confidence intervals (blue). N = {} participants, {} trials.",
+            "{} of each participant over conditions (grey; the mean of several trials in a condition), and the means \
+             of the mixed model at the mean place with their 95 % confidence intervals (blue). N = {} participants, {} \
+             trials.",
             measure.title,
             of.participants.len(),
             of.observations.len()
@@ -256,7 +264,7 @@ fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
         let dots =
             points.into_iter().map(|at| PlotShape::Dot { at, radius: 2.4, colour: COLOURS[0].into(), has_edge: false });
         let (x, y) = (
-            Axis::even("expected of a normal sample, SD", [-wide, wide]),
+            Axis::even("expected for a normal sample, SD", [-wide, wide]),
             Axis::even("found, SD", [-high.max(wide), high.max(wide)]),
         );
         Chart { shapes: [line].into_iter().chain(dots).collect(), ..Chart::new(title, x, y, 150.0) }
@@ -270,8 +278,8 @@ fn normal(outcome: &PlannedOutcome, of: &FittedOutcome) -> ReportFigure {
         name: format!("normal-{}", measure.name.replace('_', "-")),
         svg: ChartSheet { charts: &charts, width: PrintWidth::Column, key: None, note: "" }.svg(),
         caption: format!(
-            "{}: quantile-quantile plots of the mixed model, in the standard deviations of the values shown; grey: where normal values \
-             would lie. N = {} residuals, {} participants.",
+            "{}: quantile-quantile plots of the mixed model, in standard deviations of the values shown; grey: line of \
+             normal values. N = {} residuals, {} participants.",
             measure.title,
             of.observations.len(),
             of.participants.len()

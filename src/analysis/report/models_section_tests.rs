@@ -31,7 +31,7 @@ fn the_page_has_plan_changes_exclusions_models_and_every_person() {
         "<td class=\"t\">1 contacts with other vehicles</td>",
         "<td class=\"t\">b − a</td>",
         "&lt;0.001 *",
-        "No model of Reaction time",
+        "No model was fitted for Reaction time",
         "Shapiro and Wilk",
     ] {
         assert!(page.html.contains(part), "{part}\n{}", page.html);

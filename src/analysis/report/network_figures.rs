@@ -25,7 +25,7 @@ pub fn space_time(title: &str, drive: &PathTraces, baseline: Option<&PathTraces>
         Some(end_s) => format!("{title}, the first {:.0} min", end_s / 60.0),
         None => title.to_owned(),
     };
-    let drawn = [(title, Some(drive)), ("The same without advice", baseline)];
+    let drawn = [(title, Some(drive)), ("Without advice", baseline)];
     let drawn: Vec<(String, &PathTraces)> =
         drawn.into_iter().filter_map(|(title, of)| Some((named(title, of?), of?))).collect();
     // One time axis for all charts, so that equal times are above each other.

@@ -12,7 +12,7 @@ pub fn not_measured(roads: RoadKinds) -> String {
     let on_rings = MEASURES.iter().filter(|measure| matches!(measure.on, MeasuredOn::ClosedRoutes(_)));
     let titles: Vec<String> = on_rings.map(|measure| measure.title.to_owned()).collect();
     format!(
-        " Not measured on networks, for reasons that the <a href=\"#data-dictionary\">data dictionary</a> gives: {}.",
+        " Not measured on networks, for reasons given in the <a href=\"#data-dictionary\">data dictionary</a>: {}.",
         joined_with_and(&titles)
     )
 }
@@ -28,14 +28,15 @@ pub fn traffic(drives: &[&AnalysedRecording]) -> String {
     let lengths = joined_values(lengths.map(|length_m| SetupValue::Number(length_m.round(), "m")));
     let path = if lengths.is_empty() { String::new() } else { format!(", along a path of {lengths}") };
     let mut text = format!(
-        "The ego vehicle drove on the road network {}{path}. The traffic was computed by {}; vehicles came and went, {} of them in a drive.",
+        "The ego vehicle drove on the road network {}{path}. The traffic was computed by {}; vehicles entered and \
+         left, {} in each drive.",
         values(&|drive| SetupValue::Word(drive.setup.road())),
         values(&|drive| SetupValue::Word(drive.setup.manifest.traffic.replace(" in process", ", run within codrive"))),
         values(&|drive| SetupValue::Number(drive.network.as_ref().map_or(0.0, |network| network.vehicles as f64), "")),
     );
     text += &format!(
-        " The traffic ran for {} before the drive, and on until there was room for the ego vehicle. All vehicles were recorded once a second, \
-         those within 100 m of the ego vehicle at every step.",
+        " The traffic ran for {} before the drive, and then until there was room for the ego vehicle. All vehicles \
+         were recorded once a second; vehicles within 100 m of the ego vehicle were recorded at every step.",
         values(&|drive| SetupValue::Number(drive.setup.scenario.warm_up_s, "s"))
     );
     let lines: Vec<String> = {

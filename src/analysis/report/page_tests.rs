@@ -97,7 +97,7 @@ fn the_page_has_every_mean_and_says_where_numbers_are_missing() {
     // Without numbers there is no distribution to refer to.
     let mut page = ReportPage::default();
     study(&mut page, &[drive("sub-P01", "few", 0, None), drive("sub-P02", "many", 1, None)]);
-    assert!(page.figures.is_empty() && !page.html.contains("the distribution of a measure"), "{}", page.html);
+    assert!(page.figures.is_empty() && !page.html.contains("the distribution of one measure"), "{}", page.html);
     for (n, title, what) in
         [(1, "The drive in numbers", "the measures of the drive;"), (2, "All drives", "every drive;")]
     {
@@ -148,7 +148,7 @@ fn networks_and_closed_routes_share_a_page_that_names_missing_measures() {
         let column = tables[0].columns.iter().find(|column| column.name == name);
         column.map(|column| column.about.clone())
     };
-    let why = "not on networks: there is no start of a route that all pass";
+    let why = "not on networks: no point is passed by all vehicles";
     assert!(about(&mixed, "passages_per_h").unwrap().contains(why));
     assert!(about(&mixed[..2], "passages_per_h").unwrap().contains(why));
     assert!(!about(&rings, "passages_per_h").unwrap().contains("network"));
@@ -195,7 +195,7 @@ fn a_driver_has_the_fitted_numbers_and_no_others() {
     let (html, _, methods) = whole_page();
     let row = "<tr><td>sub-P01</td><td>–</td><td>−0.200 [−0.300, −0.100]</td><td>–</td><td>–</td></tr>";
     assert!(html.contains(row) && html.contains("N = 1 participant."), "{html}");
-    assert!(methods.contains("Each participant was described by the numbers of codrive's simulated driver"));
+    assert!(methods.contains("Each participant was described by the parameters of codrive's simulated driver"));
     let csv = tables::drivers(&[driver()]);
     assert!(csv.ends_with("\nsub-P01,,,,,-0.2,-0.3,-0.1,120,,,,,,,,\n"), "{csv}");
     let file = participants::drivers_toml("A study", &[driver()]);
@@ -418,8 +418,8 @@ fn the_page_names_participants_rehearsal_and_scores() {
     took_part(&mut page, &people);
     scores(&mut page, &people);
     for part in [
-        "all participants are simulated, nobody drove",
-        "Participants: 1 complete, 1 excluded (sub-R02); drives and answers of excluded ones are left out.",
+        "all participants are simulated; no person drove",
+        "Participants: 1 complete, 1 excluded (sub-R02); drives and answers of excluded participants are left out.",
         "<td>ssq after</td><td class=\"t\">total</td><td>2</td><td>20.0 [10.0, 30.0]</td><td>10.0</td><td>30.0</td>",
     ] {
         assert!(page.html.contains(part), "{part}\n{}", page.html);

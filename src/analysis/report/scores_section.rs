@@ -23,8 +23,8 @@ pub(super) fn scores(page: &mut ReportPage, people: &StudyParticipants) {
     page.paragraph("lead", &format!("{} gives the scores of the questionnaires.", page.table_links(1)));
     page.table(
         &format!(
-            "Scores of the questionnaires, of one that comes after every trial by condition: mean [{}], lowest and highest; N is the \
-             number of participants.",
+            "Scores of the questionnaires: mean [{}], lowest and highest. Questionnaires after every trial are listed \
+             by condition. N is the number of participants.",
             interval()
         ),
         &cells(["Questionnaire", "Score", "N", "Mean", "Lowest", "Highest"]),

@@ -35,7 +35,8 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
     page.paragraph(
         "lead",
         &format!(
-            "{} gives the ratings of each participant, {} shows them over the session; fms.csv has them one by one.",
+            "{} gives the ratings of each participant, and {} shows them over the session. The file fms.csv has every \
+             rating.",
             page.table_links(1),
             page.figure_links(0, 1)
         ),
@@ -54,8 +55,8 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
     let head = ["Participant", "Asked", "Answered", "Mean", "Highest", "Last"].map(str::to_owned).to_vec();
     page.table(
         &format!(
-            "Ratings of sickness while driving, 0 (no sickness at all) to 20 (frank sickness), drives that were broken off included. \
-             N = {}.",
+            "Ratings of sickness while driving, 0 (no sickness at all) to 20 (frank sickness), including drives that \
+             were broken off. N = {}.",
             participants(list.len())
         ),
         &head,
@@ -66,8 +67,8 @@ pub(super) fn section(page: &mut ReportPage, people: &StudyParticipants) {
         name: "sickness".into(),
         svg: figure(&list),
         caption: format!(
-            "Ratings of sickness while driving over the session, a line a participant: questions in the order in which they were asked. \
-             A gap in a line is a question without an answer. N = {}.",
+            "Ratings of sickness while driving over the session, one line per participant, in the order of the \
+             questions. A gap in a line is a question without an answer. N = {}.",
             participants(list.len())
         ),
     });
@@ -103,9 +104,9 @@ pub(super) fn paragraph(people: &StudyParticipants) -> String {
     }
     let answered = people.ratings.iter().filter(|rating| rating.value.is_some()).count();
     format!(
-        "While they drove, participants rated their sickness on the fast motion sickness scale (Keshavarz and Hecht, 2011, Human Factors \
-         53(4), 415–426) from 0 (no sickness at all) to 20 (frank sickness), by keys or buttons of the wheel; a question stood for up to \
-         15 s. {answered} of {} questions were answered.",
+        "While driving, participants rated their sickness on the fast motion sickness scale (Keshavarz and Hecht, \
+         2011, Human Factors 53(4), 415–426) from 0 (no sickness at all) to 20 (frank sickness), with keys or with \
+         buttons of the wheel. A question was shown for up to 15 s. {answered} of {} questions were answered.",
         people.ratings.len()
     )
 }
@@ -151,7 +152,7 @@ mod tests {
     #[test]
     fn a_table_that_is_not_as_written_is_refused_with_its_line() {
         let message = read(&TABLE.replace("\t11\t", "\thigh\t")).unwrap_err().to_string();
-        assert!(message.ends_with("line 4: value is \"high\" and no number"), "{message}");
+        assert!(message.ends_with("line 4: value is \"high\"; allowed: a number"), "{message}");
         let message = read(&TABLE.replace("\tvalue\t", "\tvalues\t")).unwrap_err().to_string();
         assert!(message.contains("there is no column \"value\""), "{message}");
     }

@@ -66,14 +66,17 @@ pub fn report(
     page.paragraph(
         "note",
         &format!(
-            "{}{of}, analysed with codrive {}. The <a href=\"#methods\">methods</a> are ready to be copied; every quantity is \
-             defined in the <a href=\"#data-dictionary\">data dictionary</a>.",
+            "{}{of}, analysed with codrive {}. The <a href=\"#methods\">methods</a> are ready to copy. The <a \
+             href=\"#data-dictionary\">data dictionary</a> defines every quantity.",
             count(drives.len()),
             env!("CARGO_PKG_VERSION")
         ),
     );
     if !proof.changed.is_empty() {
-        page.put("<p class=\"warning\"><b>What follows is not as it was written, or not where it belongs, and was analysed all the same:</b></p><ul>");
+        page.put(
+            "<p class=\"warning\"><b>Files that were changed, are missing or are out of place (analysed \
+             nevertheless):</b></p><ul>",
+        );
         proof.changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
     }
@@ -97,7 +100,7 @@ pub fn report(
     let mut methods = methods::paragraphs(drives, study_participants, drivers);
     methods.extend(planned.map(models_section::paragraph));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
-    page.paragraph("note lead", "The same text stands in the file methods.txt beside this page.");
+    page.paragraph("note lead", "The file methods.txt beside this page has the same text.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
     page.put("</section>");
     dictionary(&mut page, drives);
@@ -108,11 +111,11 @@ pub fn report(
 /// Adds a paragraph on the participants by state, with a warning about simulated ones.
 pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     if people.is_rehearsal() {
-        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated, nobody drove.</b></p>");
+        page.put("<p class=\"warning\"><b>A rehearsal: all participants are simulated; no person drove.</b></p>");
     }
     if !people.all.is_empty() {
         let left_out = people.all.iter().any(|person| person.is_excluded());
-        let left_out = if left_out { "; drives and answers of excluded ones are left out" } else { "" };
+        let left_out = if left_out { "; drives and answers of excluded participants are left out" } else { "" };
         page.paragraph("note", &format!("Participants: {}{left_out}.", escaped(&people.to_string())));
     }
 }

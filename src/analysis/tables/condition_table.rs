@@ -17,7 +17,8 @@ const CONDITIONS: [ColumnTexts; 9] = [
         "n",
         "Participants",
         "",
-        "participants with a value; of one with several drives in the condition the mean counts once",
+        "number of participants with a value; several drives of a participant in the condition count once, by their \
+         mean",
     ),
     ("mean", "Mean", "", "mean over participants"),
     ("sd", "Standard deviation", "", "standard deviation over participants (N−1)"),
@@ -28,7 +29,7 @@ const CONDITIONS: [ColumnTexts; 9] = [
         "",
         "lower end of the 95 % confidence interval of the mean (percentile bootstrap over participants)",
     ),
-    ("high", "Interval, upper end", "", "upper end of the same interval"),
+    ("high", "Interval, upper end", "", "upper end of the 95 % confidence interval of the mean"),
 ];
 
 /// Returns the columns of `conditions.csv`.

@@ -11,7 +11,12 @@ use crate::metrics::{RoadKinds, registry::measure};
 
 const DRIVE: [ColumnTexts; 2] = [
     measure("duration_s").texts(),
-    ("ended", "End", "", "how the drive ended: duration (its time was over), contact, or who or what stopped it"),
+    (
+        "ended",
+        "End",
+        "",
+        "end of the drive: duration (planned time over), contact, or the person or cause that stopped the drive",
+    ),
 ];
 
 const SPEED: [ColumnTexts; 3] = [
@@ -20,13 +25,13 @@ const SPEED: [ColumnTexts; 3] = [
         "mean_speed_mps",
         "Mean speed of all vehicles",
         "m/s",
-        "speed of all vehicles, the ego vehicle included: mean over vehicles and the second",
+        "speed of all vehicles, the ego vehicle included: mean over the vehicles and over the second",
     ),
     (
         "baseline_speed_mps",
         "Mean speed of all vehicles without advice",
         "m/s",
-        "the same in the drive from the same seed without advice; empty if there is none",
+        "mean speed of all vehicles in the drive from the same seed without advice; empty if there is none",
     ),
 ];
 

@@ -22,28 +22,30 @@ pub(crate) const DRIVER_NUMBERS: [DriverNumber; 4] = [
         title: "Reaction time to advice",
         suffix: "_s",
         unit: "s",
-        about: "time from a change of the advice to the foot's movement; the delay of the advice that explains the wanted speed best",
+        about: "time from a change of the advice to the movement of the foot; found as the delay of the advice that \
+             explains the wanted speed best",
     },
     DriverNumber {
         name: "speed_bias",
         title: "Bias",
         suffix: "_mps",
         unit: "m/s",
-        about: "by how much the wanted speed is above (positive) or below the advised one on average",
+        about: "mean of the wanted speed minus the advised speed; positive: too fast",
     },
     DriverNumber {
         name: "error",
         title: "Tracking error",
         suffix: "_mps",
         unit: "m/s",
-        about: "standard deviation of the wanted speed about the advised one and the bias",
+        about: "standard deviation of the wanted speed around the advised speed plus the bias",
     },
     DriverNumber {
         name: "time_gap_factor",
         title: "Time gap factor",
         suffix: "",
         unit: "",
-        about: "desired time gap to the leader (T of the Intelligent Driver Model) as a multiple of the other cars'",
+        about: "desired time gap to the leader (T of the Intelligent Driver Model) as a multiple of the other vehicles' \
+             time gap",
     },
 ];
 
@@ -63,14 +65,14 @@ impl DriverNumber {
             about,
         };
         [
-            column("", (*title).into(), format!("{about}; empty where the drives do not tell")),
-            column("_low", format!("{title}, lower end"), "lower end of its 95 % interval".into()),
-            column("_high", format!("{title}, upper end"), "upper end of its 95 % interval".into()),
+            column("", (*title).into(), format!("{about}; empty if the drives do not determine it")),
+            column("_low", format!("{title}, lower end"), "lower end of the 95 % interval".into()),
+            column("_high", format!("{title}, upper end"), "upper end of the 95 % interval".into()),
             ColumnDefinition {
                 name: format!("{name}_rests_on_s"),
                 title: format!("{title}, basis"),
                 unit: "s",
-                about: "time in which it showed; of a long drive evenly spaced stretches are taken".into(),
+                about: "driving time that the value rests on; a long drive contributes evenly spaced stretches".into(),
             },
         ]
     }

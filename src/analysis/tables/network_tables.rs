@@ -18,16 +18,16 @@ pub const LINES_FILE: &str = "lines.csv";
 const TRIPS: [ColumnTexts; 8] = [
     ("vehicle", "Vehicle", "", "number of the vehicle, as in the tables of the recording"),
     ("kind", "Kind", "", "car, van, truck, bus, motorcycle or bicycle"),
-    ("departure_s", "Departure", "s", "when it came; empty if it was there before the drive began"),
-    ("arrival_s", "Arrival", "s", "when it had come to its end and went; empty if it is there at the end of the drive"),
-    ("from_lane", "Departure lane", "", "id of the lane where it came, or was when the drive began"),
-    ("to_lane", "Arrival lane", "", "id of the lane where it went; empty if it did not"),
-    ("travel_time_s", "Travel time", "s", "from departure to arrival; empty if either is not in the drive"),
+    ("departure_s", "Departure", "s", "time of departure; empty if the vehicle was present before the drive began"),
+    ("arrival_s", "Arrival", "s", "time of arrival; empty if the vehicle is still present at the end of the drive"),
+    ("from_lane", "Departure lane", "", "id of the lane of departure, or of the lane at the start of the drive"),
+    ("to_lane", "Arrival lane", "", "id of the lane of arrival; empty without an arrival"),
+    ("travel_time_s", "Travel time", "s", "time from departure to arrival; empty if either is outside the drive"),
     (
         "time_loss_s",
         "Time lost",
         "s",
-        "travel time less that of the same way at the speed limit of each lane; below zero for one that drove faster",
+        "travel time minus the time for the same way at the speed limit of each lane; negative for a faster vehicle",
     ),
 ];
 /// Columns of the table of lines.
@@ -37,18 +37,24 @@ const LINES: [ColumnTexts; 6] = [
         "chosen",
         "Choice",
         "",
-        "asked: named in the command; path: the street nearest to the middle of the ego vehicle's path",
+        "asked: line named in the command; path: line across the street nearest to the middle of the ego vehicle's \
+         path",
     ),
-    ("passages", "Passages", "", "vehicles whose fronts passed the line, the ego vehicle among them"),
+    ("passages", "Passages", "", "vehicles whose fronts passed the line, the ego vehicle included"),
     measure("duration_s").texts(),
     ("line_passages_per_h", "Passages an hour", "1/h", "passages an hour"),
-    ("resolution_s", "Resolution", "s", "longest time between the two rows of a vehicle by which a passage was told"),
+    (
+        "resolution_s",
+        "Resolution",
+        "s",
+        "longest time between the two rows of a vehicle from which a passage was found",
+    ),
 ];
 
 /// Returns the columns of `trips.csv`.
 pub(crate) fn trips_columns(drives: &[AnalysedRecording]) -> TableColumns {
     let columns = key_columns(drives).into_iter().chain(columns(&TRIPS)).collect();
-    TableColumns { file: TRIPS_FILE, row: "a vehicle of a drive on a network, the ego vehicle left out", columns }
+    TableColumns { file: TRIPS_FILE, row: "a vehicle of a drive on a network, other than the ego vehicle", columns }
 }
 
 /// Returns the columns of `lines.csv`.

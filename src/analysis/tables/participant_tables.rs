@@ -9,16 +9,11 @@ use crate::analysis::{
 
 const SCORES: [ColumnTexts; 6] = [
     KEY[0],
-    ("questionnaire", "Questionnaire", "", "questionnaire of the plan, as its file in the data set is called"),
-    ("place", "Place", "", "place of the trial that it is about, from 1; empty for one that is about no trial"),
-    ("condition", "Condition", "", "condition of that trial; empty for one that is about no trial"),
+    ("questionnaire", "Questionnaire", "", "questionnaire of the plan, by the name of its file in the data set"),
+    ("place", "Place", "", "place of the trial that the questionnaire is about, from 1; empty if it is about no trial"),
+    ("condition", "Condition", "", "condition of that trial; empty if the questionnaire is about no trial"),
     ("score", "Score", "", "name of the score in its questionnaire"),
-    (
-        "value",
-        "Value",
-        "",
-        "the score in its own unit, by the rule of its questionnaire; empty where an answer is missing",
-    ),
+    ("value", "Value", "", "score in its own unit, by the rule of the questionnaire; empty if an answer is missing"),
 ];
 
 const FMS: [ColumnTexts; 8] = [
@@ -26,15 +21,16 @@ const FMS: [ColumnTexts; 8] = [
     ("segment", "Segment", "", "segment of the study"),
     KEY[2],
     KEY[3],
-    ("recording", "Recording", "", "folder of the recording; a drive that came again has several"),
-    ("time_s", "Time", "s", "when the question appeared, since the start of the drive"),
+    ("recording", "Recording", "", "folder of the recording; a repeated drive has several"),
+    ("time_s", "Time", "s", "time from the start of the drive to the question"),
     (
         "value",
         "Sickness while driving",
         "",
-        "rating on the fast motion sickness scale, 0 (no sickness at all) to 20 (frank sickness); empty where none came",
+        "rating on the fast motion sickness scale, 0 (no sickness at all) to 20 (frank sickness); empty without an \
+         answer",
     ),
-    ("answer_s", "Time to answer", "s", "from the question to the answer; empty where none came"),
+    ("answer_s", "Time to answer", "s", "time from the question to the answer; empty without an answer"),
 ];
 
 /// Returns the columns of `scores.csv`.

@@ -18,54 +18,60 @@ const ADVICE: [ColumnTexts; 14] = [
         "kind",
         "Kind",
         "",
-        "event: the change asks something new, as the speed is outside of the new acceptable range and was in the range before or on its \
-         other side; change: any other; sham: the events of the drive shifted all by the same time to where none is pending, to \
-         see what is found by chance",
+        "event: a change that requires a new speed, as the speed is outside the new acceptable range, and inside the \
+         old range or beyond its other side; change: any other change; sham: an event of the drive, all shifted by the \
+         same time to moments without a pending event, to find responses by chance",
     ),
     (
         "onset_s",
         "Onset",
         "s",
-        "when the change was seen, from the start of the drive: the first frame that showed it, or its issue where there was no screen",
+        "time from the start of the drive to the first frame that showed the change, or to its issue without a screen",
     ),
     ("from_mps", "Target before", "m/s", "advised speed before the change"),
     ("to_mps", "Target after", "m/s", "advised speed after the change"),
     ("speed_mps", "Speed at the onset", "m/s", "speed of the ego vehicle at the onset"),
-    ("asked", "Demand", "", "faster or slower: where the new range is; empty for a change that asks nothing new"),
+    (
+        "asked",
+        "Demand",
+        "",
+        "faster or slower: direction of the new range; empty for a change that requires no new speed",
+    ),
     (
         "reaction_s",
         "Reaction time",
         "s",
-        "perception-reaction time (reaction time, SAE J2944, 6.5.2): from the onset to the start of the first movement of the pedals in \
-         the direction asked that is larger than the person's idle movements; empty if there was none until the end of watching \
-         (censored there) or one was under way",
+        "perception-reaction time (reaction time, SAE J2944, 6.5.2): from the onset to the start of the first movement \
+         of the pedals in the required direction that is larger than the person's idle movements; empty if there was \
+         none before the end of watching (censored there) or if a movement was under way",
     ),
     (
         "under_way",
         "Movement under way",
         "",
-        "such a movement started before 0.15 s: it is no response, and the reaction time is not known",
+        "true if such a movement started before 0.15 s: it is not a response, and the reaction time is unknown",
     ),
     (
         "movement_s",
         "Movement time",
         "s",
-        "from the reaction to pedals that are 5 % of travel beyond the idle movements; empty if that was not reached until the end \
-         of watching",
+        "time from the start of the response to pedals 5 % of travel beyond the idle movements; empty if not reached \
+         before the end of watching",
     ),
     (
         "enter_range_s",
         "Time to enter the range",
         "s",
-        "compliance time: from the onset to the speed being in the new range; empty if it was not until the end of watching",
+        "compliance time: from the onset until the speed is in the new range; empty if not reached before the end of \
+         watching",
     ),
-    ("enter_range_steps", "Steps to enter the range", "steps", "the time to enter the range in steps of the traffic"),
+    ("enter_range_steps", "Steps to enter the range", "steps", "time to enter the range, in steps of the traffic"),
     (
         "watched_s",
         "Time watched",
         "s",
-        "from the onset to the next change of the advice (of a sham: or the next sham) or the end of the drive; what is empty is censored \
-         there",
+        "time from the onset to the next change of the advice (for a sham, also to the next sham) or to the end of the \
+         drive; empty times are censored there",
     ),
     (
         "idle_movement",
@@ -77,8 +83,8 @@ const ADVICE: [ColumnTexts; 14] = [
         "idle_from",
         "Basis of the idle movement",
         "",
-        "practice: the participant's first drive without a condition that has 20 s of idle pedals; drive: this drive; least: neither has \
-         20 s, so that 0.01 is taken",
+        "practice: the participant's first drive without a condition and with 20 s of idle pedals; drive: this drive; \
+         least: 0.01, because neither drive has 20 s",
     ),
 ];
 
@@ -89,56 +95,64 @@ const REACTIONS: [ColumnTexts; 19] = [
         "time",
         "Time",
         "",
-        "reaction: perception-reaction time; movement; compliance: time to enter the range; chance: reaction time to shams",
+        "reaction: perception-reaction time; movement: movement time; compliance: time to enter the range; chance: \
+         reaction time to shams",
     ),
-    ("onsets", "Onsets", "", "events, or shams, of these drives"),
-    ("seen", "Times seen", "", "times that were not censored"),
-    ("censored", "Times censored", "", "times that were longer than the time watched"),
-    ("under_way", "Movements under way", "", "onsets that were left out as a movement was under way"),
+    ("onsets", "Onsets", "", "number of events, or shams, of these drives"),
+    ("seen", "Times seen", "", "number of times that were not censored"),
+    ("censored", "Times censored", "", "number of times that were longer than the time watched"),
+    ("under_way", "Movements under way", "", "number of onsets left out because a movement was under way"),
     (
         "answered",
-        "Share answered",
+        "Share with a response",
         "",
-        "share within 3 s, of those that came or were watched that long: what chance has is no response to advice",
+        "share of times within 3 s, of the times that were seen or watched that long; the share of the shams occurs by \
+         chance",
     ),
-    ("chance_per_s", "Chance movements", "1/s", "of shams: movements that were found, over the seconds watched"),
+    (
+        "chance_per_s",
+        "Chance movements",
+        "1/s",
+        "movements found after shams, over the seconds watched; empty for other times",
+    ),
     (
         "answering",
-        "Share of events answered",
+        "Share of events with a response",
         "",
-        "of reactions: share of the events that the driver answers at all, by the fit of the median; the others get a movement by chance or \
-         none",
+        "share of the events with a response at all, by the fit of the median; the other events have a movement by \
+         chance or none; for reaction times only",
     ),
     (
         "median_s",
         "Median",
         "s",
-        "median of the lognormal distribution of greatest likelihood, which takes account of censored times; of reactions that of the \
-         answers, beside events that are never answered and movements by chance at the rate of the shams",
+        "median of the lognormal distribution of greatest likelihood, with censored times; for reaction times the \
+         median of the responses: the fit allows for events without a response and for movements by chance at the rate \
+         of the shams",
     ),
     (
         "low_s",
         "Median, lower end",
         "s",
-        "lower end of its 95 % interval (Student's t on the logarithm, from the observed information; of reactions by the profile of the \
-         likelihood)",
+        "lower end of the 95 % interval of the median (Student's t on the logarithm, from the observed information; \
+         for reaction times by the profile of the likelihood)",
     ),
-    ("high_s", "Median, upper end", "s", "upper end of the same interval"),
+    ("high_s", "Median, upper end", "s", "upper end of the 95 % interval of the median"),
     ("log_mean", "Mean of the logarithm", "", "mu of the lognormal distribution of the time in seconds"),
-    ("log_sd", "Standard deviation of the logarithm", "", "sigma of the same"),
+    ("log_sd", "Standard deviation of the logarithm", "", "sigma of the lognormal distribution"),
     (
         "normal_mean_s",
         "Ex-Gaussian mu",
         "s",
-        "mean of the normal part of the ex-Gaussian distribution; from 30 times seen on",
+        "mean of the normal part of the ex-Gaussian distribution; given with at least 30 times seen",
     ),
-    ("normal_sd_s", "Ex-Gaussian sigma", "s", "standard deviation of the same part"),
-    ("exponential_mean_s", "Ex-Gaussian tau", "s", "mean of the exponential part of the same distribution"),
+    ("normal_sd_s", "Ex-Gaussian sigma", "s", "standard deviation of the normal part of the ex-Gaussian distribution"),
+    ("exponential_mean_s", "Ex-Gaussian tau", "s", "mean of the exponential part of the ex-Gaussian distribution"),
     (
         "idle_from",
         "Basis of the idle movement",
         "",
-        "where the size of idle movements of the pedals is from: practice, drive or least",
+        "source of the size of idle movements of the pedals: practice, drive or least",
     ),
 ];
 

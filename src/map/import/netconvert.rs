@@ -99,10 +99,12 @@ impl Conversion<'_> {
         errors.retain(|error| !error.starts_with(NO_NODES));
         // Messages of the system when memory runs out, of netconvert, and of its libraries.
         if let Some(line) = out_of_memory(&words) {
-            return Err(self.beyond(bounds, format!("it needs more memory ({line})")));
+            return Err(self.beyond(bounds, format!("netconvert needs more memory ({line})")));
         }
         let message = match errors.is_empty() {
-            true => format!("it ended with {status}, after the words: {}", words.lines().last().unwrap_or("none")),
+            true => {
+                format!("netconvert ended with {status}; its last line: {}", words.lines().last().unwrap_or("none"))
+            }
             false => errors.join("\n  "),
         };
         Err(MapError::Netconvert { file: self.known.into(), message })
@@ -128,7 +130,7 @@ impl Conversion<'_> {
             if late || bounds.stop.load(Ordering::Relaxed) {
                 end_with_children(&mut child);
                 return Err(match late {
-                    true => self.beyond(bounds, "it was not done in time and was ended".into()),
+                    true => self.beyond(bounds, "netconvert was stopped at the time limit".into()),
                     false => MapError::Interrupted { file: self.known.into() },
                 });
             }

@@ -57,22 +57,22 @@ const OPEN_DRIVE: &[AttemptOptions] = &[
     AttemptOptions {
         input: AttemptInput::File,
         options: &[EACH_METRE, OWN_LINES],
-        words: "with its own lines through junctions and curves sampled each metre",
+        words: "with its own lines through junctions and curves sampled every metre",
     },
     AttemptOptions {
         input: AttemptInput::File,
         options: &[EACH_METRE, LENIENT],
-        words: "with netconvert's lines through junctions and curves sampled each metre",
+        words: "with netconvert's lines through junctions and curves sampled every metre",
     },
     AttemptOptions {
         input: AttemptInput::File,
         options: &[LENIENT],
-        words: "with netconvert's lines through junctions and curves sampled each 2 m",
+        words: "with netconvert's lines through junctions and curves sampled every 2 m",
     },
     AttemptOptions {
         input: AttemptInput::Repaired,
         options: &[LENIENT],
-        words: "with netconvert's lines through junctions and curves sampled each 2 m, after repair",
+        words: "with netconvert's lines through junctions and curves sampled every 2 m, after repair",
     },
 ];
 
@@ -90,7 +90,7 @@ const OPEN_STREET_MAP: &[AttemptOptions] = &[
     AttemptOptions {
         input: AttemptInput::File,
         options: &[FOR_CARS, HEIGHTS, JOINED, LENIENT],
-        words: "with roads that join no other",
+        words: "with roads that are connected to no other road",
     },
 ];
 
@@ -155,7 +155,7 @@ pub(super) fn make(
                 if gap_m <= FITS_M || format == SourceFormat::Sumo {
                     break;
                 }
-                before.push(format!("not {words}: they miss the lanes that they join by up to {gap_m:.1} m"));
+                before.push(format!("not {words}: these lines miss the lanes that they join by up to {gap_m:.1} m"));
             }
         }
     }
@@ -229,7 +229,7 @@ impl Attempt<'_> {
                 let text = read_text(self.file, MOST_IMPORT_BYTES).map_err(failed)?;
                 let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
                     file: self.file.into(),
-                    message: "it needs a repair that codrive does not know".into(),
+                    message: "netconvert cannot read the file, and codrive has no repair for it".into(),
                 })?;
                 *words = format!("{words} ({})", done.join("; "));
                 copy("repaired.xodr", &text)
@@ -251,7 +251,7 @@ impl Attempt<'_> {
             false => problem,
         };
         let (known, made, whose) = match is_converted {
-            true => (Path::new("net.xml"), self.net, "netconvert makes a network of it that has"),
+            true => (Path::new("net.xml"), self.net, "netconvert makes a network that has"),
             false => (self.file, self.file, "the network has"),
         };
         let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {

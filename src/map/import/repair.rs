@@ -9,13 +9,13 @@ pub(super) fn repair(text: &str) -> Option<(String, Vec<String>)> {
     let (text, arcs) = with_lines_for_flat_arcs(&text);
     let mut done = Vec::new();
     if signals > 0 {
-        done.push(format!("signals and signs of {signals} roads taken out"));
+        done.push(format!("signals and signs of {signals} roads removed"));
     }
     if objects > 0 {
-        done.push(format!("objects of {objects} roads taken out"));
+        done.push(format!("objects of {objects} roads removed"));
     }
     if arcs > 0 {
-        done.push(format!("{arcs} arcs without curvature made lines"));
+        done.push(format!("{arcs} arcs without curvature replaced by lines"));
     }
     (!done.is_empty()).then_some((text, done))
 }
@@ -115,9 +115,9 @@ mod tests {
         assert_eq!(
             done,
             [
-                "signals and signs of 2 roads taken out",
-                "objects of 1 roads taken out",
-                "1 arcs without curvature made lines"
+                "signals and signs of 2 roads removed",
+                "objects of 1 roads removed",
+                "1 arcs without curvature replaced by lines"
             ]
         );
         assert_eq!(repair("<OpenDRIVE><road/></OpenDRIVE>"), None);

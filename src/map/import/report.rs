@@ -102,7 +102,7 @@ impl ImportReport {
         ));
         let idle = match census.idle_signals {
             0 => String::new(),
-            n => format!("; {n} rule no lane"),
+            n => format!("; {n} without a lane"),
         };
         lines.push(format!("signals        {}{idle}", census.signals));
         lines.push(match (census.has_heights(), census.heights_m) {
@@ -110,10 +110,10 @@ impl ImportReport {
             (false, _) => "heights        none: flat".to_owned(),
         });
         lines.push(match (census.islands, self.alone) {
-            (0 | 1, _) => "parts          1: all streets hang together".to_owned(),
-            (parts, 0) => format!("parts          {parts} that no connection joins"),
+            (0 | 1, _) => "parts          1: all streets are connected".to_owned(),
+            (parts, 0) => format!("parts          {parts}, not connected to each other"),
             (parts, alone) => {
-                format!("parts          {parts} that no connection joins; {alone} streets that nothing reaches")
+                format!("parts          {parts}, not connected to each other; {alone} streets without access")
             }
         });
         lines.push(format!("left out       {}", self.left_out()));
@@ -137,7 +137,7 @@ impl ImportReport {
     fn left_out(&self) -> String {
         match self.format {
             SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
-            SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes of no traffic",
+            SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes without traffic",
             SourceFormat::OpenStreetMap => "ways not for cars, buildings, signs, and painted markings",
             SourceFormat::Sumo => "nothing",
         }

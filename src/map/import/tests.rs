@@ -151,8 +151,8 @@ fn an_unreadable_file_is_refused_by_its_own_name_and_nothing_is_left() {
     let cases: [(&str, &str, &[&str]); 10] = [
         ("empty.xodr", "", &["the file is empty", "remedy"]),
         ("empty.net.xml", "", &["the file is empty"]),
-        ("laughs.osm", laughs, &["laughs.osm:1: the document has a type or entities of its own"]),
-        ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document has a type or entities of its own"]),
+        ("laughs.osm", laughs, &["laughs.osm:1: the document declares a type or entities"]),
+        ("laughs.net.xml", laughs, &["laughs.net.xml:1: the document declares a type or entities"]),
         ("cut.xodr", road, &["netconvert failed: input ended before all started tags were ended", "line"]),
         ("cut.osm", "<osm version=\"0.6\"><node id=", &["netconvert failed: "]),
         ("cut.net.xml", "<net>\n<edge", &["cut.net.xml:2:1: ", "this is not XML"]),
@@ -193,8 +193,8 @@ fn idle_signals_and_islands_are_reported_and_do_no_harm() {
     for line in [
         "taken          as it is",
         "lanes          3 for cars, 1 not for cars",
-        "signals        1; 1 rule no lane",
-        "parts          3 that no connection joins; 1 streets that nothing reaches",
+        "signals        1; 1 without a lane",
+        "parts          3, not connected to each other; 1 streets without access",
         "path           160 m over 2 streets, open: no loop was found",
     ] {
         assert!(written.lines().any(|found| found == line), "{line:?} is not in:\n{written}");
@@ -219,9 +219,9 @@ fn where_fine_options_fail_coarser_ones_are_tried_and_reported() {
     let program = converter(folder.path(), &script);
     let maps = folder.path().join("maps");
     let report = import_into(&maps, &program, &file, "road", &bounds()).unwrap().report;
-    assert!(report.conversion.contains("sampled each 2 m"), "{report:?}");
+    assert!(report.conversion.contains("sampled every 2 m"), "{report:?}");
     assert_eq!(report.finer.len(), 2);
-    assert!(report.finer[0].ends_with("each metre: netconvert failed: too fine"), "{:?}", report.finer);
+    assert!(report.finer[0].ends_with("every metre: netconvert failed: too fine"), "{:?}", report.finer);
     assert_eq!(report.elements[0], ("roads", 2));
     assert_eq!(report.errors[0].example, "no road 3");
     // SUMO's folder, two levels above the converter, overrides the environment.
@@ -263,9 +263,8 @@ fn a_network_that_becomes_too_large_is_reported_by_the_files_name() {
         fs::write(&file, "<OpenDRIVE><road/></OpenDRIVE>").unwrap();
         let message =
             import_into(&maps, &program, &file, "no", &bounds()).map(|made| made.folder).unwrap_err().to_string();
-        let begin =
-            format!("{}: netconvert makes a network of it that has 49 MiB; allowed: at most 48 MiB", file.display());
-        assert!(message.starts_with(&begin) && message.contains("remedy: import a part of it"), "{message}");
+        let begin = format!("{}: netconvert makes a network that has 49 MiB; allowed: at most 48 MiB", file.display());
+        assert!(message.starts_with(&begin) && message.contains("remedy: import a part of the map"), "{message}");
         let counted = fs::read_to_string(folder.path().join("runs")).unwrap().len();
         assert_eq!(counted, runs, "{name}");
         fs::remove_file(folder.path().join("runs")).unwrap();
@@ -283,7 +282,8 @@ fn lanes_without_a_speed_limit_get_one_and_the_report_says_so() {
     fs::write(&still, net.replacen("speed=\"9\"", "speed=\"0.000000\"", 1)).unwrap();
     let program = converter(folder.path(), &format!("cp {} $net", still.display()));
     let made = import_into(&folder.path().join("maps"), &program, &file, "road", &bounds()).unwrap();
-    let line = "taken          with its own lines through junctions and curves sampled each metre; 50 km/h for 1 lane that has a speed limit of 0";
+    let line = "taken          with its own lines through junctions and curves sampled every metre; 50 km/h for 1 lane that \
+         has a speed limit of 0";
     let written = fs::read_to_string(made.folder.join(REPORT_FILE)).unwrap();
     assert!(written.lines().any(|found| found == line), "{written}");
     let network = Network::load(&made.folder.join("net.xml").to_string_lossy()).unwrap();
@@ -323,5 +323,9 @@ fn lines_through_a_junction_that_miss_its_lanes_are_not_driven() {
     let program = converter(folder.path(), &script);
     let report = import_into(&folder.path().join("maps"), &program, &file, "road", &bounds()).unwrap().report;
     assert!(report.conversion.starts_with("with netconvert's lines"), "{report:?}");
-    assert!(report.finer[0].ends_with("they miss the lanes that they join by up to 2.0 m"), "{:?}", report.finer);
+    assert!(
+        report.finer[0].ends_with("these lines miss the lanes that they join by up to 2.0 m"),
+        "{:?}",
+        report.finer
+    );
 }

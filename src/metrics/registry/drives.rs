@@ -11,7 +11,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "speed of all vehicles, the ego vehicle included: mean over vehicles and ticks (100 a second; over \
          steps of 0.1 s, as in published figures, it differs by up to about 0.001 m/s)",
     )
-    .on_networks("mean over ticks of the mean over the vehicles that are there"),
+    .on_networks("mean over ticks of the mean over the vehicles present"),
     all_vehicles(
         "baseline_speed_mps",
         "Mean speed of all vehicles without advice",
@@ -23,8 +23,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "speed_gain_mps",
         "Gain in mean speed over no advice",
         "m/s",
-        "mean speed of all vehicles less that of the drive from the same seed without advice: the paired \
-         difference",
+        "mean speed of all vehicles minus that of the drive from the same seed without advice (paired difference)",
     ),
     all_vehicles(
         "speed_sd_over_vehicles_mps",
@@ -39,7 +38,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "m/s",
         "standard deviation of a vehicle's speed over the steps (N), mean over vehicles",
     )
-    .on_closed_routes("a vehicle is there for a part of the drive"),
+    .on_closed_routes("vehicles are present for only a part of the drive"),
     ego(
         "ego_speed_sd_over_time_mps",
         "Standard deviation of the ego vehicle's speed",
@@ -50,33 +49,37 @@ pub(super) const MEASURES: &[Measure] = &[
         "passages_per_h",
         "Passages of the route's start",
         "1/h",
-        "vehicles past the start of the route an hour, counted at steps; one that goes back is taken off",
+        "vehicles that pass the start of the route per hour, counted at steps; a vehicle that goes back over it is \
+         subtracted",
     )
-    .on_closed_routes("there is no start of a route that all pass; the throughput is that at a line"),
+    .on_closed_routes("no point is passed by all vehicles; the throughput is that at a line"),
     all_vehicles(
         "stops",
         "Stops of all vehicles",
         "",
-        "stops for each vehicle: its speed falls below 0.1 m/s; it has gone again above 1 m/s; standing at \
-         the start is none",
+        "stops per vehicle: a stop begins below 0.1 m/s and ends above 1 m/s; standing at the start is not a stop",
     )
-    .on_networks("over all vehicles that were there, seen once a second"),
+    .on_networks("over all vehicles present, sampled once a second"),
     all_vehicles(
         "stopped_s",
         "Time stopped of all vehicles",
         "s",
-        "time of a vehicle from below 0.1 m/s until above 1 m/s, summed over the drive, standing at the start \
+        "time from a speed below 0.1 m/s to a speed above 1 m/s, summed over the drive, standing at the start \
          included: mean over vehicles",
     )
-    .on_networks("over all vehicles that were there, seen once a second"),
-    ego("ego_stops", "Stops of the ego vehicle", "", "stops of the ego vehicle by the same rule"),
-    ego("ego_stopped_s", "Time stopped of the ego vehicle", "s", "the same time of the ego vehicle"),
+    .on_networks("over all vehicles present, sampled once a second"),
+    ego("ego_stops", "Stops of the ego vehicle", "", "stops of the ego vehicle, by the same rule as for all vehicles"),
+    ego(
+        "ego_stopped_s",
+        "Time stopped of the ego vehicle",
+        "s",
+        "time stopped of the ego vehicle, by the same rule as for all vehicles",
+    ),
     all_vehicles(
         "hard_brakings",
         "Hard brakings of all vehicles",
         "",
-        "decelerations of more than 3 m/s2 over a step, for each vehicle; steps that follow each other are \
-         one",
+        "decelerations of more than 3 m/s2 over a step, per vehicle; consecutive steps count once",
     )
     .on_closed_routes("vehicles far from the ego vehicle are recorded once a second")
     .by("safety"),
@@ -84,25 +87,30 @@ pub(super) const MEASURES: &[Measure] = &[
         "hard_braking_s",
         "Time of hard braking of all vehicles",
         "s",
-        "time of the same decelerations: mean over vehicles",
+        "time with a deceleration of more than 3 m/s2 over a step: mean over vehicles",
     )
     .on_closed_routes("vehicles far from the ego vehicle are recorded once a second")
     .by("safety"),
-    ego("ego_hard_brakings", "Hard brakings of the ego vehicle", "", "the same decelerations of the ego vehicle")
-        .by("safety"),
+    ego(
+        "ego_hard_brakings",
+        "Hard brakings of the ego vehicle",
+        "",
+        "decelerations of the ego vehicle of more than 3 m/s2 over a step; consecutive steps count once",
+    )
+    .by("safety"),
     ego(
         "ego_hard_braking_s",
         "Time of hard braking of the ego vehicle",
         "s",
-        "time of the same decelerations of the ego vehicle",
+        "time with a deceleration of the ego vehicle of more than 3 m/s2 over a step",
     )
     .by("safety"),
     all_vehicles(
         "last_disturbance_s",
         "Time of the last disturbance",
         "s",
-        "from the first step until the standard deviation of speed over vehicles stays below 0.5 m/s; empty \
-         if it never does",
+        "time from the first step until the standard deviation of speed over vehicles stays below 0.5 m/s; empty if it \
+         never does",
     )
     .on_closed_routes("streets, turns and signals make speeds differ without any wave")
     .by("advice"),
@@ -111,7 +119,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "time_in_range",
         "Share of time in range",
         "",
-        "share of the ticks with advice at which the speed is in the acceptable range, its edges included",
+        "share of the ticks with advice at which the speed is in the acceptable range, edges included",
     )
     .with_advice(),
     ego(
@@ -125,65 +133,65 @@ pub(super) const MEASURES: &[Measure] = &[
         "speed_bias_mps",
         "Mean speed error",
         "m/s",
-        "speed less target: mean over ticks with advice; positive is too fast",
+        "speed minus target: mean over ticks with advice; positive: too fast",
     )
     .with_advice(),
     ego(
         "time_in_range_by_driver",
         "Share of time in range, by the driver",
         "",
-        "share of the same ticks at which the speed is in the range and not within 2 s after a contact or \
-         after the car was put back on its lane: the driver chose it",
+        "share of the ticks with advice at which the speed is in the acceptable range by the driver's choice: not \
+         within 2 s after a contact or after the vehicle was put back on its lane",
     )
     .with_advice(),
     ego(
         "time_in_range_by_collision",
         "Share of time in range, by a collision",
         "",
-        "share of the same ticks at which the speed is in the range within 2 s after a contact or after the \
-         car was put back",
+        "share of the ticks with advice at which the speed is in the acceptable range within 2 s after a contact or \
+         after the vehicle was put back on its lane",
     )
     .with_advice(),
     ego(
         "changes",
         "Changes of the advice",
         "",
-        "changes of target or range that the driver saw, by at least 0.1 m/s from those that counted last \
-         (smaller ones add up until they do), events included; the first advice is none",
+        "changes of target or range shown to the driver, of at least 0.1 m/s since the last counted change (smaller \
+         changes add up); events are included, the first advice is not",
     ),
     ego(
         "events",
         "Events",
         "",
-        "changes of the advice that ask something new: at the frame that shows them the speed is outside of \
-         the new range, and was in the range before or on its other side",
+        "changes of the advice that require a new speed: at the frame that shows the change, the speed is outside the \
+         new range, and inside the old range or beyond its other side",
     ),
     ego(
         "responded",
         "Share of events responded to",
         "",
-        "share of the events answered within 3 s by a movement of the pedals in the direction asked that is \
-         larger than the person's idle movements, of those that were answered or watched that long; movements \
-         under way at the onset are left out",
+        "share of the events with a response within 3 s, of the events with a response or at least 3 s watched; a \
+         response is a movement of the pedals in the required direction that is larger than the person's idle \
+         movements; events with a movement under way at the onset are left out",
     )
     .with_advice(),
     ego(
         "responded_by_chance",
         "Share of shams responded to",
         "",
-        "the same share of shams: the events shifted all by the same time to where none is pending; what is \
-         found there is chance",
+        "share of the shams with such a response; shams are the events, all shifted by the same time to moments \
+         without a pending event; responses to shams are chance",
     )
     .with_advice(),
     ego(
         "reaction_s",
         "Reaction time",
         "s",
-        "perception-reaction time, from the frame that shows an event to the start of the first movement of \
-         the pedals in the direction asked that is larger than the person's idle movements: median of the \
-         lognormal distribution of the answers, from three times on, beside events that are never answered \
-         and movements by chance at the rate of the shams; censored at the next change of the advice and the \
-         end of the drive",
+        "perception-reaction time, from the frame that shows an event to the start of the first movement of the pedals \
+         in the required direction that is larger than the person's idle movements: median of the lognormal \
+         distribution of the responses, with at least three times; the fit allows for events without a response and \
+         for movements by chance at the rate of the shams; times are censored at the next change of the advice and at \
+         the end of the drive",
     )
     .with_advice()
     .in_j2944("reaction time, 6.5.2"),
@@ -191,79 +199,79 @@ pub(super) const MEASURES: &[Measure] = &[
         "movement_s",
         "Movement time",
         "s",
-        "from there to pedals that are 5 % of travel beyond idle movements: median of the censored lognormal \
-         distribution over the same events",
+        "time from the start of the response to pedals 5 % of travel beyond the idle movements: median of the censored \
+         lognormal distribution over the same events",
     )
     .with_advice(),
     ego(
         "enter_range_s",
         "Time to enter the range",
         "s",
-        "compliance time, from the frame that shows an event to the speed being in the new range: median of \
-         the censored lognormal distribution over events, from three times on, censored as the reaction time",
+        "compliance time, from the frame that shows an event until the speed is in the new range: median of the \
+         censored lognormal distribution over events, with at least three times; censored as the reaction time",
     )
     .with_advice(),
-    ego(
-        "enter_range_steps",
-        "Steps to enter the range",
-        "steps",
-        "the time to enter the range in steps of the traffic",
-    )
-    .with_advice(),
+    ego("enter_range_steps", "Steps to enter the range", "steps", "time to enter the range, in steps of the traffic")
+        .with_advice(),
     ego(
         "idle_movement",
         "Idle movement of the pedals",
         "",
-        "95th percentile of the movements of the pedals (accelerator less brake) within 1 s while no event is \
-         pending, as a share of travel, at least 0.01: of the participant's practice, or of the drive where \
-         there is none",
+        "95th percentile of the movements of the pedals (accelerator minus brake) within 1 s while no event is \
+         pending, as a share of travel, at least 0.01; from the participant's practice, or from the drive without a \
+         practice",
     )
     .with_advice(),
     ego(
         "min_gap_m",
         "Minimum gap",
         "m",
-        "own front bumper to the leader's rear: smallest, over ticks in the leader's lane (less than a car's \
-         width, 1.8 m, beside the lane's middle)",
+        "smallest distance from the ego's front bumper to the leader's rear, over ticks in the leader's lane (less \
+         than a car's width, 1.8 m, from the lane's middle)",
     )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
+    .on_networks(
+        "the leader is the next vehicle on the ego's path, not a vehicle beside it; the lane is that of the path",
+    )
     .in_j2944("distance gap"),
     ego(
         "min_headway_m",
         "Minimum headway",
         "m",
-        "own front bumper to the leader's front: smallest, over ticks in the leader's lane",
+        "smallest distance from the ego's front bumper to the leader's front, over ticks in the leader's lane",
     )
-    .on_networks("to the same leaders, each with its own length")
+    .on_networks("leaders as for the gap, each with its own length")
     .in_j2944("distance headway"),
     ego(
         "min_ttc_s",
         "Minimum time to collision",
         "s",
-        "gap over closing speed while the gap closes: smallest, over ticks in the leader's lane",
+        "smallest gap over closing speed while the gap closes, over ticks in the leader's lane",
     )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
+    .on_networks(
+        "the leader is the next vehicle on the ego's path, not a vehicle beside it; the lane is that of the path",
+    )
     .in_j2944("time to collision")
     .by("Hayward 1972"),
     ego(
         "max_drac_mps2",
         "Maximum deceleration rate to avoid a crash (DRAC)",
         "m/s2",
-        "closing speed squared over twice the gap: largest, over ticks in the leader's lane; 0 where the gap \
-         never closes",
+        "largest closing speed squared over twice the gap, over ticks in the leader's lane; 0 if the gap never closes",
     )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
+    .on_networks(
+        "the leader is the next vehicle on the ego's path, not a vehicle beside it; the lane is that of the path",
+    )
     .by("Cooper 1976"),
     ego(
         "time_gap_s",
         "Time gap",
         "s",
-        "own front bumper to the leader's rear over own speed: mean over ticks in the leader's lane at 1 m/s \
-         or more",
+        "distance from the ego's front bumper to the leader's rear over the ego's speed: mean over ticks in the \
+         leader's lane at 1 m/s or more",
     )
     .on_networks(
-        "over ticks at which the next vehicle on its path, none that is beside it, is at most 6 s ahead \
-         (Vogel 2002); the lane is that of its path",
+        "over ticks at which the next vehicle on the ego's path, not a vehicle beside it, is at most 6 s ahead (Vogel \
+         2002); the lane is that of the path",
     )
     .in_j2944("time gap")
     .by("Vogel 2002"),
@@ -271,58 +279,61 @@ pub(super) const MEASURES: &[Measure] = &[
         "min_time_gap_s",
         "Minimum time gap",
         "s",
-        "own front bumper to the leader's rear over own speed: smallest, over ticks in the leader's lane at 1 \
-         m/s or more",
+        "smallest distance from the ego's front bumper to the leader's rear over the ego's speed, over ticks in the \
+         leader's lane at 1 m/s or more",
     )
-    .on_networks("the leader is the next vehicle on its path, none that is beside it; the lane is that of its path")
+    .on_networks(
+        "the leader is the next vehicle on the ego's path, not a vehicle beside it; the lane is that of the path",
+    )
     .in_j2944("time gap"),
     ego(
         "time_headway_s",
         "Time headway",
         "s",
-        "own front bumper to the leader's front over own speed: mean over ticks in the leader's lane at 1 m/s \
-         or more",
+        "distance from the ego's front bumper to the leader's front over the ego's speed: mean over ticks in the \
+         leader's lane at 1 m/s or more",
     )
-    .on_networks("over ticks at which the same leader is at most 6 s ahead (Vogel 2002), with its own length")
+    .on_networks(
+        "over ticks at which the leader of the time gap is at most 6 s ahead (Vogel 2002), with its own length",
+    )
     .in_j2944("time headway, 8.1.4")
     .by("Vogel 2002"),
     ego(
         "min_time_headway_s",
         "Minimum time headway",
         "s",
-        "own front bumper to the leader's front over own speed: smallest, over ticks in the leader's lane at \
-         1 m/s or more",
+        "smallest distance from the ego's front bumper to the leader's front over the ego's speed, over ticks in the \
+         leader's lane at 1 m/s or more",
     )
-    .on_networks("to the same leaders, each with its own length")
+    .on_networks("leaders as for the gap, each with its own length")
     .in_j2944("time headway, 8.1.4"),
     ego(
         "sdlp_m",
         "Standard deviation of lane position (SDLP)",
         "m",
-        "standard deviation of lane position (N−1), reference the middle of the car, over the whole trial, \
-         unfiltered",
+        "standard deviation (N−1) of the lane position of the middle of the car, over the whole trial, unfiltered",
     )
-    .on_networks("over ticks in the lane of its path (less than a car's width, 1.8 m, beside the lane's middle)")
+    .on_networks("over ticks in the lane of the ego's path (less than a car's width, 1.8 m, from the lane's middle)")
     .in_j2944("standard deviation of lane position, 10.1.3"),
     ego(
         "reversals_per_min",
         "Steering reversal rate",
         "1/min",
-        "reversals of the steering wheel with a gap size of 3 degrees, both ways, unfiltered, a minute",
+        "reversals of the steering wheel per minute, with a gap size of 3 degrees, both ways, unfiltered",
     )
     .in_j2944("steering wheel reversal"),
     ego(
         "pedal_reversals_per_min",
         "Pedal reversal rate",
         "1/min",
-        "reversals of the pedals (accelerator less brake) with a gap size of 5 % of travel, both ways, \
-         unfiltered, a minute",
+        "reversals of the pedals (accelerator minus brake) per minute, with a gap size of 5 % of travel, both ways, \
+         unfiltered",
     ),
     ego(
         "rms_jerk_mps3",
         "Root mean square jerk",
         "m/s3",
-        "root mean square of the change of acceleration, averaged over a step, from one step to the next",
+        "root mean square of the rate of change, from one step to the next, of the acceleration averaged over a step",
     )
     .in_j2944("jerk, 7.2.13"),
     ego(
@@ -339,8 +350,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "fuel of all vehicles by the model of Kamal et al. (2013)",
     )
     .on_closed_routes(
-        "lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a \
-         second",
+        "lorries and buses are not petrol cars, and vehicles far from the ego vehicle are recorded once a second",
     )
     .by("Kamal 2013"),
     ego(
@@ -357,37 +367,35 @@ pub(super) const MEASURES: &[Measure] = &[
         "fuel of all vehicles by SUMO's emission model (HBEFA 4.2, petrol, Euro 4)",
     )
     .on_closed_routes(
-        "lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a \
-         second",
+        "lorries and buses are not petrol cars, and vehicles far from the ego vehicle are recorded once a second",
     )
     .by("HBEFA"),
     all_vehicles(
         "fuel_saved_l_100km",
         "Fuel saved over no advice",
         "l/100 km",
-        "fuel of all vehicles in the drive from the same seed without advice less that in this one",
+        "fuel of all vehicles in the drive from the same seed without advice minus that in this drive",
     )
     .on_closed_routes(
-        "lorries and buses are no petrol cars, and vehicles far from the ego vehicle are recorded once a \
-         second",
+        "lorries and buses are not petrol cars, and vehicles far from the ego vehicle are recorded once a second",
     )
     .by("Kamal 2013"),
     all_vehicles(
         "hand_over_speed_sd_over_vehicles_mps",
         "Standard deviation of speed over vehicles at hand-over",
         "m/s",
-        "standard deviation of speed over the vehicles (N) at the moment at which the driver takes the car \
-         over: the wave that the drive begins with",
+        "standard deviation of speed over the vehicles (N) at the moment at which the driver takes over: the wave at \
+         the start of the drive",
     ),
-    ego("contact_count", "Contacts with other vehicles", "", "how often the ego vehicle touched another vehicle"),
-    ego("left_road", "Departures from the lane", "", "how often the middle of the car left its lane")
-        .on_networks("how often the middle of the car left the road"),
+    ego("contact_count", "Contacts with other vehicles", "", "number of times the ego vehicle touched another vehicle"),
+    ego("left_road", "Departures from the lane", "", "number of times the middle of the car left its lane")
+        .on_networks("number of times the middle of the car left the road"),
     ego(
         "dropped_s",
         "Time given up",
         "s",
-        "time of the simulation that was given up as frames came too late: the participant saw the drive in \
-         slow motion for as long; sum over the drive",
+        "simulation time given up because frames came too late, summed over the drive; the participant then saw the \
+         drive in slow motion",
     ),
     ego("frames_per_s", "Frame rate", "1/s", "frames shown on the participant's screen, per second of wall time"),
     ego("longest_frame_s", "Longest frame", "s", "longest time from one frame on the participant's screen to the next"),
@@ -395,14 +403,14 @@ pub(super) const MEASURES: &[Measure] = &[
         "latency_median_s",
         "Median latency",
         "s",
-        "from the newest input (the kernel's time) to the handing over of the frame that shows it: median \
-         over such frames",
+        "time from the newest input (the kernel's time) to the handing over of the frame that shows it: median over \
+         frames that show an input",
     ),
     ego(
         "latency_p99_s",
         "99th percentile of latency",
         "s",
-        "from the newest input (the kernel's time) to the handing over of the frame that shows it: 99th \
+        "time from the newest input (the kernel's time) to the handing over of the frame that shows it: 99th \
          percentile (nearest rank)",
     ),
     ego(

@@ -8,109 +8,126 @@ pub(super) const MEASURES: &[Measure] = &[
         "space_mean_speed_mps",
         "Space-mean speed of all vehicles",
         "m/s",
-        "way of all vehicles over their time on the network (Edie 1963), of full seconds, at which all \
+        "distance driven by all vehicles over their time on the network (Edie 1963), at full seconds, at which all \
          vehicles are recorded",
     )
     .on_networks_alone()
     .by("Edie 1963"),
-    all_vehicles("vehicles", "Vehicles", "", "vehicles that were there at some time, the ego vehicle included")
+    all_vehicles("vehicles", "Vehicles", "", "vehicles present at any time of the drive, the ego vehicle included")
         .on_networks_alone(),
     all_vehicles(
         "departures_per_h",
         "Departures",
         "1/h",
-        "vehicles that came in the drive, an hour; those that were there before are not counted",
+        "vehicles that entered during the drive, per hour; vehicles present at the start are not counted",
     )
     .on_networks_alone(),
-    all_vehicles("arrivals_per_h", "Arrivals", "1/h", "vehicles that came to their ends in the drive, an hour")
-        .on_networks_alone(),
+    all_vehicles(
+        "arrivals_per_h",
+        "Arrivals",
+        "1/h",
+        "vehicles that reached their destinations during the drive, per hour",
+    )
+    .on_networks_alone(),
     all_vehicles(
         "trips",
         "Whole trips",
         "",
-        "vehicles that departed and arrived in the drive, the ego vehicle left out",
+        "vehicles that departed and arrived during the drive, without the ego vehicle",
     )
     .on_networks_alone(),
     all_vehicles(
         "travel_time_s",
         "Mean travel time",
         "s",
-        "from departure to arrival of vehicles that departed and arrived in the drive, the ego vehicle left \
-         out: mean; who was there before, or is there at the end, does not count, so that a short drive has \
-         short trips",
+        "time from departure to arrival: mean over vehicles that departed and arrived during the drive, without the \
+         ego vehicle; other vehicles do not count, so a short drive has short trips",
     )
     .on_networks_alone(),
-    all_vehicles("travel_time_median_s", "Median travel time", "s", "the same times: median").on_networks_alone(),
+    all_vehicles(
+        "travel_time_median_s",
+        "Median travel time",
+        "s",
+        "time from departure to arrival over the same vehicles: median",
+    )
+    .on_networks_alone(),
     all_vehicles(
         "travel_time_p95_s",
         "95th percentile of travel time",
         "s",
-        "the same times: 95th percentile (nearest rank)",
+        "time from departure to arrival over the same vehicles: 95th percentile (nearest rank)",
     )
     .on_networks_alone(),
     all_vehicles(
         "time_loss_s",
         "Mean time lost",
         "s",
-        "travel time less that of the same way at the speed limit of each lane: mean over the same trips; the \
-         share of the limit that is driven is taken to change evenly from one row of a vehicle to the next, a \
-         second at most",
+        "travel time minus the time for the same way at the speed limit of each lane: mean over the whole trips; \
+         between two rows of a vehicle, at most 1 s apart, the speed as a share of the limit is taken to change \
+         linearly",
     )
     .on_networks_alone(),
     ego(
         "ego_travel_time_s",
         "Travel time of the ego vehicle",
         "s",
-        "from the start of the drive to the end of the ego vehicle's path; empty if it did not come there",
+        "time from the start of the drive to the end of the ego vehicle's path; empty if the ego vehicle did not reach \
+         it",
     )
     .on_networks_alone(),
     ego(
         "ego_time_loss_s",
         "Time lost of the ego vehicle",
         "s",
-        "time of the drive less that of the way of the ego vehicle at the speed limit of each lane; above the \
-         limit time is won",
+        "time of the drive minus the time for the ego vehicle's way at the speed limit of each lane; driving above the \
+         limit lowers it",
     )
     .on_networks_alone(),
     all_vehicles(
         "line_passages_per_h",
         "Passages of the line",
         "1/h",
-        "vehicles, the ego vehicle among them, whose fronts pass the first line, an hour: that which was \
-         asked for, or else all lanes of the street nearest to the middle of the ego vehicle's path; a \
-         passage is told by the rows of a vehicle before and after it, at most a second apart",
+        "vehicles, the ego vehicle included, whose fronts pass the first line, per hour; without --line, the line \
+         crosses all lanes of the street nearest to the middle of the ego vehicle's path; a passage is found from the \
+         rows of a vehicle before and after it, at most 1 s apart",
     )
     .on_networks_alone(),
     ego(
         "red_lights",
         "Red lights passed",
         "",
-        "how often the middle of the ego vehicle followed its front over a line at red",
+        "number of times the ego vehicle passed a line at red, with its front and then its middle",
     )
     .on_networks_alone(),
     ego(
         "wrong_ways",
         "Drives against the traffic",
         "",
-        "how often the ego vehicle headed against the direction of its lane for a second or longer",
+        "number of times the ego vehicle headed against the direction of its lane for 1 s or longer",
     )
     .on_networks_alone(),
-    ego("wrong_way_s", "Time against the traffic", "s", "time of the same, from the end of that second on")
-        .on_networks_alone(),
+    ego(
+        "wrong_way_s",
+        "Time against the traffic",
+        "s",
+        "time headed against the direction of the lane, from the end of that first second on",
+    )
+    .on_networks_alone(),
     ego(
         "speedings",
         "Speedings",
         "",
-        "how often the ego vehicle came to be faster than the limit of its lane by more than 1 m/s",
+        "number of times the ego vehicle came to exceed the limit of its lane by more than 1 m/s",
     )
     .on_networks_alone(),
-    ego("speeding_s", "Time of speeding", "s", "time of the same, until the limit was kept again").on_networks_alone(),
+    ego("speeding_s", "Time of speeding", "s", "time of these speedings, each until the limit is kept again")
+        .on_networks_alone(),
     ego(
         "near_misses",
         "Near misses",
         "",
-        "vehicles with which the ego vehicle would have collided within 1.5 s, had both gone on as they were; \
-         the same one counts again once that time was longer than 3 s",
+        "vehicles with which the ego vehicle would have collided within 1.5 s if both had kept their motion; a vehicle \
+         counts again once that time was longer than 3 s",
     )
     .on_networks_alone()
     .by("safety"),

@@ -21,12 +21,13 @@ pub struct FollowerStopper {
     pub d_mps2: [f64; 3],
 }
 
-const REGIONS: &str = "Gap at equal speeds up to which the command is 0, the leader's speed at most, the aim at most";
+const REGIONS: &str =
+    "Gaps at equal speeds up to which the command is 0, at most the leader's speed, and at most the aim";
 const CURVES: &str = "Deceleration that widens each of these gaps while closing in";
 
 impl Parametric for FollowerStopper {
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter { key: "aim_mps", doc: "Speed wanted where the gap allows", ..SPEED },
+        Parameter { key: "aim_mps", doc: "Target speed if the gap allows it", ..SPEED },
         Parameter { key: "dx0_m.0", doc: REGIONS, unit: "m", limits: [0.0, 100.0], search: [0.5, 15.0], ..GAIN },
         Parameter {
             key: "dx0_m.1",

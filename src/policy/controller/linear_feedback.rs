@@ -44,12 +44,12 @@ impl LinearFeedback {
 
 impl Parametric for LinearFeedback {
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter { key: "aim_mps", doc: "Speed where nothing differs", ..SPEED },
-        Parameter { key: "k_lead", doc: "Gain on the leader's speed less the own", search: [-1.0, 3.0], ..GAIN },
+        Parameter { key: "aim_mps", doc: "Speed if all differences are 0", ..SPEED },
+        Parameter { key: "k_lead", doc: "Gain on the leader's speed minus the own speed", search: [-1.0, 3.0], ..GAIN },
         Parameter { key: "k_gap_per_s", doc: "Gain on the gap beyond gap_m", unit: "1/s", search: [-0.5, 1.0], ..GAIN },
         Parameter {
             key: "gap_m",
-            doc: "Gap at which that part is 0",
+            doc: "Gap at which the term of the gap is 0",
             unit: "m",
             limits: [0.0, 1000.0],
             search: [0.0, 40.0],
@@ -57,7 +57,7 @@ impl Parametric for LinearFeedback {
         },
         Parameter {
             key: "k_mean",
-            doc: "Gain on the own mean speed of half a minute less the speed now",
+            doc: "Gain on the own half-minute mean speed minus the current speed",
             search: [-2.0, 2.0],
             ..GAIN
         },

@@ -61,7 +61,7 @@ impl Parametric for TwoPhase {
             search: [0.0, 200.0],
             ..GAIN
         },
-        Parameter { key: "then_mps", doc: "Speed from then on", ..SPEED },
+        Parameter { key: "then_mps", doc: "Speed of the second phase", ..SPEED },
     ];
 
     fn numbers(&self) -> Vec<f64> {

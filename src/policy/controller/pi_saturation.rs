@@ -31,7 +31,7 @@ impl Default for PiParameters {
     }
 }
 
-const CATCH_UP: &str = "Gap from which on the target exceeds the mean speed, and where it exceeds it fully";
+const CATCH_UP: &str = "Gap above which the target exceeds the mean speed, and gap at the full excess";
 
 impl Parametric for PiParameters {
     const PARAMETERS: &'static [Parameter] = &[
@@ -55,7 +55,7 @@ impl Parametric for PiParameters {
         },
         Parameter {
             key: "catch_up_mps",
-            doc: "By how much the target exceeds it at most",
+            doc: "Largest excess of the target over the mean speed",
             unit: "m/s",
             limits: [0.0, 60.0],
             search: [0.0, 5.0],

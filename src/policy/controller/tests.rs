@@ -40,7 +40,7 @@ fn every_controllers_file_reads_back_to_the_same_bits() {
 fn the_file_gives_the_unit_and_meaning_of_each_parameter() {
     let text = Controller::by_name(ControllerKind::FollowerStopper, &SETTINGS).to_toml("");
     // Numbers from docs/references.md: follower-stopper.
-    assert!(text.contains("\n# Speed wanted where the gap allows, m/s\naim_mps = 4.29"), "{text}");
+    assert!(text.contains("\n# Target speed if the gap allows it, m/s\naim_mps = 4.29"), "{text}");
     assert!(text.contains("\ndx0_m = [4.5, 5.25, 6.0]\n") && text.contains("\nd_mps2 = [1.5, 1.0, 0.5]\n"), "{text}");
     for kind in CONTROLLERS {
         for parameter in kind.parameters() {
@@ -169,7 +169,7 @@ fn a_file_is_read_as_the_format_that_it_declares() {
         message("format = \"codrive controller 1\"\nkind = \"constnat\"").starts_with(&format!("policy {path}:2:8: "))
     );
     assert!(message("kind = \"constant\"\nspeed_mps = 4").contains(":1:1: format is missing"));
-    assert!(message("format = \"codrive policy 1\"").contains("is no policy file"));
+    assert!(message("format = \"codrive policy 1\"").contains("is not a policy file"));
     let right = "format = \"codrive controller 1\"\nkind = \"constant\"\nspeed_mps = 4";
     assert_eq!(message(right), "");
     let mut policy = build(file.to_str().unwrap(), &SETTINGS).ok().flatten().unwrap();

@@ -55,7 +55,7 @@ pub struct DriverEstimator {
 pub enum EstimatorFault {
     /// The traits are other ones or in another order.
     #[error(
-        "the estimator's traits are {found}; known are {}, or {} to at most {}",
+        "the estimator's traits are {found}; allowed: {}, or {} to at most {}",
         DriverTraits::NAMES.join(", "), latent_name(0), latent_name(MOST_LATENTS - 1)
     )]
     Traits {
@@ -63,13 +63,13 @@ pub enum EstimatorFault {
         found: String,
     },
     /// A trait's spread is not positive and finite, or its centre is not finite.
-    #[error("the estimator's trait {name} has no centre and spread that can be used")]
+    #[error("the estimator's trait {name} has no valid centre and spread")]
     Scale {
         /// Name of the trait.
         name: String,
     },
     /// A part has the wrong size.
-    #[error("the estimator's {part} are {rows} x {columns} numbers; {needed_rows} x {needed_columns} are needed")]
+    #[error("the estimator's {part} are {rows} x {columns} numbers; allowed: {needed_rows} x {needed_columns}")]
     Size {
         /// Name of the part.
         part: &'static str,
@@ -84,8 +84,8 @@ pub enum EstimatorFault {
     },
     /// The policy has an input that this estimator does not estimate.
     #[error(
-        "the policy sees {}, which its estimator does not tell: that tells {known}\n  remedy: train the policy with an \
-         estimator of the other kind", feature.name()
+        "the policy sees {}, which its estimator does not estimate; it estimates {known}\n  remedy: train the policy \
+         with an estimator of the other kind", feature.name()
     )]
     NotTold {
         /// Input of the policy.

@@ -84,9 +84,9 @@ fn an_inconsistent_estimator_is_refused_with_the_part() {
         fault(|e| e.traits.truncate(4))
             .starts_with("the estimator's traits are reaction_s, speed_bias_mps, error_mps, time")
     );
-    assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no centre and spread"));
-    assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; 21 x 9 are needed");
-    assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; 21 x 9 are needed");
+    assert!(fault(|e| e.traits[1].spread = 0.0).contains("trait speed_bias_mps has no valid centre and spread"));
+    assert_eq!(fault(|e| _ = e.weights.pop()), "the estimator's weights are 20 x 9 numbers; allowed: 21 x 9");
+    assert_eq!(fault(|e| _ = e.weights[2].pop()), "the estimator's weights are 21 x 8 numbers; allowed: 21 x 9");
     assert_eq!(
         fault(|e| e.readout.bias[0] = f32::NAN),
         "the estimator's readout.bias hold a number that is not finite"
@@ -99,7 +99,7 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     let mut estimator = small(3);
     estimator.traits = vec![EstimatedTrait::latent(0), EstimatedTrait::latent(1)];
     let fault = estimator.check().unwrap_err().to_string();
-    assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; 1 x 4 are needed");
+    assert_eq!(fault, "the estimator's readout.bias are 1 x 10 numbers; allowed: 1 x 4");
     estimator.readout = NetworkLayer { bias: vec![0.5, -2.0, 0.0, -9.0], weights: vec![vec![0.0; 4]; 3] };
     assert_eq!(estimator.check(), Ok(()));
     let message = Identification::new(estimator.clone()).who_drives();
@@ -113,7 +113,7 @@ fn latents_are_read_out_unscaled_and_leave_the_traits_alone() {
     assert_eq!((seen.latents, seen.driver), ([0.5, -2.0, 0.0, 0.0], Some(truth)));
     estimator.traits.swap(0, 1);
     let fault = estimator.check().unwrap_err().to_string();
-    assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; known are reaction_s, "), "{fault}");
+    assert!(fault.starts_with("the estimator's traits are latent_2, latent_1; allowed: reaction_s, "), "{fault}");
     assert!(fault.ends_with("willingness, or latent_1 to at most latent_4"), "{fault}");
 }
 
@@ -129,18 +129,18 @@ fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
     assert_eq!(fault(&latents, &[Feature::Gap, Feature::Latent1, Feature::Latent2]), Ok(()));
     let message = fault(&traits, &[Feature::Reaction, Feature::Latent1]).unwrap_err();
     assert!(
-        message.starts_with("the policy sees latent_1, which its estimator does not tell: that tells reaction_s, "),
+        message
+            .starts_with("the policy sees latent_1, which its estimator does not estimate; it estimates reaction_s, "),
         "{message}"
     );
     let message = fault(&latents, &[Feature::Latent2, Feature::Latent3]).unwrap_err();
-    assert!(
-        message
-            .starts_with("the policy sees latent_3, which its estimator does not tell: that tells latent_1, latent_2")
-    );
+    assert!(message.starts_with(
+        "the policy sees latent_3, which its estimator does not estimate; it estimates latent_1, latent_2"
+    ));
     assert!(fault(&latents, &[Feature::SpeedBias]).unwrap_err().starts_with("the policy sees speed_bias, "));
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/benchmarks/ring/variational/seed-1.toml");
     let text = std::fs::read_to_string(file).unwrap();
     assert!(Network::from_toml(&text).is_ok());
     let message = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
-    assert!(message.starts_with("the policy sees willingness, which its estimator does not tell"), "{message}");
+    assert!(message.starts_with("the policy sees willingness, which its estimator does not estimate"), "{message}");
 }

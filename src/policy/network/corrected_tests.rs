@@ -87,12 +87,12 @@ fn a_network_that_does_not_stand_alone_is_refused_by_name_with_the_remedy() {
     let alone = half_the_leaders;
     for (network, expected) in [
         (over(alone()), "corrects another advice itself\n  remedy: name a speed policy that stands alone"),
-        (Network { inputs: vec![input], ..alone() }, "asks who drives\n  remedy"),
-        (Network { expected_gain: Some(gain), ..alone() }, "is silent where it expects harm\n  remedy"),
+        (Network { inputs: vec![input], ..alone() }, "needs the driver's traits\n  remedy"),
+        (Network { expected_gain: Some(gain), ..alone() }, "withholds advice where it expects no gain\n  remedy"),
         (Network { action: NetworkOutput::Acceleration, ..alone() }, "advises an acceleration"),
         (
             Network { least_spacing_m: 8.7, ..alone() },
-            "less than 8.7 m of road for each car, its correction below 0 m\n  remedy: train the correction with \
+            "below 8.7 m of road per vehicle, its correction below 0 m\n  remedy: train the correction with \
              least_spacing_m = 8.7 or more",
         ),
         (Network { limits: [1.0, 1.0], ..alone() }, ": limits are 1 to 1"),
@@ -127,7 +127,7 @@ fn corrected_advice_is_found_by_name_or_file_or_refused_by_name() {
     assert!(matches!(by_name, CorrectedAdvice::Network(_)));
     assert_eq!(read(&shipped_file("ring-641-speed").display().to_string()).unwrap(), by_name);
     for (name, expected) in [
-        ("ring-641-sped", "`ring-641-sped` is unknown (did you mean ring-641-speed?); known are constant, two-phase,"),
+        ("ring-641-sped", "`ring-641-sped` is unknown (did you mean ring-641-speed?); allowed: constant, two-phase,"),
         ("none", "`none` is unknown"),
         ("ring-641-acceleration", "policy ring-641-acceleration advises an acceleration"),
         ("ring-250-personal", "policy ring-250-personal corrects another advice itself\n  remedy: name a speed policy"),

@@ -6,10 +6,10 @@ use crate::policy::{FORMAT, Feature, LayerFault, identification::EstimatorFault}
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PolicyNetworkFault {
     /// The text is not TOML or has unknown keys.
-    #[error("is no policy file: {0}")]
+    #[error("is not a policy file: {0}")]
     Foreign(toml::de::Error),
     /// The format or its version is another.
-    #[error("format is `{}`; known is `{}`", .0, FORMAT)]
+    #[error("format is `{}`; allowed: `{}`", .0, FORMAT)]
     Format(String),
     /// The layers are inconsistent.
     #[error(transparent)]
@@ -27,7 +27,7 @@ pub enum PolicyNetworkFault {
     #[error(transparent)]
     Setting(#[from] SettingFault),
     /// `levels` is 1, or the holds are not positive, finite and ascending.
-    #[error("levels or holds_s cannot be used")]
+    #[error("levels or holds_s are not valid")]
     LevelsOrHolds,
 }
 
@@ -65,15 +65,15 @@ pub enum NotCorrectable {
     #[error("corrects another advice itself{}", REMEDY)]
     CorrectsItself,
     /// The network needs the driver's traits or latents.
-    #[error("asks who drives{}", REMEDY)]
+    #[error("needs the driver's traits{}", REMEDY)]
     AsksWhoDrives,
     /// The network withholds advice where it expects no gain.
-    #[error("is silent where it expects harm{}", REMEDY)]
+    #[error("withholds advice where it expects no gain{}", REMEDY)]
     IsSilent,
     /// The network withholds advice on roads on which its corrector does not.
     #[error(
-        "withholds advice where there is less than {corrected_m} m of road for each car, its correction below {own_m} m\n  \
-         remedy: train the correction with least_spacing_m = {corrected_m} or more"
+        "withholds advice below {corrected_m} m of road per vehicle, its correction below {own_m} m\n  remedy: train \
+         the correction with least_spacing_m = {corrected_m} or more"
     )]
     LeastSpacing {
         /// Road per vehicle below which the network withholds advice, m.

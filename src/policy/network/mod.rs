@@ -287,7 +287,7 @@ mod tests {
             change(&mut network);
             Network::from_toml(&network.to_toml()).unwrap_err().to_string()
         };
-        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; 3 are needed");
+        assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; allowed: 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
         assert_eq!(fault(|n| n.least_spacing_m = -1.0), "least_spacing_m must be 0 or more");
         assert_eq!(fault(|n| n.inputs[2].to = 0.0), "input gap: `to` must be above `from`");
@@ -296,11 +296,11 @@ mod tests {
         let mut network = small(0, 1);
         network.expected_gain = Some(two);
         let message = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
-        assert_eq!(message, "expected_gain: the last layer has 2 outputs; 1 is needed");
+        assert_eq!(message, "expected_gain: the last layer has 2 outputs; allowed: 1");
         let message = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
         assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
-        assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is no policy file"));
+        assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is not a policy file"));
     }
 }

@@ -254,7 +254,7 @@ fn a_network_with_several_inputs_runs_with_the_description_it_asks_for() {
     let half = refusal(&model, Some(&described("input_name = \"observation\"\nfixed = { mask = 2.0 }")));
     assert!(half.contains("depends on (h)") && half.contains("fixed = { h = 0.0 }"), "{half}");
     let message = refusal(&model, Some(&described("fixed = { hh = 0.0 }")));
-    assert_eq!(message, "has no input `hh` to be fixed; it has observation, mask, h, c");
+    assert_eq!(message, "has no input `hh` to fix; it has observation, mask, h, c");
     let message = refusal(&model, Some(&described("fixed = { h = nan }")));
     assert!(message.contains("`h` is fixed to NaN; allowed: a finite number"), "{message}");
 }
@@ -282,7 +282,7 @@ fn a_network_with_a_memory_is_refused() {
         let model = changed(|graph| graph.node.push(node(kind, &["observation"], "remembered")));
         let message = refusal(&model, None);
         assert!(
-            message.contains(kind) && message.contains("has a memory, which would begin anew at every decision"),
+            message.contains(kind) && message.contains("has a memory, which would be lost at every decision"),
             "{message}"
         );
     }

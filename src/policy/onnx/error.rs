@@ -23,33 +23,33 @@ inputs = [                 # `from` is seen as -1 and `to` as 1
   { feature = "gap", from = 0.0, to = 300.0 },
   { feature = "circumference", from = 200.0, to = 300.0 },
 ]
-# input_name = "obs"       # where it has several inputs; of the others each is a constant:
+# input_name = "obs"       # for a network with several inputs; every other input is a constant:
 # fixed = { mask = 1.0 }"#;
 
 /// Reasons that an ONNX network cannot be used as a policy.
 #[derive(Debug, thiserror::Error)]
 pub enum OnnxFault {
     /// The bytes are no protobuf, or end too early.
-    #[error("is no ONNX file: it is damaged or cut")]
+    #[error("is not an ONNX file: it is damaged or cut")]
     Damaged,
     /// The file is a protobuf of another kind.
-    #[error("is no ONNX file: {0}")]
+    #[error("is not an ONNX file: {0}")]
     Foreign(prost::DecodeError),
     /// The file has no graph.
-    #[error("is no ONNX file: it holds no network")]
+    #[error("is not an ONNX file: it has no network")]
     Empty,
     /// Structures are nested too deeply.
-    #[error("holds networks within networks over {} deep; that is no policy", MOST_DEPTH)]
+    #[error("nests networks more than {} levels deep; allowed: one flat network", MOST_DEPTH)]
     TooDeep,
     /// The file has too many fields.
-    #[error("has more than {} fields; a policy is smaller", MOST_FIELDS)]
+    #[error("has too many fields; allowed: at most {}", MOST_FIELDS)]
     ManyFields,
     /// A list of integers is too long.
     #[error("has a list of whole numbers of {} bytes; allowed: {} (weights are stored as raw data)", .0, MOST_VARINTS)]
     LongList(usize),
     /// The meaning of the numbers is not described.
     #[error(
-        "does not say what its numbers mean; write a file of the same name with .toml behind it, such as\n{}",
+        "does not describe its inputs and outputs; write a file with the same name followed by .toml, such as\n{}",
         EXAMPLE
     )]
     NotDescribed,
@@ -57,10 +57,10 @@ pub enum OnnxFault {
     #[error(transparent)]
     Description(#[from] DescriptionFault),
     /// The runtime does not know this operator set.
-    #[error("uses operator set {}; known are {} to {}", .0, OPERATOR_SETS.start(), OPERATOR_SETS.end())]
+    #[error("uses operator set {}; allowed: {} to {}", .0, OPERATOR_SETS.start(), OPERATOR_SETS.end())]
     OperatorSet(i64),
     /// The model defines its own functions instead of using operators.
-    #[error("has functions of its own; export it with all of them inlined")]
+    #[error("defines functions; export the network with all functions inlined")]
     Functions,
     /// The graph has no nodes.
     #[error("has no nodes: it computes nothing")]
@@ -74,7 +74,7 @@ pub enum OnnxFault {
         weights: usize,
     },
     /// Sparse weights are not supported.
-    #[error("has sparse weights; store them as ordinary ones")]
+    #[error("has sparse weights; store them as dense tensors")]
     SparseWeights,
     /// A weight tensor cannot be used.
     #[error("weights `{name}` {fault}")]
@@ -91,7 +91,7 @@ pub enum OnnxFault {
     #[error("weights `{0}` hold a NaN")]
     NanWeights(String),
     /// No node computes this output.
-    #[error("output `{0}` comes from no node")]
+    #[error("output `{0}` is not computed by any node")]
     IdleOutput(String),
     /// The inputs or outputs do not fit the description.
     #[error(transparent)]
@@ -108,7 +108,7 @@ pub enum OnnxFault {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DescriptionFault {
     /// The text is not TOML, or has unknown keys.
-    #[error("is no description of a network: {0}")]
+    #[error("is not a description of a network: {0}")]
     Toml(TomlError),
     /// A setting is out of range.
     #[error(transparent)]
@@ -120,7 +120,7 @@ pub enum DescriptionFault {
     #[error(transparent)]
     ExpectedGain(#[from] ExpectedGainFault),
     /// The holds are not positive, finite and ascending.
-    #[error("holds_s are {shortest} to {longest}; they must be above 0, the first not above the second")]
+    #[error("holds_s are {shortest} to {longest}; allowed: numbers above 0, the first not above the second")]
     Holds {
         /// Shortest hold in the description, s.
         shortest: f64,
@@ -136,7 +136,7 @@ pub enum DescriptionFault {
         value: f64,
     },
     /// The description has no inputs.
-    #[error("inputs are empty; a network sees at least one number")]
+    #[error("inputs are empty; allowed: at least one input")]
     NoInputs,
 }
 
@@ -212,7 +212,7 @@ pub enum TensorFault {
     },
     /// The external weights together exceed the limit.
     #[error(
-        "would make more than {} with those before; allowed: {} in all",
+        "have more than {} together with the weights before; allowed: {} in all",
         size_text(MOST_BYTES),
         size_text(MOST_BYTES)
     )]
@@ -244,7 +244,7 @@ pub enum PortFault {
         known: Vec<String>,
     },
     /// The description fixes an input that does not exist.
-    #[error("has no input `{name}` to be fixed; it has {}", known.join(", "))]
+    #[error("has no input `{name}` to fix; it has {}", known.join(", "))]
     NothingToFix {
         /// Name in the description.
         name: String,
@@ -252,7 +252,7 @@ pub enum PortFault {
         known: Vec<String>,
     },
     /// The fixed input is too large.
-    #[error("input `{name}` has the shape {dims:?}; to be fixed it may have {} numbers", MOST_WHOLE_NUMBERS)]
+    #[error("input `{name}` has the shape {dims:?}; allowed for a fixed input: {} numbers", MOST_WHOLE_NUMBERS)]
     LargeToFix {
         /// Name of the input.
         name: String,
@@ -260,7 +260,7 @@ pub enum PortFault {
         dims: Vec<i64>,
     },
     /// The fixed input does not take numbers.
-    #[error("input `{name}` is of {kind}; that cannot be fixed")]
+    #[error("input `{name}` is of {kind}; an input of this kind cannot be fixed")]
     KindToFix {
         /// Name of the input.
         name: String,
@@ -279,8 +279,9 @@ pub enum PortFault {
     },
     /// The network has several inputs, and none is known to be the observation.
     #[error(
-        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: describe which it \
-         is, and a constant for each other that the action depends on:\n  input_name = \"{first}\"\n  {}",
+        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: name the \
+         observation, and a constant for every other input that the action depends on:\n  input_name = \
+         \"{first}\"\n  {}",
         all.len(), all.join(", "), fixed(others)
     )]
     Several {
@@ -292,7 +293,7 @@ pub enum PortFault {
         others: Vec<String>,
     },
     /// The input is not a tensor but, for example, a list.
-    #[error("input `{0}` is no tensor")]
+    #[error("input `{0}` is not a tensor")]
     NoTensor(String),
     /// The input does not take floating-point numbers.
     #[error("input `{name}` is of {kind}; allowed: floating-point numbers of 16, 32 or 64 bits")]
@@ -307,7 +308,7 @@ pub enum PortFault {
     MoreThanOne(String),
     /// The input's size differs from the number of described inputs.
     #[error(
-        "input `{name}` has the shape [{}]; the {needed} inputs that are described need [any, {needed}] or [{needed}]",
+        "input `{name}` has the shape [{}]; the {needed} described inputs need [any, {needed}] or [{needed}]",
         sizes(declared)
     )]
     Shape {
@@ -354,7 +355,7 @@ pub enum RuntimeFault {
     #[error("{}", error_text(.0))]
     Refused(TractError),
     /// The runtime panicked with this message.
-    #[error("the runtime (tract) cannot deal with it and broke off: {0}")]
+    #[error("the runtime (tract) failed: {0}")]
     BrokeOff(String),
 }
 
@@ -372,24 +373,24 @@ pub enum NodeFault {
     Runtime(#[from] RuntimeFault),
     /// The node draws random numbers.
     #[error(
-        "it draws random numbers, so that a drive could not be driven again the same; export the policy for evaluation, \
-         with its mean action as output"
+        "it draws random numbers, so a drive could not be replayed; export the policy for evaluation, with its mean \
+         action as output"
     )]
     Random,
     /// The node may draw random numbers.
     #[error("it may drop at random; export the policy for evaluation")]
     Dropout,
     /// The node's attributes contain a graph.
-    #[error("it holds a network of its own; a policy is one flat network: export it unrolled")]
+    #[error("it contains another network; export the policy unrolled, as one flat network")]
     Nested,
     /// The node has a memory.
     #[error(
-        "it has a memory, which would begin anew at every decision; a policy decides from what it sees now \
-         (its own mean speed of half a minute can be among that: mean_speed)\n  remedy: export one without memory"
+        "it has a memory, which would be lost at every decision; a policy decides from its current inputs (mean_speed, \
+         the ego's half-minute mean speed, can be one)\n  remedy: export a network without memory"
     )]
     Memory,
     /// The operator is not among the allowed ones.
-    #[error("operator {0} is none that a policy may use")]
+    #[error("operator {0} is not allowed in a policy")]
     Operator(String),
     /// A tensor among the attributes cannot be used.
     #[error("attribute `{name}` {fault}")]
@@ -400,22 +401,22 @@ pub enum NodeFault {
         fault: Box<TensorFault>,
     },
     /// A tensor among the attributes is sparse.
-    #[error("attribute `{0}` is sparse; store it as an ordinary tensor")]
+    #[error("attribute `{0}` is sparse; store it as a dense tensor")]
     SparseAttribute(String),
     /// An input of the node comes from no earlier node.
-    #[error("its input `{0}` comes from nowhere before it")]
+    #[error("its input `{0}` is not computed by an earlier node")]
     NoInput(String),
     /// An output of the node has the name of an existing tensor.
-    #[error("its output `{0}` is there already")]
+    #[error("its output `{0}` exists already")]
     OutputTwice(String),
     /// All tensors together have too many elements.
-    #[error("with it all tensors together have {} numbers; allowed: {}", .0, MOST_ELEMENTS_IN_ALL)]
+    #[error("all tensors up to this node have {} numbers; allowed: {}", .0, MOST_ELEMENTS_IN_ALL)]
     Elements(usize),
     /// One evaluation of the network takes too many multiplications.
-    #[error("with it one answer takes {:.0} multiplications; allowed: {:.0}", .0, MOST_WORK)]
+    #[error("one decision takes {:.0} multiplications up to this node; allowed: {:.0}", .0, MOST_WORK)]
     Work(f64),
     /// The shape of the result depends on values.
-    #[error("the size of its result cannot be told before it is run; export the policy with fixed shapes")]
+    #[error("the size of its result is unknown before it is run; export the policy with fixed shapes")]
     Unsized,
     /// The result has too many dimensions.
     #[error("its result has {} dimensions; allowed: {}", .0, MOST_DIMENSIONS)]
@@ -432,7 +433,7 @@ pub enum NodeFault {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AnswerFault {
     /// An output is not finite.
-    #[error("answers {seen:?} with {answer}; a policy must give finite numbers")]
+    #[error("gives {answer} for the inputs {seen:?}; allowed: finite numbers")]
     NotFinite {
         /// Inputs of the network.
         seen: Vec<f32>,
@@ -440,10 +441,10 @@ pub enum AnswerFault {
         answer: f32,
     },
     /// There are too few outputs for levels.
-    #[error("gives {0} number; levels need at least 2")]
+    #[error("gives {0} number; allowed for levels: at least 2")]
     FewLevels(usize),
     /// The described element does not exist.
-    #[error("gives {numbers} numbers; element {element} is none of them")]
+    #[error("gives {numbers} numbers; element {element} is not one of them")]
     NoElement {
         /// Number of outputs of the network.
         numbers: usize,
@@ -451,6 +452,6 @@ pub enum AnswerFault {
         element: usize,
     },
     /// There are several outputs, and the description does not say which is the action.
-    #[error("gives {0} numbers; one action needs 1: say which with `element`, or `output = \"levels\"`")]
+    #[error("gives {0} numbers; allowed for one action: 1; choose it with `element`, or set `output = \"levels\"`")]
     Several(usize),
 }

@@ -24,7 +24,7 @@ pub const MOST_WORK: f64 = 20e6;
 
 /// Limits in words for help texts.
 pub const IN_WORDS: &str = "an ONNX file has at most 16 MiB, 1000 nodes, 4 million numbers in a tensor and 20 million \
-                            multiplications for an answer, no random operator and no network within the network";
+                            multiplications per decision, no random operator and no network within the network";
 
 /// Operator sets that the runtime knows.
 pub(super) const OPERATOR_SETS: std::ops::RangeInclusive<i64> = 7..=23;

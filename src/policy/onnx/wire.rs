@@ -133,13 +133,13 @@ mod tests {
         }
         file.push(size as u8);
         file.extend(graph);
-        assert!(check(&file).unwrap_err().to_string().starts_with("has more than"));
+        assert!(check(&file).unwrap_err().to_string().starts_with("has too many fields"));
     }
 
     #[test]
     fn a_cut_file_is_named_as_such() {
         for bytes in [&[0x3a][..], &[0x3a, 0x05, 0x00], &[0x3b, 0x00], &[0x80; 11], &[0x39, 0, 0]] {
-            assert_eq!(check(bytes).unwrap_err().to_string(), "is no ONNX file: it is damaged or cut");
+            assert_eq!(check(bytes).unwrap_err().to_string(), "is not an ONNX file: it is damaged or cut");
         }
         assert!(check(&[]).is_ok());
     }

@@ -21,10 +21,12 @@ pub enum GpuError {
         why: String,
     },
     /// The window has no surface to draw to.
-    #[error("the window cannot be drawn to: {0}. Is the display still there? WGPU_BACKEND=gl may help")]
+    #[error("the window cannot be drawn to: {0}. Check that the display is still connected, or try WGPU_BACKEND=gl")]
     NoSurface(String),
     /// The device was lost while drawing.
-    #[error("the graphics device is lost: {0}. Start again; WGPU_BACKEND=vulkan|gl chooses another")]
+    #[error(
+        "the graphics device is lost: {0}. Start the program again, or choose another device with WGPU_BACKEND=vulkan|gl"
+    )]
     Lost(String),
 }
 

@@ -72,7 +72,7 @@ const FILES: [(&str, &str); 29] = built_in![
 #[derive(Debug, thiserror::Error)]
 pub enum ShaderFault {
     /// A file that cannot be read.
-    #[error("{}: {source}; start the program where the directory `shaders` is", file.display())]
+    #[error("{}: {source}; start the program in the folder that contains `shaders`", file.display())]
     Unreadable {
         /// Path of the file.
         file: PathBuf,

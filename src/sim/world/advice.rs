@@ -155,8 +155,9 @@ fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedS
 fn resolve(drive: &PlannedDrive) -> policy::ResolvedPolicy {
     let scenario = drive.scenario();
     if scenario.advises_no_vehicle() && scenario.policy != "none" {
-        let alone = if scenario.participant { "" } else { ", the participant's alone, which is not there" };
-        let why = format!("{}: nobody is advised (advised is {}{alone})", scenario.policy, scenario.advised);
+        let alone =
+            if scenario.participant { "" } else { ", only the participant's vehicle, which this drive does not have" };
+        let why = format!("{}: no vehicle is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
     if !drive.is_open() {
@@ -183,7 +184,7 @@ fn read(name: &str, drive: &PlannedDrive, settings: &PolicySettings) -> Result<P
     // Without a set speed these controllers aim for a ring's equilibrium speed.
     let aims =
         matches!(name, "constant" | "follower-stopper" | "linear-feedback") && drive.scenario().policy_speed_mps <= 0.0;
-    match lacks.or_else(|| aims.then(|| "aims for the speed at which an even ring flows".to_owned())) {
+    match lacks.or_else(|| aims.then(|| "aims for the equilibrium speed of a ring".to_owned())) {
         Some(why) => Err(WorldError::PolicyNeedsRing { policy: name.into(), why }),
         None => Ok(source),
     }

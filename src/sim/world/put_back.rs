@@ -23,10 +23,10 @@ const ASTRAY_RAD: f64 = 1.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NotPutBack {
     /// The ego is on its lane.
-    #[error("the car is on its lane")]
+    #[error("the vehicle is on its lane")]
     OnLane,
     /// The gap where the ego left the lane is too short.
-    #[error("there is no room on the lane here: try again when the cars have moved on")]
+    #[error("there is no room on the lane here: try again when the other vehicles have moved on")]
     NoRoom,
     /// The drive is over.
     #[error("the drive is over")]

@@ -102,7 +102,8 @@ fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f
     let s_m = scenario.path_start_m();
     let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
     let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
-    let lane = lane.ok_or_else(|| TrafficError::Setup("the ego's path begins on no lane of the network".into()))?;
+    let lane =
+        lane.ok_or_else(|| TrafficError::Setup("the ego's path does not begin on a lane of the network".into()))?;
     let streets = route.lanes().iter().filter(|lane| lane.is_street(&map.network));
     let route = streets.map(|lane| lane.edge_id(&map.network).to_owned()).collect();
     Ok((s_m, EgoStart { lane: lane.lane, s_m: lane.s_m, speed_mps: 0.0, route }))

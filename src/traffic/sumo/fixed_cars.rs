@@ -81,7 +81,10 @@ impl FixedCars {
         for (i, car) in setup.cars.iter().enumerate() {
             let (k, position_m) = route.lane_at(car.s_m);
             let lane = route.lanes()[k].lane.ok_or_else(|| {
-                TrafficError::Setup(format!("car {i} would start at {:.1} m, where the route is on no lane", car.s_m))
+                TrafficError::Setup(format!(
+                    "vehicle {i} would start at {:.1} m, where the route is not on a lane",
+                    car.s_m
+                ))
             })?;
             let kind = if has_other_model[i] { OTHER_NAME } else { NAME };
             shim.add((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps, true)?;
@@ -106,7 +109,7 @@ impl FixedCars {
             let (found_m, speed_mps) = (cars.s_of(record)?, record.speed_mps);
             if cars.map.route.difference(start.s_m, found_m).abs() > 1e-6 || speed_mps != start.speed_mps {
                 return Err(TrafficError::Setup(format!(
-                    "SUMO put car {i} at {found_m:.6} m with {speed_mps} m/s instead of {:.6} m with {} m/s",
+                    "SUMO put vehicle {i} at {found_m:.6} m with {speed_mps} m/s instead of {:.6} m with {} m/s",
                     start.s_m, start.speed_mps
                 )));
             }
@@ -196,8 +199,8 @@ impl FixedCars {
         lane.and_then(|lane| self.map.route.s_on(lane, record.lane_pos_m)).ok_or_else(|| {
             let lane = lane.map_or("none", |lane| &self.map.network.lane(lane).id);
             TrafficError::Sumo(format!(
-                "car {} is no longer on the route: its front is on lane \"{lane}\", {:.1} m from its start\n  remedy: choose edges \
-                 that one lane each leads along (route = [..] in map.toml)",
+                "vehicle {} is no longer on the route: its front is on lane \"{lane}\", {:.1} m from the start of the \
+                 lane\n  remedy: choose edges on which the route keeps its lane (route = [..] in map.toml)",
                 record.number, record.lane_pos_m
             ))
         })
@@ -212,7 +215,7 @@ impl FixedCars {
 /// Returns SUMO's record of car `i`.
 fn record<'a>(step: &Step<'a>, i: usize) -> Result<&'a Record, TrafficError> {
     let found = step.records.get(i).filter(|record| record.number as usize == i);
-    found.ok_or_else(|| TrafficError::Sumo(format!("car {i} is no longer in the simulation")))
+    found.ok_or_else(|| TrafficError::Sumo(format!("vehicle {i} is no longer in the simulation")))
 }
 
 /// Compares the lanes of the route with SUMO's.
@@ -222,7 +225,7 @@ fn check_lanes(shim: &Shim, map: &RoadMap) -> Result<(), TrafficError> {
         let (length_m, limit_mps) = shim.lane(id)?;
         let differs = |what: String| {
             let name = lane.id(&map.network);
-            TrafficError::Setup(format!("SUMO's network is not that of map {}: lane {name} {what}", map.name))
+            TrafficError::Setup(format!("SUMO's network differs from map {}: lane {name} {what}", map.name))
         };
         if (length_m - lane.length_m).abs() > LENGTH_TOLERANCE_M {
             return Err(differs(format!("is {length_m} m long instead of {} m", lane.length_m)));

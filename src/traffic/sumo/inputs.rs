@@ -67,7 +67,7 @@ fn warn_of(file: &Path, dropped: &Dropped) {
     if dropped.is_empty() {
         return;
     }
-    let text = format!("{}: SUMO is not given {dropped}: codrive knows no use for it", file.display());
+    let text = format!("{}: not passed to SUMO, because codrive does not use it: {dropped}", file.display());
     if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone()) {
         log::warn!("{text}");
     }

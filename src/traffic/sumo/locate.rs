@@ -12,7 +12,8 @@ pub fn home() -> Result<PathBuf, TrafficError> {
         return library(&home).map(|_| home);
     }
     native_code::sumo_homes().into_iter().find(|home| library(home).is_ok()).ok_or_else(|| {
-        let text = "neither SUMO_HOME nor a folder beside the program or of its checkout holds libsumocpp";
+        let text =
+            "libsumocpp is neither in SUMO_HOME, nor in a folder beside the program, nor in the program's checkout";
         TrafficError::Absent(text.to_string())
     })
 }
@@ -48,7 +49,7 @@ fn shim_of(mut places: impl Iterator<Item = PathBuf>, file: &str) -> Result<Path
     }
     if EMBEDDED_SHIM.is_empty() {
         return Err(TrafficError::Absent(
-            "this program was built without SUMO; build it again where SUMO is".to_string(),
+            "this program was built without SUMO; build it again on a machine with SUMO".to_string(),
         ));
     }
     let folder = data_folders::unpacked_files("sumo", EMBEDDED_SHIM);

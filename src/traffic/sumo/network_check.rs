@@ -93,7 +93,7 @@ impl Trial {
             (net.to_string(), "this network", remedy.to_owned())
         } else {
             let files = demand.join(",");
-            let remedy = format!("SUMO's own program may say more: sumo --net-file {net} --route-files {files}");
+            let remedy = format!("run SUMO's own program for details: sumo --net-file {net} --route-files {files}");
             (format!("{} on {net}", demand.join(", ")), "this demand", remedy)
         };
         let on = if demand.is_empty() { "on " } else { "" };
@@ -209,8 +209,8 @@ fn own_program() -> Result<PathBuf, TrafficError> {
     let candidates = here.ancestors().skip(1).take(2).map(|folder| folder.join(&name));
     candidates.into_iter().find(|path: &PathBuf| path.is_file()).ok_or_else(|| {
         let text = format!(
-            "a network or demand that does not come with codrive is tried in a process of its own first, and the program {name} for \
-             that is not beside {}\n  remedy: put it there, or build it with cargo build",
+            "codrive first tests a network or demand of other origin in a separate process; the program {name} for \
+             this is not beside {}\n  remedy: put it there, or build it with cargo build",
             here.display()
         );
         TrafficError::Setup(text)
@@ -378,7 +378,7 @@ mod tests {
         assert!(late.starts_with("rush.rou.xml on town.net.xml: SUMO did not read this demand"), "{late}");
         assert!(
             late.ends_with(
-                "remedy: SUMO's own program may say more: sumo --net-file town.net.xml --route-files rush.rou.xml"
+                "remedy: run SUMO's own program for details: sumo --net-file town.net.xml --route-files rush.rou.xml"
             ),
             "{late}"
         );

@@ -61,7 +61,7 @@ impl TrafficState {
             while bodies.next_if(|(other, _)| *other < id).is_some() {}
             while before.next_if(|other| other.id < id).is_some() {}
             let Some((_, body)) = bodies.next_if(|(other, _)| *other == id) else {
-                return Err(TrafficError::Sumo(format!("vehicle {} has come without a word", id.0)));
+                return Err(TrafficError::Sumo(format!("vehicle {} appeared without a departure", id.0)));
             };
             let before = before.next_if(|other| other.id == id);
             self.vehicles.push(vehicle(record, *body, before, step_s)?);

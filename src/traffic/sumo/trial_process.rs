@@ -91,7 +91,7 @@ fn wait(child: &mut Child, limit: Duration, what: &str) -> io::Result<Option<Exi
         if waited > SILENT && !is_told {
             is_told = true;
             if let Some(notice) = NOTICE.get() {
-                notice(&format!("SUMO tries {what}; up to {} s; Ctrl-C ends it", limit.as_secs()));
+                notice(&format!("testing {what} in SUMO, up to {} s; Ctrl-C stops the test", limit.as_secs()));
             }
         }
         sleep(Duration::from_millis(10));

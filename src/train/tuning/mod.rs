@@ -101,20 +101,22 @@ impl TuningTask {
         let mut head = String::from("Tuned by `codrive tune`; `codrive drive --policy THIS_FILE` uses it.\n");
         let _ = writeln!(
             head,
-            "Objective: mean speed of all cars over {} s from the first advice; from a crash on all stand.",
+            "Objective: mean speed of all vehicles over {} s from the first advice; after a crash all vehicles stand \
+             still.",
             ring.horizon_s
         );
         let _ = writeln!(head, "Driver: {}. Holds: {}.", self.driver, holds.join(", "));
         let _ = writeln!(
             head,
-            "Rings: {} of the stream \"{STREAM}\", seed {}: {cars} cars on {length_m} m, {} s of warm-up.",
+            "Rings: {} of the stream \"{STREAM}\", seed {}: {cars} vehicles on {length_m} m, {} s of warm-up.",
             self.rings, self.config.seed, ring.warm_up_s
         );
         let _ = writeln!(head, "Parameter sets tried: {} of {}.", result.tried, self.budget);
         let before = result.before_mps.map_or("not known".into(), |v| format!("{v:.3} m/s"));
         let _ = writeln!(
             head,
-            "Mean speed on these rings: {before} before ({}), {:.3} m/s after. On other rings it is less: see codrive evaluate.",
+            "Mean speed on these rings: {before} before ({}), {:.3} m/s after. Other rings give lower speeds: see \
+             codrive evaluate.",
             self.start_name, result.after_mps
         );
         result.best.to_toml(&head)

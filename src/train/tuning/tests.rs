@@ -71,9 +71,10 @@ fn the_same_seed_gives_the_same_file_with_one_thread_and_with_two() {
     let read = Controller::from_toml(&one, "tuned.toml").unwrap();
     assert_eq!(read, run(&task).best);
     for part in [
-        "# Objective: mean speed of all cars over 90 s from the first advice; from a crash on all stand.\n",
+        "# Objective: mean speed of all vehicles over 90 s from the first advice; after a crash all vehicles stand \
+         still.\n",
         "# Driver: guarded. Holds: 1 s.\n",
-        "# Rings: 16 of the stream \"tune\", seed 1: 11 cars on 125 m, 60 s of warm-up.\n",
+        "# Rings: 16 of the stream \"tune\", seed 1: 11 vehicles on 125 m, 60 s of warm-up.\n",
         "# Parameter sets tried: 20 of 20.\n",
         " before (follower-stopper), ",
     ] {

@@ -39,20 +39,20 @@ fn elements_that_write_or_read_files_are_refused_in_a_network() {
     for (text, expected) in [
         (
             "<net>\n<edgeData id=\"x\" file=\"/x\"/></net>".to_owned(),
-            "a.net.xml:2: edgeData \"x\": SUMO writes or reads files for it",
+            "a.net.xml:2: edgeData \"x\": SUMO writes or reads files for this element",
         ),
-        (signal("<param key=\"file\" value=\"/x\"/>"), "a.net.xml:3: param \"file\": it names a file"),
+        (signal("<param key=\"file\" value=\"/x\"/>"), "a.net.xml:3: param \"file\": the parameter names a file"),
         (
             signal("<param key=\"whetherOutputState\" value=\"1\"/>"),
-            "a.net.xml:3: param \"whetherOutputState\": it names",
+            "a.net.xml:3: param \"whetherOutputState\": the parameter names",
         ),
-        (signal("<condition id=\"a\" value=\"1\"/>"), "a.net.xml:3: condition \"a\": codrive knows no such element"),
+        (signal("<condition id=\"a\" value=\"1\"/>"), "a.net.xml:3: condition \"a\": unknown element"),
         ("<net><include href=\"/etc/x\"/></net>".into(), "a.net.xml:1: include \"/etc/x\": SUMO writes or reads files"),
         (
             "<net>\n<edge id=\"e\" imgFile=\"x\"/></net>".into(),
             "a.net.xml:2: edge \"e\": attribute imgFile names a file",
         ),
-        ("<net><net/></net>".into(), "a.net.xml:1: net: it stands in the wrong place"),
+        ("<net><net/></net>".into(), "a.net.xml:1: net: the element is in the wrong place"),
         ("<!DOCTYPE net SYSTEM \"x\"><net/>".into(), "a.net.xml:1:1: this is not XML: a document type"),
     ] {
         let error = fault_of(&text);
