@@ -227,10 +227,10 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m codrive.sweep", description=__doc__.splitlines()[0])
     parser.add_argument("plan", help="the plan (TOML); files that it names lie beside it")
     parser.add_argument("--out", required=True, help="folder of the results, or an address of fsspec such as s3://bucket/path")
-    parser.add_argument("--workers", type=int, help="runs at a time [default: the cores of the cluster]")
-    parser.add_argument("--retries", type=int, default=1, help="how often a run that failed is tried again [default: 1]")
+    parser.add_argument("--workers", type=int, help="number of runs at the same time [default: the cores of the cluster]")
+    parser.add_argument("--retries", type=int, default=1, help="number of further attempts at a failed run [default: 1]")
     parser.add_argument("--address", help="of the Ray cluster [default: RAY_ADDRESS, else one on this machine]")
-    parser.add_argument("--collect", action="store_true", help="run nothing; put the runs that are there into tables")
+    parser.add_argument("--collect", action="store_true", help="run nothing; make tables of the finished runs")
     given = parser.parse_args(arguments)
     try:
         failed = {}
