@@ -28,8 +28,8 @@ pub fn is_shipped_for_sumo(bytes: &[u8]) -> bool {
 pub enum DataFolderError {
     /// Named folder without data.
     #[error(
-        "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder that holds maps and assets, or none: the \
-         program brings its own",
+        "{}, named by {named_by}, does not hold {SIGN}\n  remedy: name the folder with maps and assets, or name none \
+         to use the program's own data",
         folder.display()
     )]
     NoData {
@@ -40,8 +40,8 @@ pub enum DataFolderError {
     },
     /// No data found, and the program's own copy cannot be written.
     #[error(
-        "the program's maps and policies are nowhere on this machine, and its own copy cannot be written:\n  {}\n  remedy: \
-         --data DIR names the folder with maps and assets, or TMPDIR one that can be written to",
+        "the program's maps and policies were not found, and its own copy cannot be written:\n  {}\n  remedy: name the \
+         folder with maps and assets with --data DIR, or set TMPDIR to a writable folder",
         faults.join("\n  ")
     )]
     NotWritable {
@@ -209,7 +209,7 @@ fn private_folder(folder: &Path) -> io::Result<()> {
         use std::os::unix::fs::MetadataExt;
         let there = fs::symlink_metadata(folder)?;
         if !there.is_dir() || there.mode() & 0o022 != 0 || own_number(folder)? != there.uid() {
-            return Err(io::Error::new(io::ErrorKind::PermissionDenied, "others can write to it"));
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, "other users can write to it"));
         }
     }
     Ok(())

@@ -53,7 +53,7 @@ pub fn read_part(path: &Path, offset: u64, length: u64) -> Result<Vec<u8>, Error
     let size = file.metadata()?.len();
     let fits = offset.checked_add(length).is_some_and(|end| end <= size);
     if !fits {
-        let text = format!("it holds {size} bytes; {length} from {offset} on are wanted");
+        let text = format!("the file has {size} bytes; {length} bytes from {offset} on are needed");
         return Err(Error::new(ErrorKind::UnexpectedEof, text));
     }
     file.seek(SeekFrom::Start(offset))?;
@@ -87,7 +87,7 @@ fn text_of(bytes: Vec<u8>) -> Result<String, Error> {
     String::from_utf8(bytes).map_err(|e| {
         let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
         let line = good.split(|byte| *byte == b'\n').count();
-        Error::new(ErrorKind::InvalidData, format!("it is no UTF-8 text (line {line}); save it as UTF-8"))
+        Error::new(ErrorKind::InvalidData, format!("not UTF-8 text (line {line}); save the file as UTF-8"))
     })
 }
 
@@ -127,7 +127,7 @@ fn check_regular(facts: &fs::Metadata) -> Result<(), Error> {
     let what = "no file";
     Err(Error::new(
         ErrorKind::InvalidInput,
-        format!("it is {what}; save what it delivers in a regular file and name that"),
+        format!("it is {what}; save its data in a regular file, and name that file"),
     ))
 }
 
@@ -173,7 +173,7 @@ mod tests {
         fs::write(&path, b"ab\nc\xff").unwrap();
         let error = read_text(&path, 8).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::InvalidData);
-        assert_eq!(error.to_string(), "it is no UTF-8 text (line 2); save it as UTF-8");
+        assert_eq!(error.to_string(), "not UTF-8 text (line 2); save the file as UTF-8");
     }
 
     #[cfg(target_os = "linux")]

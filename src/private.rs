@@ -49,7 +49,7 @@ fn check_place(path: &Path) -> io::Result<()> {
     match fs::symlink_metadata(path) {
         Ok(there) if !there.is_file() => {
             let what = if there.is_symlink() { "a symbolic link" } else { "no file" };
-            let text = format!("{what} is in its place\n  remedy: take it away, or name another file");
+            let text = format!("{what} is in its place\n  remedy: remove it, or name another file");
             Err(io::Error::new(ErrorKind::AlreadyExists, text))
         }
         Ok(_) => Ok(()),

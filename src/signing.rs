@@ -35,7 +35,8 @@ pub enum SigningError {
     },
     /// List of signers that cannot be used.
     #[error(
-        "{path}{line}: {why}; allowed is a line NAME ssh-ed25519 KEY for each signer, as ssh-keygen -Y reads it, or a public key (.pub)"
+        "{path}{line}: {why}; allowed: a line NAME ssh-ed25519 KEY for each signer, in the format of ssh-keygen -Y, or \
+         a public key (.pub)"
     )]
     Signers {
         /// Path of the file.
@@ -84,13 +85,13 @@ pub fn sign(key: &Path, bytes: &[u8]) -> Result<String, SigningError> {
     let tool = format!("ssh-keygen -Y sign -f {} -n {NAMESPACE} FILE", key.display());
     let fault = |why: String| SigningError::Key { path: key.into(), why, tool: tool.clone() };
     let private = PrivateKey::from_openssh(read(key)?).map_err(|why| {
-        fault(format!("is no private key that can be read here ({why}); allowed is Ed25519 in OpenSSH's format, without a passphrase"))
+        fault(format!("not a readable private key ({why}); allowed: Ed25519 in OpenSSH's format, without a passphrase"))
     })?;
     if private.is_encrypted() {
-        return Err(fault("has a passphrase; allowed here is a key without one".into()));
+        return Err(fault("has a passphrase; allowed: a key without a passphrase".into()));
     }
     if private.algorithm() != Algorithm::Ed25519 {
-        return Err(fault(format!("is of kind {}; allowed here is ssh-ed25519", private.algorithm())));
+        return Err(fault(format!("is of kind {}; allowed: ssh-ed25519", private.algorithm())));
     }
     let signature = private.sign(NAMESPACE, HashAlg::Sha512, bytes).map_err(|why| fault(why.to_string()))?;
     signature.to_pem(LineEnding::LF).map_err(|why| fault(why.to_string()))
@@ -117,7 +118,7 @@ impl SignerList {
             return Err(SigningError::Signers {
                 path: path.into(),
                 line: String::new(),
-                why: "it names nobody".into(),
+                why: "it names no signer".into(),
             });
         }
         Ok(Self { path: path.into(), signers })
@@ -133,12 +134,12 @@ impl SignerList {
         // The parser accepts inconsistent lengths; OpenSSH writes one form only, which is required here.
         let letters = |text: &str| text.split_whitespace().collect::<String>();
         if signature.to_pem(LineEnding::LF).map(|text| letters(&text)) != Ok(letters(text)) {
-            return Err(fault("its signature is not as OpenSSH writes it".into()));
+            return Err(fault("its signature is not in OpenSSH's format".into()));
         }
         if signature.namespace() != NAMESPACE {
             let (is, allowed) = (signature.namespace(), NAMESPACE);
             return Err(fault(format!(
-                "its signature was made for {is:?}; allowed is {allowed:?} (ssh-keygen -Y sign -n {allowed})"
+                "its signature was made for {is:?}; allowed: {allowed:?} (ssh-keygen -Y sign -n {allowed})"
             )));
         }
         let fingerprint = signature.public_key().fingerprint(HashAlg::Sha256).to_string();
@@ -147,8 +148,9 @@ impl SignerList {
             let list = self.path.display();
             return Err(fault(format!("it is signed by the key {fingerprint}, which is not in {list}")));
         };
-        key.verify(NAMESPACE, bytes, &signature)
-            .map_err(|_| fault(format!("was changed after {signer} signed it: the signature does not fit")))?;
+        key.verify(NAMESPACE, bytes, &signature).map_err(|_| {
+            fault(format!("the signature does not match: the file was changed after {signer} signed it"))
+        })?;
         Ok(Signer { name: signer.clone(), fingerprint })
     }
 }
@@ -170,7 +172,7 @@ fn signer(line: &str) -> Result<(String, PublicKey), String> {
     for option in words {
         let namespaces = option.strip_prefix("namespaces=").map(|list| list.trim_matches('"'));
         if !namespaces.is_some_and(|list| list.split(',').any(|namespace| namespace == NAMESPACE)) {
-            return Err(format!("the option {option} is not understood; allowed is namespaces=\"{NAMESPACE}\""));
+            return Err(format!("the option {option} is not known; allowed: namespaces=\"{NAMESPACE}\""));
         }
     }
     Ok((name.into(), key))

@@ -44,10 +44,8 @@ impl TemporaryFolder {
     pub fn new() -> io::Result<Self> {
         let place = env::temp_dir();
         Self::within(&place).map_err(|error| {
-            let text = format!(
-                "{}: {error}\n  remedy: let TMPDIR name a folder that can be written to and has room",
-                place.display()
-            );
+            let text =
+                format!("{}: {error}\n  remedy: set TMPDIR to a writable folder with free space", place.display());
             io::Error::new(error.kind(), text)
         })
     }

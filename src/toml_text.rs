@@ -79,7 +79,8 @@ pub fn without_format(text: &str, name: &str) -> Result<String, TomlError> {
     let written = text[value.span()].to_owned();
     if written != FORMAT.to_string() {
         let fault = format!(
-            "the file has format {written}; allowed: {FORMAT}, which is that of {}\n  remedy: use the program that wrote it",
+            "the file has format {written}; allowed: {FORMAT}, the format of {}\n  remedy: use the program that wrote \
+             it",
             concat!("codrive ", env!("CARGO_PKG_VERSION"))
         );
         return Err(located(text, name, value.span(), &fault));
@@ -306,7 +307,14 @@ mod tests {
         }
         let message = |text: &str| parse::<Sheet>(text, "a.toml").unwrap_err().message;
         let study = "unknown key `segment`: the file is a study\n  remedy: codrive study check FILE";
-        assert_eq!(message("title = \"t\"\n[[segment]]\nkind = \"text\"\n"), study);
+        assert_eq!(
+            message(
+                "title = \"t\"\n\
+            [[segment]]\n\
+            kind = \"text\"\n"
+            ),
+            study
+        );
         assert_eq!(message("vehicle = 2"), "unknown key `vehicle`; did you mean `vehicles`? allowed: `vehicles`");
     }
 
@@ -354,7 +362,7 @@ mod tests {
             let message = without_format(text, "trial.toml").unwrap_err().to_string();
             let line = text.lines().count();
             let wanted =
-                format!("trial.toml:{line}:10: the file has format {written}; allowed: 1, which is that of codrive");
+                format!("trial.toml:{line}:10: the file has format {written}; allowed: 1, the format of codrive");
             assert!(
                 message.starts_with(&wanted) && message.contains("remedy: use the program that wrote it"),
                 "{message}"

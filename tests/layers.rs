@@ -5,6 +5,9 @@
 mod circles;
 #[path = "layers/english.rs"]
 mod english;
+#[cfg(feature = "command")]
+#[path = "layers/help.rs"]
+mod help;
 
 use std::{
     collections::BTreeSet,

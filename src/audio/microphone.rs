@@ -42,7 +42,7 @@ pub enum RoomStatus {
 enum MicrophoneFault {
     #[error("the system has no microphone")]
     None,
-    #[error("the microphone gives samples as {0}, which this program does not read")]
+    #[error("the microphone gives samples of type {0}; this program cannot read them")]
     Samples(SampleFormat),
     #[error("{0}")]
     Device(#[from] cpal::Error),
@@ -79,7 +79,8 @@ impl RoomRecording {
                 }
             }
         });
-        let thread = started.map_err(|e| put(&status, RoomStatus::Failed(format!("no thread for it: {e}")))).ok();
+        let thread =
+            started.map_err(|e| put(&status, RoomStatus::Failed(format!("its thread cannot start: {e}")))).ok();
         Self { status, close: Some(close), thread }
     }
 

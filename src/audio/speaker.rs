@@ -70,7 +70,7 @@ impl Speaker {
                 Err(why) => log::warn!("no sound: {why}; continuing without sound"),
             }
         });
-        let thread = started.map_err(|e| log::warn!("no sound: no thread for it ({e})")).ok();
+        let thread = started.map_err(|e| log::warn!("no sound: its thread cannot start ({e})")).ok();
         Self { board, plays, close: Some(close), thread }
     }
 
@@ -104,7 +104,7 @@ pub enum SpeakerFault {
     #[error("the system has no audio output")]
     NoOutput,
     /// The output needs an unsupported sample format.
-    #[error("the output takes samples as {0}, which this program does not write")]
+    #[error("the output needs samples of type {0}; this program cannot write them")]
     Samples(SampleFormat),
     /// The output cannot be queried, opened or started.
     #[error("{0}")]

@@ -72,7 +72,8 @@ impl Voice {
                 Err(why) => put(&theirs, VoiceStatus::Failed(why.to_string())),
             }
         });
-        let thread = started.map_err(|e| put(&status, VoiceStatus::Failed(format!("no thread for it: {e}")))).ok();
+        let thread =
+            started.map_err(|e| put(&status, VoiceStatus::Failed(format!("its thread cannot start: {e}")))).ok();
         Self { status, close: Some(close), thread }
     }
 

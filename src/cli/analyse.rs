@@ -22,20 +22,31 @@ use std::path::{Path, PathBuf};
 pub(super) fn command() -> Command {
     Command::new("analyse")
         .about(format!(
-            "Make tables of measures (CSV), figures ({}), a methods text and a report (HTML, to be printed) of recordings",
+            "Make tables of measures (CSV), figures ({}), a methods text and a report (HTML, to be printed) of \
+             recordings",
             super::desktop::FIGURES
         ))
         .after_help(
-            "All results are made anew by every call; recordings are only read. Figures are as wide as a journal's column (89 mm) or page \
-             (183 mm), PNG files at 300 dots an inch; columns.json defines every column of the tables; methods.txt is a methods section \
-             to copy. reactions.csv has each participant's reaction, movement and compliance times as distributions, beside what chance gives; drivers.csv has each participant's reaction time, bias, error and time gap; drivers.toml, of the folder of a study, \
-             takes them into a rehearsal (codrive study rehearse FILE --drivers drivers.toml). To have the report as a PDF, print it \
-             from a browser. A drive of days takes no more memory than one of hours: figures show the ways of its first hour, and \
-             speeds of evenly spaced steps. A drive whose advice changes more than 500,000 times is refused.\n\n\
-             Before anything is analysed, every file is compared with its checksum, and every recording with its place: participant, trial, \
-             condition, session and plan. Exit code 1 where something differs, with --accept-changes, too.\n\n\
-             Of drives on networks trips.csv has the vehicles that came and went, with travel times and time lost, and lines.csv who passed \
-             each --line. Vehicles far from the ego are recorded once a second; what is not measured on networks says so in columns.json.",
+            "Results:\n  \
+             report.html    report; for a PDF, print it from a browser\n  \
+             methods.txt    methods section to copy\n  \
+             figures/       89 mm wide (column) or 183 mm wide (page); PNG at 300 dots per inch\n  \
+             columns.json   definition of every column of the tables\n  \
+             reactions.csv  distributions of each participant's reaction, movement and compliance times, and the \
+             chance level\n  \
+             drivers.csv    reaction time, bias, error and time gap of each participant\n  \
+             drivers.toml   these drivers for codrive study rehearse FILE --drivers drivers.toml; folder of a study \
+             only\n  \
+             trips.csv      vehicles that entered and left a network, with travel time and time lost\n  \
+             lines.csv      vehicles that passed each --line on a network\n\n\
+             Every call makes all results again, and only reads the recordings.\n\
+             Every file is first compared with its checksum.\n\
+             Every recording is first compared with its participant, trial, condition, session and plan.\n\
+             The exit code is 1 if anything differs, also with --accept-changes.\n\n\
+             Figures of long drives show the paths of the first hour, and speeds of evenly spaced steps.\n\
+             A drive with more than 500,000 changes of advice is refused.\n\
+             On networks, vehicles far from the ego are recorded once a second. columns.json names the measures that \
+             networks lack.",
         )
         .arg(
             Arg::new("folder")
@@ -44,17 +55,13 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("A recording, a participant of a study (.../sub-P03), or the folder of a study"),
         )
-        .arg(
-            Arg::new("out").long("out").value_name("DIR").value_parser(value_parser!(PathBuf)).help(
-                "Where to write [default: analysis/ in a recording, derivatives/codrive/ in the folder of a study]",
-            ),
-        )
-        .arg(
-            Arg::new("study").long("study").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
-                "The study's file as it is now: its [analysis] is carried out, and the report says what is not as at the first session \
-                 [default: what the data set keeps]",
-            ),
-        )
+        .arg(Arg::new("out").long("out").value_name("DIR").value_parser(value_parser!(PathBuf)).help(
+            "Folder of the results [default: analysis/ in a recording, derivatives/codrive/ in the folder of a study]",
+        ))
+        .arg(Arg::new("study").long("study").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
+            "Current study file. The command carries out its [analysis], and the report lists the changes since the first \
+             session [default: the plan in the data set]",
+        ))
         .arg(
             Arg::new("line")
                 .long("line")
@@ -62,13 +69,14 @@ pub(super) fn command() -> Command {
                 .action(ArgAction::Append)
                 .value_parser(|text: &str| text.parse::<LinePlace>())
                 .help(
-                    "Count throughput on networks across this lane, or all lanes of this edge, so far from its start; may be given several \
-                     times, and the first is that of the table of trials [default: the street in the middle of the ego's path]",
+                    "Line for counting throughput on networks: a lane, or all lanes of an edge, and the distance from \
+                     its start. May be given several times; the table of trials uses the first [default: the street in \
+                     the middle of the ego's path]",
                 ),
         )
         .arg(Arg::new("accept-changes").long("accept-changes").action(ArgAction::SetTrue).help(
-            "Analyse recordings and data sets whose files were changed since they were written, or lie where they do not belong; the output \
-             and the report name them first, and the exit code is 1",
+            "Analyse recordings and data sets with changed or misplaced files. The output and the report name these \
+             files first, and the exit code is 1",
         ))
         .arg(super::sign::signer_argument())
 }
@@ -171,8 +179,8 @@ fn refusal(folder: &Path, changed: &[String]) -> String {
         lines.push(format!("and {} more", changed.len() - MOST));
     }
     lines.push(
-        "remedy: put the files back as they were, or analyse them as they are with --accept-changes: the report will say so, and the exit \
-         code is 1 all the same"
+        "remedy: restore the files, or analyse them as they are with --accept-changes; the report then names the \
+         changes, and the exit code is still 1"
             .into(),
     );
     lines.join("\n  ")

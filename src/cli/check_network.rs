@@ -11,7 +11,7 @@ pub(super) const NAME: &str = sumo::CHECK_NETWORK;
 pub(super) fn command() -> Command {
     Command::new(NAME)
         .hide(true)
-        .about("Drive some cars on a network to see whether SUMO survives it")
+        .about("Drive some vehicles on a network to test that SUMO does not crash")
         .arg(Arg::new("trial").value_name("TRIAL.JSON").required(true).value_parser(value_parser!(PathBuf)))
 }
 

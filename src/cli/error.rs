@@ -18,7 +18,7 @@ pub enum CliError {
     #[error("{0}")]
     Interrupted(String),
     /// Closed standard output, as behind `head`: nothing more is printed, exit 141.
-    #[error("nobody reads the standard output")]
+    #[error("no program reads the standard output")]
     Unread,
 }
 

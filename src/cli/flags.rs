@@ -183,9 +183,9 @@ fn table_argument(table: &str, fields: &[Field]) -> Arg {
 
 fn table_help(table: &str) -> &'static str {
     match table {
-        "idm" => "Car-following model of the other cars, for example T=1.5,noise=0",
-        "sound" => "How loud things are, for example master_db=-6,wind_db=-60; -60 is silence",
-        _ => "How the observation is scaled",
+        "idm" => "Car-following model of the other vehicles, for example T=1.5,noise=0",
+        "sound" => "Sound levels in dB, for example master_db=-6,wind_db=-60; -60 is silence",
+        _ => "Scaling of the observation",
     }
 }
 

@@ -7,8 +7,8 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 /// Returns the refusal of `what`.
 fn refusal(what: &str) -> CliError {
     CliError::Input(format!(
-        "{what} needs what this program was built without: windows, pictures and devices (the cargo feature `desktop`)\n  \
-         remedy: build it with cargo build --release; codrive --help lists what this one can do"
+        "{what} needs windows, pictures and devices; this program was built without them (the cargo feature \
+         `desktop`)\n  remedy: build it with cargo build --release; codrive --help lists the commands of this program"
     ))
 }
 

@@ -41,7 +41,7 @@ pub(super) fn command() -> Command {
         .subcommand(Command::new("list").about("List the maps that --map knows"))
         .subcommand(
             Command::new("show")
-                .about("Say what a network has, and what of it the route leaves out")
+                .about("Print the contents of a network, and the number of lanes outside the route")
                 .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml")),
         )
         .subcommand(
@@ -75,16 +75,24 @@ pub(super) fn command() -> Command {
         )
         .subcommand(
             Command::new("import")
-                .about("Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map, and report what was taken of it")
+                .about(
+                    "Import a SUMO net.xml, OpenDRIVE (.xodr) or OpenStreetMap (.osm) file as a map, and report the \
+                     imported parts",
+                )
                 .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
-                .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the map [default: the file's]"))
+                .arg(
+                    Arg::new("name")
+                        .long("name")
+                        .value_name("NAME")
+                        .help("Name of the map [default: the name of the file]"),
+                )
                 .arg(
                     whole("time-limit", "SECS", 1..=86_400, map::import::SECONDS)
-                        .help("How long netconvert may run, all tries together, 1 to 86400 s"),
+                        .help("Longest run time of netconvert, all attempts together, 1 to 86400 s"),
                 )
                 .arg(
                     whole("memory-limit", "MIB", 256..=1_048_576, map::import::MEMORY_MIB)
-                        .help("How much memory each try of netconvert may have, 256 to 1048576 MiB"),
+                        .help("Memory limit for each attempt of netconvert, 256 to 1048576 MiB"),
                 ),
         )
 }
@@ -124,7 +132,9 @@ fn path(matches: &ArgMatches) -> Result<(), CliError> {
 fn folder(matches: &ArgMatches, name: &str) -> Result<PathBuf, CliError> {
     let named = matches.get_one::<PathBuf>("out").cloned();
     named.or_else(|| Some(map::own_folder()?.join(name))).ok_or_else(|| {
-        CliError::Input("there is no home folder to keep the map in\n  remedy: --out DIR says where it is to be".into())
+        CliError::Input(
+            "no home folder is set, so the map has no default folder\n  remedy: name its folder with --out DIR".into(),
+        )
     })
 }
 
@@ -203,16 +213,18 @@ fn trial_drive(map: &str, stop: &AtomicBool) -> Result<String, String> {
     match trial(&scenario, stop) {
         Ok((summary, is_closed, grade)) => match (summary.contact_count, summary.left_road) {
             (0, 0) if is_closed => {
-                Ok(format!("{:.0} s by {TRIAL_VEHICLES} simulated drivers went well", summary.duration_s))
+                Ok(format!("{TRIAL_VEHICLES} simulated drivers drove {:.0} s without a fault", summary.duration_s))
             }
             // An open path gets other vehicles from a demand only, and an import has none.
-            (0, 0) => Ok(format!("{:.0} s by a simulated driver alone went well", summary.duration_s)),
+            (0, 0) => Ok(format!("one simulated driver drove {:.0} s without a fault", summary.duration_s)),
             (0, _) if grade > STEEP => Err(format!(
-                "a simulated driver left the road: a grade of {:.0} % is too steep for a car",
+                "a simulated driver left the road: a grade of {:.0} % is too steep for a vehicle",
                 100.0 * grade
             )),
-            (0, _) => Err("a simulated driver left the road: the path may be too tight for a car".to_owned()),
-            (n, _) => Err(format!("cars touched {n} times")),
+            (0, _) => {
+                Err("a simulated driver left the road: the bends of the path may be too tight for a vehicle".to_owned())
+            }
+            (n, _) => Err(format!("vehicles touched {n} times")),
         },
         Err(error) => Err(format!("failed: {error}")),
     }
@@ -250,11 +262,11 @@ fn show(matches: &ArgMatches) -> Result<(), CliError> {
     let sides = if network.is_left_hand() { "; left-hand traffic" } else { "" };
     let parts = match census.islands {
         0 | 1 => String::new(),
-        parts => format!(", in {parts} parts that no connection joins"),
+        parts => format!(", in {parts} unconnected parts"),
     };
     out::line(format_args!("streets        {}{parts}{sides}", census.streets))?;
     out::line(format_args!(
-        "lanes          {}, {:.0} m; {} without a way on",
+        "lanes          {}, {:.0} m; {} without a connection onwards",
         census.lanes, census.lanes_m, census.ends
     ))?;
     let (inside, connections) = (census.insides, census.connections);

@@ -83,7 +83,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     }
     // `check-network` runs as a child process and prints faults only.
     if let Some((variable, folder)) = data_folders::named_by_environment().filter(|_| needs) {
-        out::status_line(format_args!("codrive: maps and policies are those of {} ({variable})", folder.display()));
+        out::status_line(format_args!("codrive: maps and policies come from {} ({variable})", folder.display()));
     }
     sumo::tell_waits_by(|text| out::status_line(format_args!("codrive: {text}")));
     let done = match matches.subcommand() {

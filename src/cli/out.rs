@@ -63,8 +63,8 @@ pub(super) fn fault(error: &io::Error) -> CliError {
     match error.kind() {
         ErrorKind::BrokenPipe => CliError::Unread,
         _ => CliError::Failed(format!(
-            "the standard output cannot be written: {error}\n  remedy: make room where it goes, or let it go elsewhere; \
-             files that were asked for are written all the same"
+            "the standard output cannot be written: {error}\n  remedy: make room on its disk, or redirect it; the \
+             requested files are written anyway"
         )),
     }
 }

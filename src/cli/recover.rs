@@ -10,12 +10,10 @@ use std::path::PathBuf;
 
 pub(super) fn command() -> Command {
     Command::new("recover").about("Make tables of recordings that were cut by a crash or a power failure").arg(
-        Arg::new("recording")
-            .value_name("DIR")
-            .required(true)
-            .num_args(1..)
-            .value_parser(value_parser!(PathBuf))
-            .help("Recordings; one that is whole stays as it is, one that is still being driven is left alone. What cannot be read moves to lost+found/ in it"),
+        Arg::new("recording").value_name("DIR").required(true).num_args(1..).value_parser(value_parser!(PathBuf)).help(
+            "Recordings to recover. Complete recordings and running drives are not changed. Unreadable parts move to \
+             lost+found/ in the recording",
+        ),
     )
 }
 

@@ -13,11 +13,12 @@ use std::{
 };
 
 /// Help text on the proof.
-const PROOF: &str = "Every column of every table that a drive makes, and every value of manifest.json and summary.json that follows from \
-     it, is compared bit by bit; every other file by its SHA-256. A table says what each file was proven by. Exit code 1 where something \
-     differs, or where there is no tick to compare.\n\n\
-     Checksums are consistent, not authentic: a person who changes a file can write new ones. A signature is authentic: codrive sign DIR \
-     --key lab-key, then codrive replay DIR --signer lab-key.pub.";
+const PROOF: &str = "Every column of every table of the drive is compared bit by bit.\n\
+    Every value of manifest.json and summary.json that follows from the drive is compared, too.\n\
+    Every other file is compared by its SHA-256. A table names the kind of proof of each file.\n\
+    The exit code is 1 if anything differs, or if the recording has no tick.\n\n\
+    Checksums prove consistency, not authenticity: a person who changes a file can write new checksums.\n\
+    A signature proves authenticity: codrive sign DIR --key lab-key, then codrive replay DIR --signer lab-key.pub.";
 
 pub(super) fn command() -> Command {
     let path =
@@ -32,17 +33,12 @@ pub(super) fn command() -> Command {
                 .value_parser(value_parser!(PathBuf))
                 .help("A recording"),
         )
-        .arg(
-            Arg::new("what-if")
-                .long("what-if")
-                .value_name("SETTING=VALUE")
-                .action(ArgAction::Append)
-                .help(
-                    "Drive the same seed and scenario with this changed, by a simulated driver, and print what differs: \
-                     policy=NAME, driver=perfect, hold_s=5; none: no advice, car-following model. May be given several times",
-                ),
-        )
-        .arg(path("out", "DIR", "Where --what-if records [default: beside the recording, DIR-what-if-...]"))
+        .arg(Arg::new("what-if").long("what-if").value_name("SETTING=VALUE").action(ArgAction::Append).help(
+            "Drive the same seed and scenario by a simulated driver with this setting changed, and print the \
+             differences: policy=NAME, driver=perfect, hold_s=5; none: no advice, driven by the car-following model. \
+             May be given several times",
+        ))
+        .arg(path("out", "DIR", "Folder of the recording of --what-if [default: DIR-what-if-... beside the recording]"))
         .arg(super::sign::signer_argument())
         .args(desktop::arguments())
 }
@@ -78,8 +74,8 @@ fn print_report(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgM
         return Err(CliError::Failed(fault(recording, found)));
     }
     if ticks < all {
-        let driven = format!("{name}: {ticks} of {all} ticks were driven again, all the same to the bit");
-        return out::line(format_args!("{driven}; what follows from the whole drive was not compared"));
+        let driven = format!("{name}: {ticks} of {all} ticks were driven again, and all are the same to the bit");
+        return out::line(format_args!("{driven}; results of the whole drive were not compared"));
     }
     out::text(evidence::table(&found.files))?;
     out::line(format_args!("{name}: all {all} ticks are the same to the bit; every file agrees with its checksum"))?;
@@ -89,7 +85,7 @@ fn print_report(recording: &Path, found: &ReplayReport, all: u64, matches: &ArgM
 /// Lists the differences from the recording, one a line.
 fn fault(recording: &Path, found: &ReplayReport) -> String {
     let name = recording.display();
-    let mut lines = vec![format!("{name}: not as it was recorded")];
+    let mut lines = vec![format!("{name}: differs from the recording")];
     if found.is_empty {
         lines =
             vec![format!("{name}: nothing was compared: ego.parquet has no tick, so there is nothing to drive again")];
@@ -103,12 +99,12 @@ fn fault(recording: &Path, found: &ReplayReport) -> String {
     lines.extend(found.changes.iter().map(ToString::to_string));
     if recording.join(LOST_AND_FOUND).exists() {
         lines.push(format!(
-            "rows could not be read when it was recovered: {LOST_AND_FOUND}/ in it holds what they were read from"
+            "some rows could not be read during the recovery: {LOST_AND_FOUND}/ in the recording holds their data"
         ));
     } else if found.changes.is_empty() && !found.is_empty {
         lines.push(
-            "The files agree with their checksums: another version of the program or of SUMO, another map, or a person who made the \
-             checksums anew does that; compare manifest.json"
+            "All files agree with their checksums. Possible causes: another version of the program or of SUMO, another \
+             map, or checksums that a person wrote again; compare manifest.json"
                 .into(),
         );
     }
@@ -132,15 +128,15 @@ fn instead(recording: &Path, asked: &[String], out: Option<&PathBuf>) -> Result<
     let pair = replay::what_if(recording, &changes, &out, &stop, &|ticks| bar.inc(ticks));
     bar.finish_and_clear();
     let Some(pair) = pair? else {
-        return Err(CliError::Failed(format!("stopped; {} holds what was driven", out.display())));
+        return Err(CliError::Failed(format!("stopped; {} holds the drive up to here", out.display())));
     };
     out::line(format_args!("{}, instead with {words}", recording.display()))?;
     if asked.iter().any(|word| word == "none") {
-        out::line(format_args!("none stands for both: no advice, and the car-following model in the driver's place"))?;
+        out::line(format_args!("none means both: no advice, and the car-following model instead of the driver"))?;
     }
     if !pair.is_proven {
         out::line(format_args!(
-            "the recorded drive could not be driven again to the bit: codrive replay {}",
+            "the recorded drive could not be reproduced to the bit; codrive replay {} lists the differences",
             recording.display()
         ))?;
     }

@@ -10,7 +10,8 @@ pub(super) fn command() -> Command {
     Command::new("run")
         .about("Run a drive by a simulated driver, without a window, at full speed")
         .arg(Arg::new("out").long("out").value_name("DIR").value_parser(value_parser!(PathBuf)).help(
-            "Record the drive there (tables as Parquet, manifest, summary); a folder with a recording is refused",
+            "Folder for a recording of the drive (tables as Parquet, manifest, summary); a folder with a recording is \
+             refused",
         ))
         .arg(
             Arg::new("from")
@@ -18,13 +19,13 @@ pub(super) fn command() -> Command {
                 .value_name("SECS")
                 .default_value("0")
                 .value_parser(value_parser!(f64))
-                .help("Start of the time window for means; it lasts to the end of the drive"),
+                .help("Start of the time window for means; the window lasts to the end of the drive"),
         )
         .arg(
             Arg::new("real-time")
                 .long("real-time")
                 .action(ArgAction::SetTrue)
-                .help("Run in real time, as a drive by a person does"),
+                .help("Run in real time, like a drive by a person"),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print the summary as JSON"))
 }

@@ -23,27 +23,36 @@ fn path(name: &'static str, value: &'static str) -> Arg {
 
 pub(super) fn command() -> Command {
     Command::new("sign")
-        .about("Sign a recording or a data set with the lab's key, so that nobody else can change it unseen")
+        .about("Sign a recording or a data set with the lab's key; changes by others are then detected")
         .after_help(
-            "Checksums find a change; a person who changes a file can make them anew. Without the key nobody can make the signature anew.\n\n\
+            "Checksums detect a change, but a person who changes a file can write new checksums.\n\
+             A new signature needs the key.\n\n\
              Example:\n  \
-             ssh-keygen -t ed25519 -N '' -f lab-key     once: lab-key stays with the lab, lab-key.pub goes to everybody\n  \
+             ssh-keygen -t ed25519 -N '' -f lab-key     once: lab-key stays with the lab, lab-key.pub is public\n  \
              codrive sign data --key lab-key            after the last session\n  \
-             codrive analyse data --signer lab-key.pub  signed by the lab, or refused\n\n\
-             Of a recording manifest.json is signed (manifest.json.sig), of a data set SHA256SUMS; either has the SHA-256 of all other files. \
-             The format is OpenSSH's: ssh-keygen -Y verify -f signers -I NAME -n codrive -s manifest.json.sig < manifest.json. A key with a \
-             passphrase, or one that is not Ed25519, signs by ssh-keygen -Y sign -f KEY -n codrive FILE. What changes afterwards, such as \
-             another participant in a data set, is signed again.",
+             codrive analyse data --signer lab-key.pub  refuses data that the lab did not sign\n\n\
+             Signed file: manifest.json of a recording (manifest.json.sig), SHA256SUMS of a data set. Both list the \
+             SHA-256 of all other files.\n\
+             Sign again after each change, such as another participant in a data set.\n\
+             Check with OpenSSH: ssh-keygen -Y verify -f signers -I NAME -n codrive -s manifest.json.sig < \
+             manifest.json\n\
+             Keys with a passphrase and keys of other kinds sign with OpenSSH: ssh-keygen -Y sign -f KEY -n codrive \
+             FILE",
         )
         .arg(path("folder", "DIR").required(true).help("A recording, or the folder of a study"))
-        .arg(path("key", "FILE").long("key").required(true).help("The private key: Ed25519, made by ssh-keygen, without a passphrase"))
+        .arg(
+            path("key", "FILE")
+                .long("key")
+                .required(true)
+                .help("Private key: Ed25519, made by ssh-keygen, without a passphrase"),
+        )
 }
 
 /// Returns the flag `--signer` of commands that check a signature.
 pub(super) fn signer_argument() -> Arg {
     path("signer", "FILE").long("signer").help(
-        "Who must have signed it (codrive sign): a public key (lab-key.pub), or a list of signers as ssh-keygen -Y reads it. Exit code 1 \
-         where nobody of them has",
+        "Accepted signers (codrive sign): a public key (lab-key.pub), or a list of signers in the format of ssh-keygen \
+         -Y. The exit code is 1 without a signature by one of them",
     )
 }
 
@@ -60,7 +69,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if !changed.is_empty() {
         let found = changed.join("\n  ");
         return Err(CliError::Failed(format!(
-            "{}: not signed, because it is not as it was written\n  {found}",
+            "{}: not signed, because files were changed after they were written\n  {found}",
             folder.display()
         )));
     }
@@ -101,10 +110,8 @@ fn read(path: &Path) -> Result<Vec<u8>, CliError> {
 pub(super) fn signature(folder: &Path, matches: &ArgMatches) -> Result<String, CliError> {
     let Some(list) = matches.get_one::<PathBuf>("signer") else {
         let signed = is_signed(folder)?;
-        let how = if signed { "--signer FILE says who signed it" } else { "codrive sign --help" };
-        return Ok(format!(
-            "consistent, not authentic: a person who changes a file can make its checksum anew ({how})"
-        ));
+        let how = if signed { "--signer FILE checks the signature" } else { "codrive sign --help" };
+        return Ok(format!("consistent, not authentic: a person who changes a file can write a new checksum ({how})"));
     };
     Ok(format!("authentic: signed by {}", signer(folder, &SignerList::load(list)?)?))
 }
@@ -128,7 +135,7 @@ fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
     }
     let Some(root) = data_set else {
         let text = format!(
-            "{}: it is not signed: there is no {}\n  remedy: codrive sign",
+            "{}: not signed: there is no {}\n  remedy: sign it with codrive sign",
             folder.display(),
             signature.display()
         );
@@ -138,7 +145,10 @@ fn signer(folder: &Path, list: &SignerList) -> Result<Signer, CliError> {
     if checksums::lists(root, &whole.join(manifest::FILE)).map_err(RunError::from)? {
         return Ok(signer);
     }
-    let text = format!("{}: {signer} signed the data set without this recording as it is", folder.display());
+    let text = format!(
+        "{}: {signer} signed the data set with another version of this recording, or without it",
+        folder.display()
+    );
     Err(CliError::Failed(text))
 }
 

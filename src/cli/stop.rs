@@ -42,7 +42,7 @@ fn end_stuck_start() {
         }
         sleep(LOOK);
     }
-    out::status_line("codrive: ended while SUMO was reading its files; of this drive nothing is recorded");
+    out::status_line("codrive: ended while SUMO was reading its files; nothing of this drive is recorded");
     end_at_once(INTERRUPTED);
 }
 

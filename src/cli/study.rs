@@ -44,13 +44,16 @@ fn rehearse_command() -> Command {
     Command::new("rehearse")
         .about("Take simulated participants through the whole plan at full speed")
         .after_help(
-            "Questions and baselines are included. Ctrl-C stops it; run the same command to resume.\n\nExample: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out rehearsed/",
+            "The rehearsal includes questions and baselines. Ctrl-C stops it; run the same command to resume.\n\n\
+             Example: codrive study rehearse assets/studies/congestion.toml --population people --participants 6 --out \
+             rehearsed/",
         )
         .args([file(), data_set(), participants()])
         .arg(path_flag(
             "drivers",
             "FILE.toml",
-            "Drivers, as `codrive analyse` found them in a study (drivers.toml), in turn; numbers that are not in it are drawn",
+            "Drivers from an analysed study (drivers.toml of `codrive analyse`), used in turn; missing parameters are \
+             drawn",
         ))
         .arg(Arg::new("population").long("population").value_name("NAME").conflicts_with("drivers").help(
             "Draw each participant from this population: people (reaction, error, bias, time gap and compliance as in \
@@ -60,18 +63,19 @@ fn rehearse_command() -> Command {
 
 fn preregister_command() -> Command {
     Command::new("preregister")
-        .about("Write a preregistration (Markdown), with the power against the number of participants")
+        .about("Write a preregistration (Markdown), with the power for several numbers of participants")
         .after_help("Example: codrive study preregister my.toml --rehearsed rehearsed/ --out plan.md")
         .args([file(), participants()])
         .arg(path_flag(
             "rehearsed",
             "DIR",
-            "Data set of a rehearsal (or pilot) whose deviations between and within participants the power takes",
+            "Data set of a rehearsal or pilot: source of the standard deviations between and within participants for \
+             the power",
         ))
         .arg(path_flag(
             "out",
             "FILE.md",
-            "File to write; one that is there is not overwritten [default: the standard output]",
+            "File to write; an existing file is not overwritten [default: the standard output]",
         ))
 }
 
@@ -79,29 +83,28 @@ fn exclude_command() -> Command {
     Command::new("exclude")
         .about("Leave a participant's data out of the analysis; nothing is deleted")
         .after_help(
-            "It works during and after a session, when its windows are closed.\n\nExample: codrive study exclude my.toml P03 --from \
-             data/ --reason \"fell asleep\"",
+            "Close the windows of the session first. The session may be unfinished.\n\n\
+             Example: codrive study exclude my.toml P03 --from data/ --reason \"fell asleep\"",
         )
         .args([file(), participant(), from(), reason()])
 }
 
 fn export_command() -> Command {
     Command::new("export")
-        .about("Copy all data of a participant to a folder, to be given to them")
+        .about("Copy all data of a participant to a folder, for the participant")
         .after_help("Example: codrive study export my.toml P03 --from data/ --to p03/")
         .args([file(), participant(), from()])
-        .arg(
-            path_flag("to", "FOLDER", "Where the copy goes: a new or an empty folder outside of the data set")
-                .required(true),
-        )
+        .arg(path_flag("to", "FOLDER", "Folder of the copy: a new or empty folder outside the data set").required(true))
 }
 
 fn erase_command() -> Command {
     Command::new("erase")
         .about("Erase all data of a participant for good")
         .after_help(
-            "Erased are recordings, answers, log, rows of all tables, and all results of codrive analyse in the data set; erased.tsv keeps \
-             code, reason and time.\n\nExample: codrive study erase my.toml P03 --from data/ --reason \"asked for it on 3 May\"",
+            "Erased: recordings, answers, log, rows of all tables, and all results of codrive analyse in the data \
+             set.\n\
+             Kept: code, reason and time, in erased.tsv.\n\n\
+             Example: codrive study erase my.toml P03 --from data/ --reason \"asked for it on 3 May\"",
         )
         .args([file(), participant(), from(), reason()])
 }
@@ -123,7 +126,8 @@ pub(super) fn participant() -> Arg {
 
 /// Returns `--out`: the data set that a session or a rehearsal begins or continues.
 pub(super) fn data_set() -> Arg {
-    let help = "Folder of the data set (BIDS): a new one, or that of this study; nothing in it is overwritten";
+    let help =
+        "Folder of the data set (BIDS): a new folder, or the data set of this study; nothing in it is overwritten";
     path_flag("out", "DIR", help).required(true)
 }
 
@@ -142,7 +146,7 @@ fn reason() -> Arg {
         .value_name("TEXT")
         .required(true)
         .value_parser(NonEmptyStringValueParser::new())
-        .help("Why; the data set keeps it, so write nothing that says who it is")
+        .help("Reason. The data set keeps it, so write nothing that identifies the participant")
 }
 
 fn participants() -> Arg {
@@ -177,7 +181,7 @@ pub(super) fn load(matches: &ArgMatches, data: Option<&Path>) -> Result<Study, C
     let study = Study::load(file)?;
     match study.check_ranges(&file.display().to_string()) {
         Err(fault) if data.is_some_and(Path::exists) => {
-            log::warn!("{fault}\n  The data set has begun with it, so it goes on.");
+            log::warn!("{fault}\n  The data set was begun with this study, so the session continues.");
         }
         checked => checked?,
     }
@@ -205,7 +209,7 @@ fn existing(matches: &ArgMatches) -> Result<(Study, DataSet, ParticipantCode), C
     let study = load(matches, Some(root))?;
     let code = code(matches)?;
     if !root.exists() {
-        return Err(CliError::Input(format!("{}: there is no such data set", root.display())));
+        return Err(CliError::Input(format!("{}: the data set does not exist", root.display())));
     }
     let data = DataSet::open(root, &study).map_err(RunError::from)?;
     Ok((study, data, code))
@@ -230,18 +234,19 @@ fn erase(matches: &ArgMatches) -> Result<(), CliError> {
     let (_, data, code) = existing(matches)?;
     let left = data.erase(&code, given_reason(matches), &recording_manifest::now()).map_err(RunError::from)?;
     out::line(format_args!(
-        "{}: participant {code} erased, and all results of codrive analyse there (run it again); erased.tsv keeps code, reason and \
-         time\n  not erased: copies, backups and results elsewhere",
+        "{}: participant {code} and all results of codrive analyse there are erased (run codrive analyse again); \
+         erased.tsv keeps code, reason and time\n  not erased: copies, backups and results elsewhere",
         data.root().display()
     ))?;
     for folder in &left.others {
         out::line(format_args!(
-            "  {}: of another program; what names {code} is gone, but its means and models may hold the data: make them again",
+            "  {}: made by another program. Parts that name {code} are erased, but means and models may include the \
+             data: make them again",
             folder.display()
         ))?;
     }
     for file in &left.naming {
-        out::line(format_args!("  {}: still names {code}; take that out by hand", file.display()))?;
+        out::line(format_args!("  {}: still names {code}; remove that by hand", file.display()))?;
     }
     Ok(())
 }
@@ -274,12 +279,12 @@ fn rehearse(matches: &ArgMatches) -> Result<(), CliError> {
     ))?;
     if found.stopped > 0 {
         out::line(format_args!(
-            "{} of them stopped by a rule of the study (ends_if or stop_above): see participants.tsv",
+            "{} of them were stopped by a rule of the study (ends_if or stop_above): see participants.tsv",
             found.stopped
         ))?;
     }
     if found.complete < found.participants {
-        return Err(CliError::Failed("stopped; all that was driven is kept: run the same command to resume".into()));
+        return Err(CliError::Failed("stopped; all drives so far are kept: run the same command to resume".into()));
     }
     out::line(format_args!("look at it with: codrive analyse {}", root.display()))?;
     Ok(())
@@ -303,13 +308,13 @@ fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
     let period = study.file.order.period(study.conditions.len());
     if !participants.is_multiple_of(period) {
         log::warn!(
-            "{participants} participants do not balance the orders, which repeat after {period}; with {} they do",
+            "{participants} participants do not balance the orders, which repeat after {period}; {} participants do",
             participants.next_multiple_of(period)
         );
     }
     match matches.get_one::<PathBuf>("out") {
         Some(path) if path.exists() => Err(CliError::Input(format!(
-            "{}: there is such a file already\n  remedy: name another one; a registered plan is not overwritten",
+            "{}: the file exists\n  remedy: name another file; a registered plan is not overwritten",
             path.display()
         ))),
         Some(path) => Ok(record::replace(path, text.as_bytes())?),

@@ -18,16 +18,17 @@ pub(super) fn command() -> Command {
     Command::new("sweep")
         .about("Carry out all runs of a plan: drives, rings, trainings, rehearsals")
         .long_about(
-            "Carry out all runs of a plan: drives, rings, trainings, rehearsals.\n\nEach run is a part of its own in --out, written once and known \
-             by what was run: after Ctrl-C, a fault or a power cut the same command makes what is missing. When all are there they are \
-             put into one table a kind (Parquet).",
+            "Carry out all runs of a plan: drives, rings, trainings, rehearsals.\n\n\
+             Each run has its own part in --out, named after its settings. After Ctrl-C, a fault or a power cut, run \
+             the same command: it makes the missing parts. The complete results become one table for each kind of run \
+             (Parquet).",
         )
         .arg(
             Arg::new("plan")
                 .value_name("PLAN.toml")
                 .required(true)
                 .value_parser(value_parser!(PathBuf))
-                .help("The plan: tables [[rings]], [[drives]], [[trainings]], [[rehearsals]]; see docs/sweeps.md"),
+                .help("Plan with tables [[rings]], [[drives]], [[trainings]], [[rehearsals]]; see docs/sweeps.md"),
         )
         .arg(
             Arg::new("out")
@@ -35,22 +36,17 @@ pub(super) fn command() -> Command {
                 .value_name("DIR")
                 .required_unless_present("list")
                 .value_parser(value_parser!(PathBuf))
-                .help("Folder of the results; what is there already is not made again"),
+                .help("Folder of the results; existing results are not made again"),
         )
-        .arg(
-            Arg::new("on")
-                .long("on")
-                .value_name("WORD")
-                .default_value("local")
-                .value_parser(["local", "ray"])
-                .help("Who carries it out: this machine, or a Ray cluster (needs the Python package: pip install './python[ray]')"),
-        )
+        .arg(Arg::new("on").long("on").value_name("WORD").default_value("local").value_parser(["local", "ray"]).help(
+            "Place of the runs: this machine, or a Ray cluster (needs the Python package: pip install './python[ray]')",
+        ))
         .arg(
             Arg::new("workers")
                 .long("workers")
                 .value_name("N")
                 .value_parser(value_parser!(u16).range(1..=1024))
-                .help("Runs at a time [default: the cores of this machine]"),
+                .help("Number of runs at the same time [default: the cores of this machine]"),
         )
         .arg(
             Arg::new("retries")
@@ -58,34 +54,34 @@ pub(super) fn command() -> Command {
                 .value_name("N")
                 .default_value("1")
                 .value_parser(value_parser!(u8).range(0..=100))
-                .help("How often a run that failed is tried again, after all others"),
+                .help("Number of further attempts at a failed run, after all other runs"),
         )
         .arg(
             Arg::new("part")
                 .long("part")
                 .value_name("K/N")
                 .value_parser(part)
-                .help("Carry out the K-th of N parts of the plan alone, as one job of an array: --part $SLURM_ARRAY_TASK_ID/64"),
+                .help("Carry out only part K of N of the plan, as one job of an array: --part $SLURM_ARRAY_TASK_ID/64"),
         )
         .arg(
             Arg::new("collect")
                 .long("collect")
                 .action(ArgAction::SetTrue)
                 .conflicts_with_all(["part", "list"])
-                .help("Run nothing; put the runs that are there into tables, and say how many are missing"),
+                .help("Run nothing; make tables of the finished runs, and print the number of missing runs"),
         )
         .arg(
             Arg::new("list")
                 .long("list")
                 .action(ArgAction::SetTrue)
-                .help("Run nothing; print every run, and which are there"),
+                .help("Run nothing; list all runs, and mark the finished ones"),
         )
         .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))
 }
 
 /// Parses `3/64` as the part, from 1, and the number of parts.
 fn part(text: &str) -> Result<[usize; 2], String> {
-    let fault = || format!("{text:?} is no part; allowed: K/N with K from 1 to N, such as 3/64");
+    let fault = || format!("{text:?} is not a part; allowed: K/N with K from 1 to N, such as 3/64");
     let (part, parts) = text.split_once('/').ok_or_else(fault)?;
     let part: [usize; 2] = [part.trim().parse().map_err(|_| fault())?, parts.trim().parse().map_err(|_| fault())?];
     if (1..=part[1]).contains(&part[0]) { Ok(part) } else { Err(fault()) }
@@ -145,7 +141,7 @@ fn collect(plan: &SweepPlan, folder: &SweepFolder) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Failed(format!(
-        "{missing} of {} runs are missing\n  remedy: the same command without --collect makes them",
+        "{missing} of {} runs are missing\n  remedy: run the same command without --collect",
         plan.runs.len()
     )))
 }
@@ -174,7 +170,7 @@ fn make(
         retries: matches.get_one::<u8>("retries").copied().unwrap_or_default(),
         progress: &|progress| match progress {
             SweepProgress::Done => bar.inc(1),
-            SweepProgress::Retry(failed) => bar.set_message(format!("{failed} failed, tried again")),
+            SweepProgress::Retry(failed) => bar.set_message(format!("{failed} failed, next attempt")),
         },
     };
     let failed = pool.run(pending, &stop_on_ctrl_c());
@@ -184,8 +180,8 @@ fn make(
 
 /// Python's `-m MODULE ARGUMENTS` without the working folder in the module path: a file ray.py among the user's data must not
 /// be imported.
-const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; \
-    import importlib.util, runpy; importlib.util.find_spec('codrive') or sys.exit('python3: there is no package codrive'); \
+const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; import \
+    importlib.util, runpy; importlib.util.find_spec('codrive') or sys.exit('python3: the package codrive is missing'); \
     runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
 
 /// Carries out the plan on a Ray cluster, through the Python package.
@@ -207,7 +203,8 @@ fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     match status.code() {
         Some(0) => Ok(()),
         Some(code) => Err(CliError::Failed(format!(
-            "python3 -m {RAY_MODULE} ended with exit status {code}\n  remedy: where it says that there is no such package, pip install './python[ray]'"
+            "python3 -m {RAY_MODULE} ended with exit status {code}\n  remedy: if a package is missing, pip install \
+             './python[ray]'"
         ))),
         None => Err(CliError::Failed(format!("python3 -m {RAY_MODULE} was ended: {status}"))),
     }

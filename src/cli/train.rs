@@ -44,7 +44,7 @@ pub(super) fn command() -> Command {
             Arg::new("resume")
                 .long("resume")
                 .action(ArgAction::SetTrue)
-                .help("Go on from the checkpoint in --out; only --iterations may differ"),
+                .help("Continue from the checkpoint in --out; only --iterations may differ"),
         );
     flags::add_fields(command, &fields_of::<TrainConfig>(), "Configuration")
 }
@@ -80,13 +80,14 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
 fn learn_silence(learner: &mut Learner) -> Option<String> {
     let rings = learner.config().silence.silence_rings;
     let spinner =
-        ProgressBar::new_spinner().with_message(format!("{rings} rings with advice and without: where to be silent"));
+        ProgressBar::new_spinner().with_message(format!("{rings} rings with and without advice, to learn silence"));
     spinner.enable_steady_tick(Duration::from_millis(200));
     let learned = learner.learn_silence();
     spinner.finish_and_clear();
     let learned = learned?;
     Some(format!(
-        "silence learned from {} pairs of drives: nothing is advised in {:.1} % of what was seen; the gain of one ring is told to {:.2} m/s",
+        "silence learned from {} pairs of drives: no advice in {:.1} % of the observations; the gain of one ring has \
+         an error of {:.2} m/s",
         learned.pairs,
         100.0 * learned.silent_share,
         learned.error_mps
@@ -109,7 +110,7 @@ fn fresh(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     private::folder(dir).map_err(|e| CliError::Failed(format!("{}: {e}", dir.display())))?;
     if let Some(name) = [POLICY, ONNX, CHECKPOINT, CURVE_CSV].iter().find(|name| dir.join(name).exists()) {
         let text = format!(
-            "{} holds a training already ({name}); name another folder with --out, or go on with --resume",
+            "{} already holds a training ({name}); name another folder with --out, or continue with --resume",
             dir.display()
         );
         return Err(CliError::Input(text));
@@ -124,7 +125,7 @@ fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let text = read_text(&path, CHECKPOINT_BYTES)
         .map_err(|e| CliError::Input(format!("{}: cannot be read: {e}; --resume needs it", path.display())))?;
     let mut learner: Learner = serde_json::from_str(&text)
-        .map_err(|e| CliError::Input(format!("{}: is no checkpoint of this version: {e}", path.display())))?;
+        .map_err(|e| CliError::Input(format!("{}: not a checkpoint of this version: {e}", path.display())))?;
     let asked = config(matches, learner.config().clone())?;
     learner.set_iterations(asked.run.iterations);
     if asked != *learner.config() {
@@ -189,5 +190,5 @@ fn action(learner: &Learner) -> String {
 fn write(dir: &Path, name: &str, bytes: &[u8]) -> Result<(), CliError> {
     let path = dir.join(name);
     private::replace(&path, bytes)
-        .map_err(|e| CliError::Failed(format!("{}: {e}; the file of before is kept", path.display())))
+        .map_err(|e| CliError::Failed(format!("{}: {e}; the previous file is kept", path.display())))
 }

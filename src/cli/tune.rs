@@ -34,10 +34,10 @@ pub(super) fn command() -> Command {
                 .long("policy")
                 .value_name("KIND|FILE.toml")
                 .required(true)
-                .help(format!("Controller to tune: {kinds}, or the file of one to go on from")),
+                .help(format!("Controller to tune: {kinds}, or the file of a controller to start from")),
         )
         .arg(
-            option("out", "FILE.toml", "The tuned controller's file; one that is there is not replaced")
+            option("out", "FILE.toml", "File of the tuned controller; an existing file is not replaced")
                 .required(true)
                 .value_parser(super::flags::file_with_ending("toml")),
         )
@@ -45,12 +45,14 @@ pub(super) fn command() -> Command {
             option(
                 "driver",
                 "NAME|reaction=S,error=MPS,...",
-                "Who follows the advice, as for codrive evaluate [default: as --config says, else follow]",
+                "Driver that follows the advice, as for codrive evaluate [default: the driver of --config, else \
+                 follow]",
             )
             .value_parser(plan::driver),
         )
         .arg(
-            option("holds", "SECS,...", "Holds to tune for; the mean over them counts [default: the configuration's]")
+            option("holds", "SECS,...", "Holds to tune for; the mean over them is optimized [default: the \
+                configuration's]")
                 .value_delimiter(',')
                 .value_parser(value_parser!(f64)),
         )
@@ -60,7 +62,7 @@ pub(super) fn command() -> Command {
                 .default_value("400"),
         )
         .arg(
-            option("over", "N", "Number of rings on which each is tried")
+            option("over", "N", "Number of rings on which each parameter set is tried")
                 .value_parser(value_parser!(u32).range(2..=100_000))
                 .default_value("64"),
         )
@@ -140,7 +142,7 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
 fn claim(path: &Path) -> Result<(), CliError> {
     let refused = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
     if path.exists() {
-        return refused("is there already\n  remedy: name another file with --out");
+        return refused("exists\n  remedy: name another file with --out");
     }
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     folder.map_or(Ok(()), private::folder).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))

@@ -11,7 +11,7 @@ pub(super) fn command() -> Command {
 
 /// Refuses the command with the remedy.
 pub(super) fn main(_: &ArgMatches) -> Result<(), CliError> {
-    let text = "codrive tune needs what this program was built without: the search (the cargo feature `tune`)\n  \
-                remedy: build it with cargo build --release";
+    let text = "codrive tune needs the parameter search; this program was built without it (the cargo feature \
+        `tune`)\n  remedy: build it with cargo build --release";
     Err(CliError::Input(text.into()))
 }

@@ -53,7 +53,7 @@ fn monitor(number: usize, handle: &MonitorHandle, primary: Option<&MonitorHandle
     rates.dedup_by(|a, b| (*a - *b).abs() < 0.01);
     MonitorInfo {
         number,
-        name: handle.name().unwrap_or_else(|| "without a name".into()),
+        name: handle.name().unwrap_or_else(|| "unnamed".into()),
         size: [size.width, size.height],
         refresh_hz: rate(handle),
         rates_hz: rates,
@@ -73,8 +73,8 @@ pub fn beside_experimenter(place: WindowPlacement, event_loop: &ActiveEventLoop)
     let shares = place.fullscreen && event_loop.available_monitors().count() == 1;
     if shares {
         log::warn!(
-            "there is one monitor: the participant's window does not fill it, so that the experimenter's stays in sight; \
-             F11 fills it, or connect another monitor"
+            "there is only one monitor: the participant's window does not fill it, so that the experimenter's window \
+             stays visible; press F11 to fill it, or connect another monitor"
         );
     }
     WindowPlacement { fullscreen: place.fullscreen && !shares, ..place }
@@ -249,7 +249,9 @@ impl CheckWindow {
         truth.screen = vec![format!("{name}, picture of {} x {} pixels", size[0], size[1])];
         truth.screen.extend(self.latency.lines().into_iter().next().filter(|_| !elapsed.is_zero()));
         if self.window.fullscreen().is_none() {
-            truth.screen.push("The window does not fill the screen: only full screen tells its width.".into());
+            truth.screen.push(
+                "The window does not fill the screen: its width on the screen is known only in full screen.".into(),
+            );
         }
         let points = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
         let input = egui::RawInput { screen_rect: Some(points), ..Default::default() };

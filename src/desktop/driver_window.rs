@@ -83,7 +83,7 @@ impl DriverWindow {
         log::info!("graphics: {}", gpu.description());
         if gpu.is_software() && !placing.place.fullscreen {
             log::warn!(
-                "no graphics card was found: the processor draws, so the window is small ({})",
+                "no graphics card was found: the processor draws, and the window is small ({})",
                 gpu.description()
             );
             let _ = window.request_inner_size(SOFTWARE_SIZE);

@@ -180,7 +180,7 @@ impl ExperimenterWindow {
         queue.present(texture);
         self.took = now().saturating_duration_since(begin);
         log::debug!(
-            "the experimenter's picture took {:.1} ms of the loop, {:.1} of them to lay it out",
+            "the experimenter's picture took {:.1} ms, {:.1} ms of them for the layout",
             self.took.as_secs_f64() * 1e3,
             (laid_out - begin).as_secs_f64() * 1e3
         );

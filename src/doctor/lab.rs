@@ -8,7 +8,7 @@ use std::path::Path;
 const WAIT_S: f64 = 1.0;
 
 /// Note on which receivers can see the streams of a drive.
-const HEARD: &str = "a drive's own streams are heard on this machine alone, or where interface in [lsl] says";
+const HEARD: &str = "only this machine receives the streams of a drive, unless interface in [lsl] allows more";
 
 /// Returns a note if the working folder has an LSL configuration that is not read.
 fn ignored_config() -> String {
@@ -16,7 +16,7 @@ fn ignored_config() -> String {
     let named = std::env::var_os(lsl::CONFIG_VARIABLE).and_then(|named| whole(Path::new(&named)));
     match whole(Path::new(lsl::CONFIG)) {
         Some(here) if named.as_ref() != Some(&here) => {
-            format!("{} of this folder is not read: name it in {}; ", lsl::CONFIG, lsl::CONFIG_VARIABLE)
+            format!("{} in this folder is not used; to use it, name it in {}; ", lsl::CONFIG, lsl::CONFIG_VARIABLE)
         }
         _ => String::new(),
     }
@@ -28,7 +28,7 @@ pub(super) fn examine() -> Finding {
         Ok(library) => library,
         Err(error) => {
             let found = Finding::from_message("LSL", FindingGrade::Ok, &error.to_string());
-            let only = "only for a study with [lsl]";
+            let only = "needed only for a study with [lsl]";
             let remedy = found.remedy.map_or(only.into(), |remedy| format!("{only}: {remedy}"));
             return Finding { remedy: Some(remedy), ..found };
         }
@@ -36,15 +36,10 @@ pub(super) fn examine() -> Finding {
     match lsl::resolve_all(WAIT_S) {
         Ok(streams) => {
             let words: Vec<String> = streams.iter().map(|stream| format!("\n{}", stream)).collect();
-            let seen = if words.is_empty() {
-                "no stream is seen".into()
-            } else {
-                format!("streams that are seen:{}", words.concat())
-            };
+            let seen =
+                if words.is_empty() { "no stream found".into() } else { format!("streams found:{}", words.concat()) };
             Finding::ok("LSL", format!("{}; {HEARD}; {}{seen}", library, ignored_config()))
         }
-        Err(error) => {
-            Finding::warning("LSL", error.to_string(), "look at the network's settings for LSL (lsl_api.cfg)")
-        }
+        Err(error) => Finding::warning("LSL", error.to_string(), "check the network settings for LSL (lsl_api.cfg)"),
     }
 }

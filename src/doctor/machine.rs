@@ -24,7 +24,7 @@ fn data() -> Finding {
     if root.join("maps").is_dir() {
         return Finding::ok("data", root.display().to_string());
     }
-    Finding::fault("data", format!("nothing at {}", root.display()), "name the folder with maps and assets: --data DIR")
+    Finding::fault("data", format!("no data in {}", root.display()), "name the folder with maps and assets: --data DIR")
 }
 
 /// Checks sound by opening the output, as a drive does.
@@ -62,7 +62,7 @@ pub(super) fn disk_speed(folder: &Path) -> Finding {
         ),
         Err(error) => {
             let found = format!("{} cannot be written to: {error}", folder.display());
-            Finding::fault("disk speed", found, "name a folder that can: --out DIR")
+            Finding::fault("disk speed", found, "name a writable folder: --out DIR")
         }
     }
 }
@@ -74,7 +74,7 @@ fn free_gb(folder: &Path) -> Option<f64> {
 fn disk_space(free_gb: Option<f64>) -> Finding {
     let remedy = "make room, or record on another disk: --out DIR";
     match free_gb {
-        None => Finding::warning("disk space", "unknown", "see that 5 GB are free"),
+        None => Finding::warning("disk space", "unknown", "make sure that 5 GB are free"),
         Some(gb) if gb < record::TOO_LITTLE_GB => Finding::fault("disk space", format!("{gb:.1} GB free"), remedy),
         Some(gb) if gb < record::LITTLE_GB => Finding::warning("disk space", format!("{gb:.1} GB free"), remedy),
         Some(gb) => Finding::ok("disk space", format!("{gb:.0} GB free")),
@@ -98,14 +98,14 @@ fn clock() -> Finding {
 fn judge_clock(source: Option<&str>, step_s: Option<f64>) -> Finding {
     let name = source.unwrap_or("unknown source");
     let Some(step_s) = step_s else {
-        return Finding::fault("clock", format!("{name}: it does not move"), "start the computer again");
+        return Finding::fault("clock", format!("{name}: it does not advance"), "restart the computer");
     };
     let found = format!("{name}, steps of {:.0} ns", step_s * 1e9);
     match name {
         _ if step_s > 1e-3 => Finding::fault("clock", found, "steps above 1 ms hide latencies: use another computer"),
         "hpet" | "acpi_pm" | "jiffies" => {
             let remedy =
-                "slow to read: the kernel distrusts the processor's own clock (tsc); see dmesg, update the BIOS";
+                "slow to read: the kernel does not use the processor's own clock (tsc); see dmesg, update the BIOS";
             Finding::warning("clock", found, remedy)
         }
         _ => Finding::ok("clock", found),
@@ -129,10 +129,10 @@ fn power() -> Finding {
 
 fn judge_power(governors: &[String], discharging: bool) -> Finding {
     if discharging {
-        return Finding::warning("power", "on battery, which slows processor and graphics", "plug in the mains");
+        return Finding::warning("power", "on battery; processor and graphics are slower", "connect the power supply");
     }
     match governors {
-        [] => Finding::ok("power", "the system does not govern the processor's speed here"),
+        [] => Finding::ok("power", "the system has no governor for the processor's speed"),
         [one] if one == "performance" => Finding::ok("power", "governor performance"),
         all => {
             let remedy =

@@ -58,15 +58,17 @@ fn within(limit: Duration, what: &'static str, check: impl FnOnce() -> Vec<Findi
     let begun = thread::Builder::new().name(format!("doctor: {what}")).spawn(move || drop(sender.send(check())));
     let unknown = |found: String, remedy: &str| vec![Finding::fault(what, found, remedy)];
     if let Err(why) = begun {
-        return unknown(format!("not looked at: {why}"), "close other programs");
+        return unknown(format!("not checked: {why}"), "close other programs");
     }
     match found.recv_timeout(limit) {
         Ok(lines) => lines,
         Err(RecvTimeoutError::Timeout) => {
-            let remedy = "look at what else the computer does, and start codrive doctor again when it is idle";
-            unknown(format!("not answered within {} s", limit.as_secs_f64()), remedy)
+            let remedy = "end other programs, and run codrive doctor again on the idle computer";
+            unknown(format!("no result within {} s", limit.as_secs_f64()), remedy)
         }
-        Err(RecvTimeoutError::Disconnected) => unknown("the check broke off".into(), "RUST_LOG=info says more"),
+        Err(RecvTimeoutError::Disconnected) => {
+            unknown("the check ended early".into(), "run it with RUST_LOG=info for details")
+        }
     }
 }
 
@@ -107,11 +109,11 @@ mod tests {
         });
         drop(held);
         assert_eq!((lines.len(), lines[0].what, lines[0].grade), (1, "sound", FindingGrade::Fault));
-        assert!(lines[0].found == "not answered within 0.05 s" && lines[0].remedy.is_some(), "{lines:?}");
+        assert!(lines[0].found == "no result within 0.05 s" && lines[0].remedy.is_some(), "{lines:?}");
         let lines = within(Duration::from_secs(60), "sound", || vec![Finding::ok("sound", "there")]);
         assert_eq!(lines, [Finding::ok("sound", "there")]);
         let lines = within(Duration::from_secs(60), "sound", || panic!("a driver's mistake"));
-        assert!(lines[0].found.contains("broke off"), "{lines:?}");
+        assert!(lines[0].found.contains("ended early"), "{lines:?}");
     }
 
     #[test]

@@ -57,7 +57,8 @@ pub(super) fn display(scenario: &Scenario) -> Finding {
     Finding::ok(
         "display",
         format!(
-            "set: {width_m:.3} m wide, eyes {eye_m:.2} m away, {angle_deg:.1} degrees; codrive doctor --display shows if it is true"
+            "set: {width_m:.3} m wide, eyes {eye_m:.2} m away, {angle_deg:.1} degrees; check it with codrive doctor \
+             --display"
         ),
     )
 }
@@ -70,7 +71,7 @@ pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec
             vec![Finding::warning(
                 "monitor",
                 "the system lists none",
-                "connect one; xrandr or the desk's settings list them",
+                "connect a monitor; xrandr or the system's settings list monitors",
             )]
         }
         Ok(all) => all.iter().map(monitor).collect(),
@@ -81,12 +82,12 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
     match monitor.refresh_hz {
         // Tolerance for 59.94 Hz.
         Some(hz) if hz < 59.0 => {
-            let remedy = "a mode of 60 Hz or more: each frame stands longer, and latency with it (--refresh HZ)";
+            let remedy = "use a mode of 60 Hz or more (--refresh HZ); slower modes increase the latency";
             Finding::warning("monitor", monitor.to_string(), remedy)
         }
         Some(_) => Finding::ok("monitor", monitor.to_string()),
         None => {
-            Finding::warning("monitor", monitor.to_string(), "see the rate in the system's settings: 60 Hz or more")
+            Finding::warning("monitor", monitor.to_string(), "check the rate in the system's settings: 60 Hz or more")
         }
     }
 }

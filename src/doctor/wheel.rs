@@ -4,7 +4,7 @@ use super::Finding;
 
 #[cfg(not(target_os = "linux"))]
 pub(super) fn examine() -> Vec<Finding> {
-    let remedy = "a study's rig runs on Linux, where wheels have kernel times";
+    let remedy = "use Linux for a study: wheels then have time stamps of the kernel";
     let force = match crate::input::sdl_force::look() {
         Ok(path) => Finding::ok("force", format!("through {}, if the wheel's driver has a motor", path.display())),
         Err(none) => Finding::warning("force", none.to_string(), none.remedy),
@@ -19,7 +19,7 @@ pub(super) fn examine() -> Vec<Finding> {
 
     let nodes = linux::wheels();
     if nodes.is_empty() {
-        let remedy = "plug it in; a G29 with its switch at PS3. Keyboard and pads drive without";
+        let remedy = "plug in a wheel; set the switch of a G29 to PS3. Keyboard and pads also work";
         return vec![
             Finding::warning("wheel", "none is plugged in", remedy),
             Finding::warning("force", "none without a wheel", "as above"),
@@ -77,11 +77,7 @@ fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
         Finding::ok("force pace", "its thread runs in real time")
     } else {
         let remedy = "add to /etc/security/limits.conf: YOUR-NAME - rtprio 10   and log in again";
-        Finding::warning(
-            "force pace",
-            "its thread waits for others: late by milliseconds where the processor is busy",
-            remedy,
-        )
+        Finding::warning("force pace", "its thread has no priority: late by milliseconds on a busy processor", remedy)
     });
     lines
 }

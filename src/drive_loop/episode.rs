@@ -26,7 +26,7 @@ pub enum EpisodeError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// The number of actions differs from the number of agents.
-    #[error("{given} actions; allowed: {agents}, one for each advised vehicle that is there")]
+    #[error("{given} actions; allowed: {agents}, one for each present advised vehicle")]
     Count {
         /// Number of given actions.
         given: usize,
@@ -44,7 +44,7 @@ pub enum EpisodeError {
         allowed: String,
     },
     /// The episode is over.
-    #[error("the episode is over: begin another")]
+    #[error("the episode is over; begin another one")]
     Over,
 }
 

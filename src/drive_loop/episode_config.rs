@@ -33,17 +33,17 @@ const SCALING: &str = "scaling";
 
 /// Keys of a drive that an episode lacks, with the alternative.
 const NOT_OF_EPISODES: [(&str, &str); 7] = [
-    ("policy", "an episode is advised from outside: by whoever drives it hold by hold"),
-    ("policy_speed_mps", "it is the aim of built-in policies; an episode is advised from outside"),
-    ("sham_advice", "it is the advice of another drive; an episode is advised from outside"),
+    ("policy", "the actions of an episode are its advice"),
+    ("policy_speed_mps", "built-in policies use it; the actions of an episode are its advice"),
+    ("sham_advice", "sham advice comes from another drive; the actions of an episode are its advice"),
     ("duration_s", "horizon_s is the length of an episode"),
-    ("seed", "each episode is begun with its own"),
+    ("seed", "each episode begins with its own seed"),
     ("residual_over", CORRECTS_NOTHING),
     ("residual_mps", CORRECTS_NOTHING),
 ];
 /// Reason why an episode of a drive corrects no controller.
-const CORRECTS_NOTHING: &str = "a whole drive asks no controller beside the action, which is the advice as it is; the rings of training alone \
-                                add it to a controller's";
+const CORRECTS_NOTHING: &str = "the action is the whole advice of a drive; only the rings of training add it to the \
+    advice of a controller";
 
 /// Name for late drivers: each with their own reaction time, error and habit, as in training by default.
 pub const LATE: &str = "late";
@@ -142,7 +142,7 @@ impl EpisodeConfig {
     /// Returns why a key of drives or of training is no setting of an episode, as text that follows the key; `None` for
     /// other keys.
     pub fn why_not(key: &str) -> Option<&'static str> {
-        let of_rings = "a setting of rings alone; whole drives have those of codrive run";
+        let of_rings = "it is a setting of rings only; whole drives use the settings of codrive run";
         not_of_episodes(key).or_else(|| {
             let is_known = |fields: &[Field]| fields.iter().any(|field| field.path == key);
             (!is_known(&Self::fields()) && is_known(&fields_of::<TrainConfig>())).then_some(of_rings)
@@ -200,7 +200,10 @@ impl EpisodeConfig {
     fn check(&self, drive: &PlannedDrive) -> Result<(), Fault> {
         let horizon_s = self.learning.ring.horizon_s;
         if self.scenario.hold_s > horizon_s {
-            return Err(("hold_s", format!("hold_s is {}; the horizon is {horizon_s} s", self.scenario.hold_s)));
+            return Err((
+                "hold_s",
+                format!("hold_s is {}; allowed: at most the horizon of {horizon_s} s", self.scenario.hold_s),
+            ));
         }
         if self.learning.advice.levels == 1 {
             return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
@@ -213,15 +216,16 @@ impl EpisodeConfig {
             self.inputs().iter().map(|input| input.feature).find(|feature| is_of_rings_alone(*feature))
         {
             let why = match feature {
-                Feature::ControllerSpeed => "no controller is asked beside the action",
-                _ => "who drives is not to be seen from outside, and only the rings of training say it",
+                Feature::ControllerSpeed => "there is no controller besides the action",
+                _ => "the kind of driver cannot be observed; only the rings of training give it",
             };
-            let text = format!("sees names `{}`, which whole drives tell nobody: {why}", feature.name());
+            let text = format!("sees names `{}`, which whole drives do not have: {why}", feature.name());
             return Err(("sees", text));
         }
         if drive.scenario().advises_no_vehicle() {
             let advised = drive.scenario().advised;
-            let text = format!("advised is {advised}; allowed: at least one vehicle, which the actions are for");
+            let text =
+                format!("advised is {advised}; allowed: at least one vehicle, so that the actions have a receiver");
             return Err(("advised", text));
         }
         let road = road_kind(drive);
@@ -240,17 +244,20 @@ impl EpisodeConfig {
         let vehicles = drive.fixed_vehicles().filter(|_| !RINGS.contains(&self.scenario.map.as_str()))?;
         let circumference_m = drive.map().route.length_m();
         let road = Observation { circumference_m, vehicles, ..Observation::default() };
-        self.inputs().iter().filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing)).find_map(|input| {
-            let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
-            (scaled.abs() > LARGEST_LENGTH).then(|| {
+        self.inputs()
+            .iter()
+            .filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing))
+            .find_map(|input| {
+                let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
+                (scaled.abs() > LARGEST_LENGTH).then(|| {
                 format!(
-                    "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
-                     -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: scaling.{name}_from_m and scaling.{name}_to_m with the length between \
-                     them, or speed_limit in its place",
+                    "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; \
+                     allowed: -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: set scaling.{name}_from_m and \
+                     scaling.{name}_to_m around this length, or use speed_limit instead",
                     input.from, input.to
                 )
             })
-        })
+            })
     }
 
     /// Checks whether the learner observes adjacent lanes.

@@ -58,7 +58,10 @@ pub enum RunError {
     )]
     NoDisplay(String),
     /// There is no such monitor.
-    #[error("there is no monitor {number}; there are {there}\n  remedy: name one of them: codrive doctor lists them")]
+    #[error(
+        "there is no monitor {number}; there are {there}\n  remedy: name one of these monitors; codrive doctor lists \
+         them"
+    )]
     NoMonitor {
         /// Number of the requested monitor.
         number: usize,
@@ -67,7 +70,8 @@ pub enum RunError {
     },
     /// The monitor has no such refresh rate.
     #[error(
-        "no mode of the monitor has {hz} Hz at its size; there is {there}\n  remedy: name one of its rates, or set it in the system"
+        "no mode of the monitor has {hz} Hz at its size; there is {there}\n  remedy: name one of these rates, or set \
+         the rate in the system"
     )]
     NoRefresh {
         /// Requested refresh rate, Hz.
@@ -76,10 +80,13 @@ pub enum RunError {
         there: String,
     },
     /// The adapter cannot draw into the window.
-    #[error("the graphics adapter cannot draw into the window: {0}. WGPU_BACKEND=vulkan|gl chooses another")]
+    #[error(
+        "the graphics adapter cannot draw into the window: {0}\n  remedy: choose another graphics interface with \
+         WGPU_BACKEND=vulkan or WGPU_BACKEND=gl"
+    )]
     NoSurface(String),
     /// A thread of this program ended early, which is a bug.
-    #[error("{0} ended before its time")]
+    #[error("{0} ended too early")]
     Ended(String),
     /// There is no graphics device, or it was lost.
     #[cfg(feature = "desktop")]

@@ -64,9 +64,7 @@ pub fn now() -> String {
 /// Formats a time by ISO 8601. A clock beyond the year 9999, the limit of the format, gives the last possible time.
 fn utc(time: SystemTime) -> String {
     let stamp = jiff::Timestamp::try_from(time).unwrap_or_else(|error| {
-        log::warn!(
-            "the computer's clock is wrong: {error}\n  remedy: set it, so that recordings say when they were made"
-        );
+        log::warn!("the computer's clock is wrong: {error}\n  remedy: set the clock; recordings need the right date");
         if time < SystemTime::UNIX_EPOCH { jiff::Timestamp::MIN } else { jiff::Timestamp::MAX }
     });
     stamp.strftime("%Y-%m-%dT%H:%M:%SZ").to_string()

@@ -66,7 +66,7 @@ impl<'a> Rehearsal<'a> {
         let data = DataSet::open(root, study)?;
         if let Some(log) = data.logs()?.iter().find(|log| log.kind == ParticipantKind::Person) {
             return Err(SessionError::Refused(format!(
-                "{} holds data of a person ({}); rehearse in a folder of its own",
+                "{} holds data of a person ({}); rehearse in another folder",
                 root.display(),
                 log.participant
             ))
@@ -105,8 +105,8 @@ impl<'a> Rehearsal<'a> {
             let Some(name) = DRIVER_NUMBERS.iter().find(is_other) else { continue };
             let number_text = |number: Option<&f64>| number.map_or("not given".into(), ToString::to_string);
             return Err(SessionError::Refused(format!(
-                "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: give the same --drivers and --population as \
-                 before, or none if there were none, or rehearse in a new folder",
+                "{}: participant {} began as another driver: {name} was {} and is {} now\n  remedy: repeat the earlier \
+                 --drivers and --population, or leave both out if there were none, or rehearse in a new folder",
                 self.data.root().display(),
                 log.participant,
                 number_text(log.traits.get(*name)),

@@ -14,14 +14,14 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
     let cars = match drive.fixed_vehicles() {
-        Some(vehicles) => format!("{vehicles} cars"),
-        None => "vehicles that come and go".to_owned(),
+        Some(vehicles) => format!("{vehicles} vehicles"),
+        None => "vehicles that enter and leave".to_owned(),
     };
     let mut lines = vec![
         format!("{cars} on {}, {engine}, driver {driver}, policy {policy}", scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
-        format!("mean speed, all cars     {}", speed(summary.mean_speed_mps)),
-        format!("its standard deviation   {}", speed(summary.speed_sd_over_vehicles_and_time_mps)),
+        format!("mean speed, all vehicles {}", speed(summary.mean_speed_mps)),
+        format!("SD of all speeds         {}", speed(summary.speed_sd_over_vehicles_and_time_mps)),
         format!("mean speed, ego          {}", speed(summary.ego_mean_speed_mps)),
         format!("time in range            {in_range}"),
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
@@ -58,9 +58,9 @@ pub fn advised(advised: &AdvisedSummary) -> String {
     let names: Vec<String> = vehicles.iter().map(u32::to_string).collect();
     let which = match of {
         Some(of) => {
-            format!(" of {of} ({:.1} %): cars {}", 100.0 * vehicles.len() as f64 / *of as f64, names.join(", "))
+            format!(" of {of} ({:.1} %): vehicles {}", 100.0 * vehicles.len() as f64 / *of as f64, names.join(", "))
         }
-        None => " vehicles, as they came".into(),
+        None => " vehicles, in order of entry".into(),
     };
     format!("advised                  {}{which}\ncontacts of the others   {contacts_of_others}\n", vehicles.len())
 }
@@ -80,7 +80,7 @@ mod tests {
         let of = |vehicles: Vec<u32>| advised(&AdvisedSummary { vehicles, of: Some(22), contacts_of_others: 1 });
         // Three of 22 are 13.6 %.
         let expected = "\
-advised                  3 of 22 (13.6 %): cars 0, 7, 14
+advised                  3 of 22 (13.6 %): vehicles 0, 7, 14
 contacts of the others   1
 ";
         assert_eq!((of(vec![0, 7, 14]).as_str(), of(vec![0]).as_str(), of(vec![]).as_str()), (expected, "", ""));
@@ -113,10 +113,10 @@ contacts of the others   1
             ..SummaryAccumulator::new([10.0, 60.0]).to_summary()
         };
         let expected = "\
-5 cars on ring-250, native, driver idm, policy pi
+5 vehicles on ring-250, native, driver idm, policy pi
 window                   10.0 s to 60.0 s
-mean speed, all cars     10.000 m/s (22.37 mph)
-its standard deviation   0.500 m/s (1.12 mph)
+mean speed, all vehicles 10.000 m/s (22.37 mph)
+SD of all speeds         0.500 m/s (1.12 mph)
 mean speed, ego          -
 time in range            12.5 %
 smallest gap             4.26 m
@@ -138,7 +138,7 @@ contacts, off the road   0, 2
         };
         let text = summary(&planned(&kmh), "native", "idm", "pi", &stopped);
         for line in [
-            "mean speed, all cars     10.000 m/s (36.00 km/h)",
+            "mean speed, all vehicles 10.000 m/s (36.00 km/h)",
             "time in range            - (no advice)",
             "smallest gap             -",
             "contacts, off the road   1, 2",

@@ -63,7 +63,7 @@ impl EndCard {
         let speed = |mps: f64| format!("{:.1} {} ({mps:.2} m/s)", unit.from_mps(mps), unit.label());
         let mut lines = Vec::new();
         lines.extend(self.in_range.map(|share| format!("Time in range: {:.0} %", 100.0 * share)));
-        lines.extend(self.mean_mps.map(|mps| format!("Mean speed of all cars: {}", speed(mps))));
+        lines.extend(self.mean_mps.map(|mps| format!("Mean speed of all vehicles: {}", speed(mps))));
         lines.extend(match (self.without_mps, &self.without) {
             (Some(mps), _) => {
                 let other = if self.scenario.traffic == ENGINE { "" } else { ", native traffic" };
@@ -108,7 +108,7 @@ mod tests {
         let [own, other] = [&summary, &without].map(|of| format!("({:.2} m/s)", of.mean_speed_mps.unwrap()));
         let share = format!("Time in range: {:.0} %", 100.0 * summary.time_in_range.unwrap());
         for part in
-            [share, format!("Mean speed of all cars: {:.1} mph {own}", summary.mean_speed_mps.unwrap() / 0.44704)]
+            [share, format!("Mean speed of all vehicles: {:.1} mph {own}", summary.mean_speed_mps.unwrap() / 0.44704)]
         {
             assert!(words.contains(&part), "{part}\n{words}");
         }

@@ -212,7 +212,7 @@ impl DriveWindows {
         }
         if !due.dropped.is_zero() && self.live.drive.clock.stalls() == 1 {
             log::warn!(
-                "a frame came too late and {:.0} ms were dropped; F3 shows the sum (--quality low is faster)",
+                "a frame was late and {:.0} ms of the drive were lost; F3 shows the sum (--quality low is faster)",
                 due.dropped.as_secs_f64() * 1e3
             );
         }

@@ -137,9 +137,9 @@ impl DriveOverlay {
     /// Returns the texts on the picture: state of the drive in the middle, times and messages at the lower left.
     fn notes(&self, live: &LiveDrive, times: Option<PassTimes>) -> OverlayNotes {
         let middle = match phase(live) {
-            DrivePhase::Starting if !self.attended => "The drive is being started. Esc ends.",
+            DrivePhase::Starting if !self.attended => "The drive is starting. Esc ends it.",
             DrivePhase::Ended if live.is_stopped() && !self.attended => {
-                "The drive could not start. Backspace tries again."
+                "The drive could not start. Press Backspace to try again."
             }
             DrivePhase::Starting => "Please wait.",
             DrivePhase::Paused if self.is_cut && !self.attended => "The recording has ended. Esc leaves.",
@@ -147,11 +147,11 @@ impl DriveOverlay {
             DrivePhase::Paused | DrivePhase::Ready if self.attended => "Please wait.",
             DrivePhase::Ended if self.attended => "The drive is over.",
             DrivePhase::Paused if live.waits_for_wheel() => {
-                "The wheel was unplugged. The drive continues when it is back; Space continues without it."
+                "The wheel was unplugged. Plug it in to continue, or press Space to continue without it."
             }
             DrivePhase::Ready => START,
             DrivePhase::Paused => "Paused. Space continues.",
-            DrivePhase::Ended => "The drive is over. Backspace starts again.",
+            DrivePhase::Ended => "The drive is over. Press Backspace to start again.",
             DrivePhase::Running => "",
         };
         let mut corner = Vec::new();

@@ -95,7 +95,7 @@ fn the_text_on_the_picture_fits_the_state_and_the_reader() {
         let [starts, waits, over] = if attended {
             ["Please wait.", "Please wait.", "The drive is over."]
         } else {
-            [START, "Paused. Space continues.", "The drive is over. Backspace starts again."]
+            [START, "Paused. Space continues.", "The drive is over. Press Backspace to start again."]
         };
         assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Ready, starts));
         assert!(drawn_text(|ui| drop(overlay.show(ui, &live, None))).contains(starts), "and it is drawn");
@@ -112,7 +112,7 @@ fn the_text_on_the_picture_fits_the_state_and_the_reader() {
         }
         assert_eq!((phase(&live), shown_message(&overlay, &live)), (DrivePhase::Ended, over));
         let summary = drawn_text(|ui| drop(overlay.show(ui, &live, None)));
-        assert_eq!(summary.contains("Mean speed of all cars: "), !attended, "{summary}");
+        assert_eq!(summary.contains("Mean speed of all vehicles: "), !attended, "{summary}");
     }
 }
 
@@ -163,7 +163,7 @@ fn while_a_drive_is_being_started_time_stands_and_the_window_says_so() {
         assert!(overlay.restarted(Duration::from_millis(10), &mut live).is_none());
         assert_eq!(phase(&live), DrivePhase::Starting);
         let shown_message = overlay.notes(&live, None).middle;
-        assert_eq!(shown_message, if attended { "Please wait." } else { "The drive is being started. Esc ends." });
+        assert_eq!(shown_message, if attended { "Please wait." } else { "The drive is starting. Esc ends it." });
         // Keys and commands during the start do not move the old drive.
         overlay.handle_panel_command(PanelCommand::SingleStep(SingleStep::Step), &mut live);
         for _ in 0..2 {
@@ -200,7 +200,7 @@ fn a_drive_that_cannot_start_again_stands_until_another_try_works() {
     assert!(!begun(&mut live, &mut overlay));
     assert_eq!((phase(&live), frame(&mut live, &mut overlay)), (DrivePhase::Ended, 0));
     let notes = overlay.notes(&live, None);
-    assert_eq!(notes.middle, "The drive could not start. Backspace tries again.");
+    assert_eq!(notes.middle, "The drive could not start. Press Backspace to try again.");
     assert!(notes.corner.join("\n").contains(there.to_str().unwrap()), "{:?}", notes.corner);
     std::fs::rename(&away, &there).unwrap();
     overlay.restart(&own, &mut live);

@@ -17,8 +17,8 @@ const MOST_OFF: f64 = 0.5 + HYSTERESIS;
 /// outside.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "range_mph is {range_mph}; allowed: {least_mph:.3} or more on a speedometer in {}, whose number may be {MOST_OFF} off the \
-     speed: in a narrower range it could stand on the advised speed and not be green", unit.label()
+    "range_mph is {range_mph}; allowed: {least_mph:.3} or more on a speedometer in {}. Its number may differ from the \
+     speed by {MOST_OFF}; in a narrower range it could show the advised speed and not be green", unit.label()
 )]
 pub struct RangeTooNarrow {
     /// Requested half width, mph.

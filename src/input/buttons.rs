@@ -92,18 +92,18 @@ impl std::fmt::Display for ButtonAction {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Reverse => "drive, reverse",
-            Self::Start => "start, go on",
+            Self::Start => "start, continue",
             Self::Mark => "mark this moment",
             Self::Answer => "answer",
             Self::Recentre => "driver's view, back onto the lane",
-            Self::Abort => "ask for the end",
+            Self::Abort => "ask to end the drive",
             Self::Horn => "horn",
             Self::IndicateLeft => "indicate left",
             Self::IndicateRight => "indicate right",
-            Self::Up => "up, more",
-            Self::Down => "down, less",
-            Self::Left => "left, less",
-            Self::Right => "right, more",
+            Self::Up => "up, higher",
+            Self::Down => "down, lower",
+            Self::Left => "left, lower",
+            Self::Right => "right, higher",
         })
     }
 }

@@ -51,15 +51,15 @@ impl CalibrationStep {
     /// Returns the prompt as a sentence.
     pub fn question(self) -> &'static str {
         match self {
-            Self::Wake => "Turn the wheel a little: it has not told yet where it stands.",
-            Self::Rest => "Wheel straight, hands and feet off.",
+            Self::Wake => "Turn the wheel a little: its position is not known yet.",
+            Self::Rest => "Turn the wheel straight. Take hands and feet off.",
             Self::Left => "Turn the wheel fully to the left and hold it there.",
             Self::Right => "Turn the wheel fully to the right and hold it there.",
             Self::Straight => "Bring the wheel back to straight ahead and hold it.",
             Self::Accelerator => "Press the accelerator to the floor and hold it.",
-            Self::AcceleratorUp => "Let the accelerator go.",
+            Self::AcceleratorUp => "Release the accelerator.",
             Self::Brake => "Press the brake as hard as for an emergency stop and hold it.",
-            Self::BrakeUp => "Let the brake go.",
+            Self::BrakeUp => "Release the brake.",
             Self::Done => "Thank you.",
         }
     }
@@ -123,7 +123,7 @@ impl Calibration {
             })
             .collect();
         if axes.len() < 2 {
-            let text = format!("{} has less than two axes\n  remedy: a wheel with pedals of its own", device.name);
+            let text = format!("{} has fewer than two axes\n  remedy: use a wheel with its own pedals", device.name);
             return Err(ProfileError(text));
         }
         // The driver reads a USB wheel when it first reports, which takes a movement. Until then the driver gives 0 for
@@ -270,7 +270,7 @@ impl Calibration {
     /// The calibration is incomplete.
     pub fn profile(&self, name: &str) -> Result<WheelProfile, ProfileError> {
         let steering = self.steering.filter(|_| self.step == CalibrationStep::Done).ok_or_else(|| {
-            ProfileError(format!("not everything was answered: {}\n  remedy: begin again", self.step.question()))
+            ProfileError(format!("the calibration is not complete: {}\n  remedy: begin again", self.step.question()))
         })?;
         let (vendor, product) = self.device.id;
         let like = profiles::shipped().find(|profile| profile.is_for(vendor, product));

@@ -112,9 +112,9 @@ fn a_movement_at_rest_restarts_the_rest_and_no_partial_profile_is_given() {
     assert_eq!(calibration.step(), CalibrationStep::Rest);
     calibration.time(3.7);
     assert_eq!(calibration.step(), CalibrationStep::Left);
-    assert!(calibration.profile("x").unwrap_err().0.contains("not everything was answered"));
+    assert!(calibration.profile("x").unwrap_err().0.contains("the calibration is not complete"));
     let pad = UnprofiledDevice { axes: [(0, [0, 255])].into(), ..g29() };
-    assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("less than two axes"));
+    assert!(Calibration::new(pad, 0.0).unwrap_err().0.contains("fewer than two axes"));
 }
 
 /// Makes a device with 100 counts per axis: steering, and two pedals that rest at 0.

@@ -134,7 +134,7 @@ impl ForceThread {
                     Ok(torque_nm) => of_thread.torque.set(torque_nm),
                     Err(error) => {
                         // ENODEV means an unplugged wheel, which the reading thread reports.
-                        log::warn!("the wheel takes no more force ({error}); the drive goes on without");
+                        log::warn!("the wheel accepts no more force ({error}); the drive continues without force");
                         break;
                     }
                 }

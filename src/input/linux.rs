@@ -251,7 +251,7 @@ impl WheelPort for EvdevPort {
         }
         if let [first, second, ..] = usable[..] {
             report(format!(
-                "two wheels are plugged in, {} and {}: the first drives\n  remedy: unplug the other",
+                "two wheels are plugged in, {} and {}; the first one is used\n  remedy: unplug the other",
                 first.name, second.name
             ));
         }
@@ -370,8 +370,11 @@ struct EvdevForce {
 impl EvdevForce {
     /// Opens the device, switches its own centring off and uploads the effects at level 0.
     fn open(node: &DeviceNode, autocentre_after: f64) -> Result<Self, WheelWithoutForce> {
-        let refuse =
-            |why| WheelWithoutForce { wheel: node.name.clone(), why, remedy: "codrive doctor tells more".into() };
+        let refuse = |why| WheelWithoutForce {
+            wheel: node.name.clone(),
+            why,
+            remedy: "codrive doctor shows the details".into(),
+        };
         let mut device = RawDevice::open(&node.path).map_err(|e| refuse(e.into()))?;
         let can = capabilities_of(&device);
         if !can.constant {

@@ -157,7 +157,7 @@ fn without_strength_no_force_is_opened_and_with_it_a_failure_is_reported() {
     let message = |profile: &WheelProfile| force(&nowhere, profile).err().expect("there is no such device").to_string();
     let text = message(&profile);
     assert!(text.starts_with("Logitech G29 gives no force (No such file"), "{text}");
-    assert!(text.contains("the drive goes on without\n  remedy: codrive doctor"), "{text}");
+    assert!(text.contains("the drive continues without force\n  remedy: codrive doctor"), "{text}");
     profile.force.backend = ForceBackend::Sdl;
     assert!(message(&profile).contains("SDL2"), "{}", message(&profile));
     assert_eq!(capabilities(&nowhere).unwrap_err().kind(), io::ErrorKind::NotFound);

@@ -5,7 +5,7 @@ use std::{io, path::PathBuf};
 
 /// Message about a wheel without force feedback.
 #[derive(Debug, thiserror::Error)]
-#[error("{wheel} gives no force ({why}); the drive goes on without\n  remedy: {remedy}")]
+#[error("{wheel} gives no force ({why}); the drive continues without force\n  remedy: {remedy}")]
 pub struct WheelWithoutForce {
     /// Name of the wheel.
     pub wheel: String,
@@ -29,7 +29,7 @@ pub enum NoForce {
         complaint: String,
     },
     /// SDL2 does not list the wheel.
-    #[error("SDL2 sees {joysticks} joysticks, none of them {vendor:04x}:{product:04x}")]
+    #[error("SDL2 lists {joysticks} joysticks, and none of them is {vendor:04x}:{product:04x}")]
     Unseen {
         /// Number of joysticks that SDL2 lists.
         joysticks: i32,

@@ -173,7 +173,7 @@ impl Pads {
     fn push(&mut self, key: usize, device: Box<dyn ForceDevice>, profile: &WheelProfile) {
         let angle = Arc::new(SharedAngle::default());
         let thread = ForceThread::start(ForceLoop::new(device, profile), Arc::clone(&angle));
-        let thread = thread.map_err(|e| log::warn!("no thread for the force: {e}")).ok();
+        let thread = thread.map_err(|e| log::warn!("the thread for the force cannot start: {e}")).ok();
         self.force = thread.map(|thread| WheelForce { key, thread, angle });
     }
 

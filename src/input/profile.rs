@@ -235,7 +235,7 @@ impl WheelProfile {
         const FIRST_HAT: u16 = 16;
         let mut usable = axes.iter().filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1]);
         let too_few = || {
-            ProfileError(format!("{name} has less than two axes\n  remedy: a wheel with pedals of its own, or a pad"))
+            ProfileError(format!("{name} has fewer than two axes\n  remedy: use a wheel with its own pedals, or a pad"))
         };
         let (steering, [left, right]) = usable.next().ok_or_else(too_few)?;
         let mut pedals: Vec<Pedal> = usable
@@ -274,7 +274,7 @@ impl WheelProfile {
         let there = axes.keys().map(u16::to_string).collect::<Vec<_>>().join(", ");
         Err(ProfileError(format!(
             "profile \"{}\": {what} is axis {axis}, which the device does not have (it has {there})\n  remedy: codrive \
-             calibrate learns its axes; a wheel with a switch for another console may stand at the wrong one",
+             calibrate learns its axes; on a wheel with a switch for consoles, check the switch",
             self.name
         )))
     }
@@ -300,7 +300,7 @@ impl WheelProfile {
                 return wrong(&format!("{name}.pressed"), text);
             }
             if taken.contains(&pedal.axis) {
-                let text = format!("{} has another task already; allowed: an axis of its own", pedal.axis);
+                let text = format!("axis {} already has another task; allowed: an unused axis", pedal.axis);
                 return wrong(&format!("{name}.axis"), text);
             }
             taken.push(pedal.axis);

@@ -111,7 +111,7 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
     let text = message(&G29.replace("curve = 1.6", "curve = 9"));
     assert!(text.contains(": brake.curve: 9 is not allowed; allowed: 0.3 to 4"), "{text}");
     let text = message(&G29.replace("axis = 5", "axis = 2"));
-    assert!(text.contains(": brake.axis: 2 has another task already"), "{text}");
+    assert!(text.contains(": brake.axis: axis 2 already has another task"), "{text}");
     assert!(message("name = 3").starts_with("mine.toml:1:8: invalid type"), "{}", message("name = 3"));
     assert!(message(&G29.replace("[force]", "[forse]")).contains("unknown key `forse`; did you mean `force`?"));
     let text = message(&G29.replace("curve = 1.6", "cruve = 1.6"));
@@ -203,7 +203,7 @@ fn a_guess_uses_axes_with_a_range_that_are_no_hats() {
     let three = guess(&[(0, [0, 9]), (1, [0, 9]), (2, [0, 9]), (3, [0, 9])], &[]).unwrap();
     assert_eq!((three.accelerator.axis, three.brake.map(|brake| brake.axis)), (1, Some(2)));
     for few in [&axes[..2], &[(1, [0, 9]), (16, [-1, 1])], &[]] {
-        assert!(guess(few, &[]).unwrap_err().0.starts_with("x has less than two axes"));
+        assert!(guess(few, &[]).unwrap_err().0.starts_with("x has fewer than two axes"));
     }
 }
 
@@ -211,7 +211,7 @@ fn a_guess_uses_axes_with_a_range_that_are_no_hats() {
 fn each_action_has_a_description() {
     let words = ButtonAction::ALL.map(|action| action.to_string());
     let expected = [
-        "start, go on",
+        "start, continue",
         "drive, reverse",
         "indicate left",
         "indicate right",
@@ -219,7 +219,7 @@ fn each_action_has_a_description() {
         "mark this moment",
         "answer",
         "driver's view, back onto the lane",
-        "ask for the end",
+        "ask to end the drive",
     ];
     assert_eq!(words, expected);
 }

@@ -37,14 +37,14 @@ const UNFIT: [(u16, u16, &str); 2] = [
     (
         0x046d,
         0xc260,
-        "the Logitech G29 stands at PS4, where Linux gives it neither force nor full range\n  remedy: move the switch on \
-         its base to PS3; it is found by itself a moment later",
+        "the switch of the Logitech G29 is at PS4; Linux then gives it neither force nor full range\n  remedy: move \
+         the switch on its base to PS3; codrive finds the wheel a moment later",
     ),
     (
         0x046d,
         0xc267,
-        "the Logitech G923 is in its PlayStation mode, where Linux gives it no force\n  remedy: install \
-         usb_modeswitch with its udev rules, which put it into its native mode (046d:c266)",
+        "the Logitech G923 is in its PlayStation mode; Linux then gives it no force\n  remedy: install usb_modeswitch \
+         with its udev rules; they switch the wheel to its native mode (046d:c266)",
     ),
 ];
 
@@ -80,7 +80,9 @@ fn own_folder_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf>
 pub fn load(path: &Path) -> Result<WheelProfile, ProfileError> {
     let shown = path.display().to_string();
     let text = read_text(path, SETTINGS_BYTES).map_err(|e| {
-        ProfileError(format!("{shown}: cannot be read: {e}\n  remedy: codrive calibrate --name NAME makes one"))
+        ProfileError(format!(
+            "{shown}: cannot be read: {e}\n  remedy: make a profile with codrive calibrate --name NAME"
+        ))
     })?;
     WheelProfile::from_toml(&text, &shown)
 }
@@ -103,8 +105,8 @@ pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
             names.extend(own().into_iter().filter_map(|path| Some(path.file_stem()?.to_string_lossy().into_owned())));
             let (near, names) = (did_you_mean(name, &names), names.join(", "));
             Err(ProfileError(format!(
-                "there is no wheel profile \"{name}\"{near}; there are {names}\n  remedy: name one of them or a FILE.toml, or \
-                 make it with codrive calibrate --name {name}"
+                "there is no wheel profile \"{name}\"{near}; there are {names}\n  remedy: name one of these or a \
+                 FILE.toml, or make it with codrive calibrate --name {name}"
             )))
         }
     }
@@ -130,7 +132,8 @@ fn profiles_in(folder: &Path) -> Vec<PathBuf> {
 pub fn save(profile: &WheelProfile, path: Option<&Path>) -> Result<PathBuf, ProfileError> {
     let file = format!("{}.toml", file_name(&profile.name));
     let path = path.map(Path::to_owned).or_else(|| own_folder().map(|folder| folder.join(file)));
-    let path = path.ok_or_else(|| ProfileError("no home folder is set\n  remedy: --out FILE.toml".into()))?;
+    let path =
+        path.ok_or_else(|| ProfileError("no home folder is set\n  remedy: name a file with --out FILE.toml".into()))?;
     let refuse = |e: std::io::Error| ProfileError(format!("{}: cannot be written: {e}", path.display()));
     if let Some(folder) = path.parent() {
         private::folder(folder).map_err(refuse)?;
@@ -203,12 +206,13 @@ fn choose_from(
     if device.values.values().all(|raw| *raw == 0) {
         // The guess would confuse released and floored pedals.
         return Err(ProfileError(format!(
-            "{} is not known, and has not told yet where its pedals rest\n  remedy: codrive calibrate learns it",
+            "{} is not known, and the rest positions of its pedals are not known yet\n  remedy: calibrate it with \
+             codrive calibrate",
             device.name
         )));
     }
     let profile = WheelProfile::generic(&device.name, &device.axes, &device.values)?;
-    faults.push(format!("{} is not known: its first axes are taken; codrive calibrate learns them", device.name));
+    faults.push(format!("{} is not known: its first axes are used; codrive calibrate measures them", device.name));
     Ok((profile, faults))
 }
 
@@ -279,7 +283,7 @@ mod tests {
         let message = choose(&unread, None).unwrap_err().0;
         assert!(message.contains("codrive calibrate"), "nobody guesses where a pedal rests: {message}");
         let one_axis = UnprofiledDevice { axes: [(0, [0, 1023])].into(), ..device };
-        assert!(choose(&one_axis, None).unwrap_err().0.contains("less than two axes"));
+        assert!(choose(&one_axis, None).unwrap_err().0.contains("fewer than two axes"));
     }
 
     #[test]

@@ -144,7 +144,8 @@ impl Rig {
         state.set_reverse(self.left.selector == Selector::Reverse);
         let force = found.force.map(|device| ForceLoop::new(device, state.profile()));
         let force = force.map(|force| ForceThread::start(force, found.angle));
-        let force = force.and_then(|started| started.map_err(|e| log::warn!("no thread for the force: {e}")).ok());
+        let force = force
+            .and_then(|started| started.map_err(|e| log::warn!("the thread for the force cannot start: {e}")).ok());
         self.wheel = Some(ConnectedWheel { device: found.device, state, lamps: found.lamps, force });
     }
 
@@ -199,7 +200,7 @@ impl Rig {
     /// # Errors
     /// No wheel is connected, or it has too few axes.
     pub fn calibrate(&mut self) -> Result<(), ProfileError> {
-        let text = "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again";
+        let text = "no steering wheel is plugged in\n  remedy: plug it in, wait until it has turned, and begin again";
         let wheel = self.wheel.as_ref().ok_or_else(|| ProfileError(text.into()))?;
         let mut device = wheel.device.clone();
         device.values.extend(wheel.state.raw());

@@ -227,7 +227,7 @@ impl SdlForce {
         let null = std::ptr::null_mut();
         // From here on, dropping `force` also shuts down SDL.
         let mut force = Self { sdl, joystick: null, haptic: null, effect: None, rest: None, can: 0, autocentre_after };
-        let motor = "another wheel, or the wheel's own driver from its maker";
+        let motor = "use another wheel, or install the driver of the wheel's maker";
         force.take(id).map_err(|why| without(why, motor.into()))?;
         Ok(force)
     }

@@ -93,7 +93,7 @@ impl LiveDrive {
     /// Puts the ego back on its lane, if it has left it and there is room.
     pub fn put_back(&mut self) {
         let result = self.drive.world.put_back();
-        self.news.push(result.map_or_else(|why| why.to_string(), |()| "the car is back on its lane".into()));
+        self.news.push(result.map_or_else(|why| why.to_string(), |()| "the vehicle is back on its lane".into()));
     }
 
     /// Performs the action of a button, or collects it in a session.

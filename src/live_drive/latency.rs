@@ -98,7 +98,7 @@ impl Latency {
         if let Some(frames) = self.frames.spread() {
             let a_second = 1.0 / frames.median_s.max(1e-6);
             lines.push(format!(
-                "frame {}{late}, {a_second:.0} a second; screen {rate}, {}",
+                "frame {}{late}, {a_second:.0} per second; screen {rate}, {}",
                 both(frames),
                 self.present_mode
             ));
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!((late(30_000), late(30_001)), (Some(0.0), Some(1.0)));
         let words = latency.lines().join("\n");
         assert!(
-            words.contains("25.0 % late, 48 a second; screen 50.0 Hz, fifo")
+            words.contains("25.0 % late, 48 per second; screen 50.0 Hz, fifo")
                 && words.contains("no timed input yet (keyboards give none)"),
             "{words}"
         );
@@ -207,7 +207,7 @@ mod tests {
             latency.screen(unknown, "immediate");
             assert_eq!(latency.late(), None);
             assert!(
-                latency.lines()[0].ends_with("50 a second; screen rate unknown, immediate"),
+                latency.lines()[0].ends_with("50 per second; screen rate unknown, immediate"),
                 "{:?}",
                 latency.lines()
             );

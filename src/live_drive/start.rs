@@ -56,7 +56,8 @@ impl PendingDrive {
             let _ = to.send(started);
         };
         let thread = thread::Builder::new().name("starting".into()).spawn(begin);
-        let thread = thread.map_err(|error| RunError::Ended(format!("the thread that begins a drive: {error}")))?;
+        let thread =
+            thread.map_err(|error| RunError::Ended(format!("the thread that starts a drive cannot run: {error}")))?;
         Ok(Self { scenario: scenario.clone(), interruption, done, thread: Some(thread) })
     }
 
@@ -72,7 +73,7 @@ impl PendingDrive {
             Ok(done) => Some(done),
             Err(RecvTimeoutError::Timeout) => None,
             // The thread panicked, and the panic was reported.
-            Err(RecvTimeoutError::Disconnected) => Some(Err(RunError::Ended("the thread that begins a drive".into()))),
+            Err(RecvTimeoutError::Disconnected) => Some(Err(RunError::Ended("the thread that starts a drive".into()))),
         }
     }
 }

@@ -468,7 +468,7 @@ fn an_extended_drive_records_its_new_duration() {
     assert_eq!(crate::record::inputs::scenario(&recording).unwrap().duration_s, 0.75);
     let words = live.summary_text();
     for has in
-        ["22 cars on ring-250, native", "driver keyboard, policy none", "window                   0.0 s to 0.8 s"]
+        ["22 vehicles on ring-250, native", "driver keyboard, policy none", "window                   0.0 s to 0.8 s"]
     {
         assert!(words.contains(has), "{words}");
     }

@@ -37,7 +37,7 @@ impl LiveDrive {
                     let name = profile.name.clone();
                     self.note("wheel calibrated", &name);
                     self.devices.rig_mut().take(*profile);
-                    format!("Profile {name} is saved in {} and drives from now on.", path.display())
+                    format!("Profile {name} is saved in {} and used from now on.", path.display())
                 }
                 Err(error) => error.to_string(),
             }),

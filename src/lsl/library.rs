@@ -68,7 +68,7 @@ pub fn open() -> Result<&'static Library, LslError> {
         let library = Library::load(&places())?;
         drop(LOADED.set(library));
     }
-    LOADED.get().ok_or_else(|| LslError::Absent("it could not be kept".into()))
+    LOADED.get().ok_or_else(|| LslError::Absent("it could not be stored".into()))
 }
 
 /// Returns the names of the library's file on this system.
@@ -117,7 +117,7 @@ impl Library {
                 })),
             }
         }
-        Err(LslError::Absent(first.unwrap_or_else(|| "nowhere to look".into())))
+        Err(LslError::Absent(first.unwrap_or_else(|| "no place to look in".into())))
     }
 
     fn of(library: libloading::Library, path: &str) -> Result<Self, LslError> {
@@ -125,7 +125,7 @@ impl Library {
             ($name:literal) => {
                 // SAFETY: the types above are those of lsl_c.h, which have not changed since its version 1.10.
                 *unsafe { library.get($name) }
-                    .map_err(|error| LslError::Absent(format!("{path} is no liblsl: {error}")))?
+                    .map_err(|error| LslError::Absent(format!("{path} is not liblsl: {error}")))?
             };
         }
         Ok(Self {

@@ -27,7 +27,7 @@ pub use stream::{Channel, ChannelFormat, FoundStream, StreamDescription};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LslError {
     /// The library is not on this computer.
-    #[error("liblsl is not here: {0}\n  remedy: run scripts/setup --lsl, or set CODRIVE_LSL to the library's file")]
+    #[error("liblsl was not found: {0}\n  remedy: run scripts/setup --lsl, or set CODRIVE_LSL to the library's file")]
     Absent(String),
     /// The library refused a call.
     #[error("liblsl refused {what}: {why}")]
@@ -39,7 +39,8 @@ pub enum LslError {
     },
     /// No stream matches the predicate.
     #[error(
-        "no LSL stream with {predicate} came within {seconds} s. {}\n  remedy: start the device's own LSL program, or change the predicate",
+        "no LSL stream with {predicate} was found within {seconds} s. {}\n  remedy: start the device's own LSL \
+         program, or change the predicate",
         seen_text(seen)
     )]
     NotFound {
@@ -61,7 +62,8 @@ pub enum LslError {
     Interrupted,
     /// The setting names no network interface of this computer.
     #[error(
-        "there is no network interface \"{name}\"; allowed: loopback, all, or one of {known}\n  remedy: interface in [lsl]"
+        "there is no network interface \"{name}\"; allowed: loopback, all, or one of {known}\n  remedy: set interface \
+         in [lsl]"
     )]
     NoInterface {
         /// Name in the setting.
@@ -71,7 +73,8 @@ pub enum LslError {
     },
     /// The stream has more channels than a recording supports.
     #[error(
-        "the LSL stream {name} has {channels} channels; allowed: {most}\n  remedy: a predicate of another stream, or a stream of fewer channels"
+        "the LSL stream {name} has {channels} channels; allowed: {most}\n  remedy: use the predicate of another \
+         stream, or a stream with fewer channels"
     )]
     TooWide {
         /// Name of the stream.
@@ -85,8 +88,8 @@ pub enum LslError {
 
 fn seen_text(seen: &[String]) -> String {
     match seen {
-        [] => "No stream is there at all.".into(),
-        some => format!("Streams that are there: {}.", some.join("; ")),
+        [] => "There is no stream.".into(),
+        some => format!("Streams found: {}.", some.join("; ")),
     }
 }
 

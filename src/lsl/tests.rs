@@ -50,10 +50,10 @@ fn a_stream_with_too_many_channels_is_refused_by_name() {
 #[test]
 fn errors_about_missing_things_give_the_remedy() {
     let none = LslError::NotFound { predicate: "type='EEG'".into(), seconds: 2.0, seen: Vec::new() }.to_string();
-    assert!(none.contains("type='EEG' came within 2 s. No stream is there at all.\n  remedy: start"), "{none}");
+    assert!(none.contains("type='EEG' was found within 2 s. There is no stream.\n  remedy: start"), "{none}");
     let seen = vec!["name='eyes'".into(), "name='heart'".into()];
     let some = LslError::NotFound { predicate: "x".into(), seconds: 2.0, seen }.to_string();
-    assert!(some.contains("Streams that are there: name='eyes'; name='heart'."), "{some}");
+    assert!(some.contains("Streams found: name='eyes'; name='heart'."), "{some}");
     assert!(
         LslError::Absent("nowhere".into())
             .to_string()

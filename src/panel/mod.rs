@@ -212,8 +212,8 @@ impl SettingsPanel {
                 commands.push(PanelCommand::Start);
             }
             for (text, advance, tip) in [
-                ("+1 tick", SingleStep::Tick, "Go on by one tick of the car's physics, 0.01 s"),
-                ("+1 step", SingleStep::Step, "Go on by one step of traffic and advice"),
+                ("+1 tick", SingleStep::Tick, "Advance by one tick of the vehicle's physics, 0.01 s"),
+                ("+1 step", SingleStep::Step, "Advance by one step of traffic and advice"),
             ] {
                 let button = ui.add_enabled(held, Button::new(text)).on_hover_text(tip);
                 if button.on_disabled_hover_text("Pause first").clicked() {
@@ -230,7 +230,7 @@ impl SettingsPanel {
                 commands.push(PanelCommand::Restart(Box::new(scenario.clone())));
             }
             // Always present, so that nothing moves under the pointer when the first setting is changed.
-            let discard = ui.add_enabled(pending, Button::new("Discard")).on_hover_text("Take all edits back");
+            let discard = ui.add_enabled(pending, Button::new("Discard")).on_hover_text("Undo all edits");
             if discard.on_disabled_hover_text("Nothing was changed").clicked() {
                 self.editor.discard();
             }

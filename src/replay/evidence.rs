@@ -60,7 +60,7 @@ pub fn table(files: &[Evidence]) -> String {
     let line =
         |file: &str, by: &str, less: &str| format!("{file:<width$}  {by:<13}  {less}").trim_end().to_owned() + "\n";
     let lines = files.iter().map(|file| line(&file.file, &file.by.to_string(), &file.less));
-    line("file", "proven by", "less is known of") + &lines.collect::<String>()
+    line("file", "proven by", "not fully proven") + &lines.collect::<String>()
 }
 
 /// Returns the proof of each file of a recording without differences.
@@ -70,14 +70,14 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
     for table in Table::of(&manifest) {
         let name = format!("{}.parquet", table.name());
         files.push(match table {
-            Table::Frames => Evidence::checksum(&name, "times of frames and devices follow from no drive"),
+            Table::Frames => Evidence::checksum(&name, "times of frames and devices cannot be driven again"),
             Table::Events => Evidence::driving(&name, by_hand(recording)?),
             Table::Ego => Evidence::driving(&name, format!("{}: checksum only", OF_DEVICES[0])),
             Table::Advice => Evidence::driving(&name, format!("{}, {}: checksum only", OF_DEVICES[1], OF_DEVICES[2])),
             _ => Evidence::driving(&name, String::new()),
         });
     }
-    let settings = "picture, sound, lamps and what this drive made no use of: checksum only";
+    let settings = "picture, sound, lamps and unused settings: checksum only";
     files.push(Evidence::driving(inputs::SCENARIO, settings.into()));
     files.extend(facts.evidence());
     let sums = Checksums::load(recording)?;
@@ -91,7 +91,7 @@ pub(super) fn of(recording: &Path, scenario: &Scenario, facts: &DriveFacts) -> R
         }
     }));
     if is_there(&recording.join(LOST_AND_FOUND))? {
-        let less = "what could not be read when the drive was recovered";
+        let less = "unreadable parts from the recovery of the drive";
         files.push(Evidence { file: LOST_AND_FOUND.into(), by: ProofKind::Nothing, less: less.into() });
     }
     Ok(files)
@@ -112,5 +112,9 @@ fn by_hand(recording: &Path) -> Result<String, RecordError> {
     for part in TableReader::parts(&Table::Events.parquet(recording), &["event"])? {
         count += part?.words("event").iter().filter(|kind| !EventRow::is_of_world(kind)).count();
     }
-    Ok(if count == 0 { String::new() } else { format!("marks, notes and other rows by hand ({count}): checksum only") })
+    Ok(if count == 0 {
+        String::new()
+    } else {
+        format!("marks, notes and other rows by people ({count}): checksum only")
+    })
 }

@@ -171,7 +171,7 @@ impl DriveFacts {
         if self.is_cut() {
             stated.push("state and ended (the drive was cut)");
         } else if self.summary.to_summary().ended.is_none() {
-            stated.push("ended (somebody or a failure ended the drive)");
+            stated.push("ended (a person or a failure ended the drive)");
         }
         let manifest = Evidence::driving(manifest::FILE, format!("stated: {}", stated.join(", ")));
         [Some(manifest), self.summary_text.is_some().then(|| Evidence::driving(SUMMARY, String::new()))]
@@ -211,7 +211,7 @@ fn compare_summary(text: &str, driven: &Value, found: &mut Vec<FactDifference>) 
     let recorded: Map<String, Value> = match serde_json::from_str(text) {
         Ok(recorded) => recorded,
         Err(why) => {
-            let (recorded, driven) = (format!("not to be read: {why}"), "a list of keys and values".into());
+            let (recorded, driven) = (format!("not readable: {why}"), "a list of keys and values".into());
             found.push(FactDifference { file: SUMMARY, key: "the file".into(), recorded, driven });
             return;
         }

@@ -39,7 +39,7 @@ const EXAMPLE: &str = "for example policy=none, driver=perfect, hold_s=5, or non
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChangeFault {
     /// Text that is no setting and value.
-    #[error("--what-if {}: allowed is SETTING=VALUE, {}", .0, EXAMPLE)]
+    #[error("--what-if is {}; allowed: SETTING=VALUE, {}", .0, EXAMPLE)]
     NoPair(String),
     /// Name that no setting has.
     #[error("--what-if {pair}: there is no setting {key}{near}; {}", EXAMPLE)]
@@ -153,8 +153,8 @@ impl WhatIfComparison {
         /// Name, unit and value of a figure.
         type Row = (&'static str, &'static str, fn(&Summary) -> Option<f64>);
         let rows: [Row; 5] = [
-            ("mean speed, all cars", "m/s", |s| s.mean_speed_mps),
-            ("its standard deviation", "m/s", |s| s.speed_sd_over_vehicles_and_time_mps),
+            ("mean speed, all vehicles", "m/s", |s| s.mean_speed_mps),
+            ("SD of all speeds", "m/s", |s| s.speed_sd_over_vehicles_and_time_mps),
             ("mean speed, ego", "m/s", |s| s.ego_mean_speed_mps),
             ("time in range", "%", |s| s.time_in_range.map(|share| 100.0 * share)),
             ("smallest gap", "m", |s| s.min_gap_m),
@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(lines[0].join(" "), "recorded driver Logitech G29, policy pi");
         assert_eq!(lines[1].join(" "), "instead driver simulated: idm, policy none");
         assert_eq!(lines[2], ["recorded", "instead", "recorded", "less", "instead"]);
-        assert_eq!(lines[3], ["mean", "speed,", "all", "cars", "4.000", "3.000", "+1.000", "m/s"]);
+        assert_eq!(lines[3], ["mean", "speed,", "all", "vehicles", "4.000", "3.000", "+1.000", "m/s"]);
     }
 
     #[test]

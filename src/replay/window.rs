@@ -230,7 +230,7 @@ fn proof(report: &ReplayReport, all: u64) -> String {
     }
     match report.first_difference {
         None if !report.facts.is_empty() => format!("not as driven: {}", report.facts[0]),
-        Some(tick) => format!("not as recorded from {:.2} s on", Tick(tick).seconds()),
+        Some(tick) => format!("differs from the recording from {:.2} s on", Tick(tick).seconds()),
         None if report.ticks >= all => format!("proven: all {all} ticks are the same to the bit"),
         None => format!("proven to {:.0} s: the same to the bit", Tick(report.ticks).seconds()),
     }
@@ -374,7 +374,7 @@ mod tests {
         let report = |ticks, first_difference| ReplayReport { ticks, first_difference, ..ReplayReport::default() };
         assert_eq!(proof(&report(1200, None), 3000), "proven to 12 s: the same to the bit");
         assert_eq!(proof(&report(3000, None), 3000), "proven: all 3000 ticks are the same to the bit");
-        assert_eq!(proof(&report(3000, Some(250)), 3000), "not as recorded from 2.50 s on");
+        assert_eq!(proof(&report(3000, Some(250)), 3000), "differs from the recording from 2.50 s on");
         let change = |file: &str| AlteredFile { file: file.into(), what: String::new() };
         let changes = vec![change("ego.parquet"), change("manifest.json")];
         let changed = ReplayReport { changes, ..report(3000, None) };

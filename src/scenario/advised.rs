@@ -19,8 +19,8 @@ pub enum AdvisedVehicles {
 /// Error for a text that is neither a number of vehicles nor a share.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "advised is \"{0}\"; allowed: a share of the vehicles, such as 5% or 0.05 (100% is all), or a whole number of vehicles, such as 3 \
-     (1 is the participant's alone, 0 is nobody)"
+    "advised is \"{0}\"; allowed: a share of the vehicles, such as 5% or 0.05 (100% is all), or a whole number of \
+     vehicles, such as 3 (1 is the participant's vehicle alone, 0 is none)"
 )]
 pub struct UnknownShare(String);
 

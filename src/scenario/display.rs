@@ -4,11 +4,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Visible parts of the own car in the driver's view.
+/// Visible parts of the own vehicle in the driver's view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum CockpitView {
-    /// Nothing of the own car
+    /// Nothing of the own vehicle
     Off,
     /// Bonnet and scuttle: for a rig with its own steering wheel and dashboard
     #[default]

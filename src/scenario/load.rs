@@ -159,8 +159,9 @@ impl Scenario {
             return Err(("traffic", text));
         }
         if fixed_vehicles.is_none() && self.sham_advice {
-            let text =
-                format!("sham_advice is true; allowed {opener}: false; it is that of another drive on a closed route");
+            let text = format!(
+                "sham_advice is true; allowed {opener}: false; sham advice comes from another drive on a closed route"
+            );
             return Err(("sham_advice", text));
         }
         if let Some(fault) = self.advised_fault(fixed_vehicles, &opener) {
@@ -184,7 +185,7 @@ impl Scenario {
         }
         let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_no_vehicle();
         (self.sham_advice && !is_alone).then(|| {
-            "allowed with sham_advice: 1; sham advice is that of another drive of the participant's vehicle".into()
+            "allowed with sham_advice: 1; sham advice comes from another drive of the participant's vehicle".into()
         })
     }
 }

@@ -32,16 +32,15 @@ flat_settings! {
         fields {
             /// Road: the name of a map, or the path of a SUMO net.xml; a path in a file is relative to that file's folder
             map: String = "ring-250".into(),
-            /// Cars on the route, the ego included
+            /// Vehicles on the route, the ego included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
-            /// Traffic engine of the other cars
+            /// Traffic engine of the other vehicles
             traffic: EngineChoice = EngineChoice::Sumo,
             /// Path of the ego on the road's network: edges, lanes or points X,Y (m) in order, separated by spaces; `...` between two
-            /// stands for the quickest way. The drive ends at the end of the last edge; empty drives the road's own route
+            /// stands for the quickest way. The drive ends at the end of the last edge; empty: the road's own route
             path: String = String::new(),
-            /// Start of the ego's front along its path, or on a network along the closed route; at least 5 m, smaller values are raised to
-            /// 5
+            /// Start of the ego's front along its path, or on a network along the closed route; values below 5 m count as 5 m
             #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
             path_start_m: f64 = 0.0,
             /// Include the participant's vehicle; `false` needs a demand and works in `codrive run` only
@@ -53,32 +52,32 @@ flat_settings! {
             demand: Demand = Demand::default(),
             /// Car-following model of the other vehicles: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
-            /// Car-following model of a share of the other cars, SUMO's own with its own parameters and noise; all but idm need traffic
-            /// sumo
+            /// Car-following model of a share of the other vehicles. Models other than idm are SUMO's, with SUMO's parameters and noise,
+            /// and need traffic sumo
             other_model: FollowingModel = FollowingModel::Idm,
-            /// Share of the other cars that use `other_model`
+            /// Share of the other vehicles that use `other_model`
             #[schemars(range(min = 0.0, max = 1.0))]
             other_model_share: f64 = 1.0,
-            /// Largest lateral acceleration of the other cars in bends; 0: automatic (3 m/s2, unlimited on rings); 100: unlimited
+            /// Largest lateral acceleration of the other vehicles in bends; 0: automatic (3 m/s2, unlimited on rings); 100: unlimited
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
             lateral_accel_mps2: f64 = 0.0,
-            /// Initial placement of the cars
+            /// Initial placement of the vehicles
             start: StartLayout = StartLayout::Even,
             /// Time for which traffic runs before the drive; the ego is driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 0.0,
-            /// Wait with the hand-over until the standard deviation of all cars' speeds has been this high for 10 s; 0 does not wait
+            /// Standard deviation of all vehicles' speeds that must last for 10 s before the hand-over; 0: no wait
             #[schemars(range(min = 0.0, max = 10.0), extend("unit" = "m/s"))]
             wave_sd_mps: f64 = 0.0,
-            /// Wait with the hand-over until the ego has stopped, so that the drive begins with a foot on the brake
+            /// Hand over only when the ego has stopped; the drive then begins with a foot on the brake
             standing_start: bool = false,
-            /// Longest wait for the hand-over after the warm-up; then the drive begins anyway, and the recording says so
+            /// Longest wait for the hand-over after the warm-up; the drive then begins anyway, and the recording notes it
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             wave_wait_s: f64 = 600.0,
             /// Length of a step of traffic and policy, a multiple of 0.01 s
             #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
             step_s: f64 = 0.1,
-            /// Length of the drive, at most 7 days; 0 drives until the window is closed
+            /// Length of the drive, at most 7 days; 0: until the window is closed
             #[schemars(range(min = 0.0, max = 604800.0), extend("unit" = "s"))]
             duration_s: f64 = 300.0,
             /// Seed of all random numbers
@@ -87,18 +86,18 @@ flat_settings! {
             /// Advising policy: auto (the one shipped for the map, otherwise two-phase), none, constant, two-phase, follower-stopper, pi,
             /// linear-feedback, ring-250-speed or another of assets/policies, or a FILE.toml or FILE.onnx
             policy: String = policy::AUTO.into(),
-            /// Advised vehicles, the participant's first: a share of all (5%, 0.05; on a network of the cars that enter) or a number (3); 0
-            /// is none. The others have the same policy and the simulated driver
+            /// Advised vehicles, the participant's first: a share of all (5%, 0.05; on a network of the vehicles that enter) or a number
+            /// (3); 0 is none. All have the same policy; the simulated driver drives the others
             advised: AdvisedVehicles = AdvisedVehicles::default(),
-            /// Target speed of these policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps
+            /// Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
             /// Duration of one advice, a whole number of steps
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
             // HC22's hold is one step of 0.1 s; a person cannot follow ten new targets a second.
             hold_s: f64 = 1.0,
-            /// Show the advice of another drive, with these settings, another seed and a simulated driver: equal in frequency and size, but
-            /// unrelated to this traffic
+            /// Show the advice of another drive with these settings, another seed and a simulated driver. Frequency and size of the advice
+            /// are equal, but it is unrelated to this traffic
             sham_advice: bool = false,
             /// Half width of the acceptable range around the target
             #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
@@ -116,7 +115,8 @@ flat_settings! {
             /// Distance from the driver's eyes to the screen
             #[schemars(range(min = 0.2, max = 10.0), extend("unit" = "m"))]
             eye_distance_m: f64 = 1.0,
-            /// Other cars in ordinary paints in the driver's view; otherwise, and always in the bird's-eye view, in `traffic_colour`
+            /// Show the other vehicles in ordinary paints in the driver's view; otherwise, and always in the bird's-eye view, in
+            /// `traffic_colour`
             ordinary_paints: bool = true,
             /// Solar time of day in late summer; the sun is highest at 12
             #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
@@ -127,14 +127,14 @@ flat_settings! {
             /// Wind speed, for the movement of trees
             #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
             wind_mps: f64 = 2.5,
-            /// Largest number of trees around the road and on the horizon; cars drive through them
+            /// Largest number of trees around the road and on the horizon; vehicles drive through them
             #[schemars(range(min = 0, max = 20_000))]
             trees: u32 = 5000,
-            /// Paint of the own car: a name or #rrggbb
+            /// Paint of the own vehicle: a name or #rrggbb
             ego_colour: String = "red".into(),
-            /// Paint of the other cars if they have one colour: a name or #rrggbb
+            /// Paint of the other vehicles without ordinary paints: a name or #rrggbb
             traffic_colour: String = "green".into(),
-            /// Visible parts of the own car in the driver's view
+            /// Visible parts of the own vehicle in the driver's view
             cockpit: CockpitView = CockpitView::default(),
             /// Colours of the speedometer
             palette: DialPalette = DialPalette::default(),
@@ -142,10 +142,10 @@ flat_settings! {
             /// the drive, in a study for all trials
             #[schemars(range(min = 0.0, max = 240.0))]
             dial_full: f64 = 0.0,
-            /// Mirror yaw; higher values show more of the left side behind the car
+            /// Mirror yaw; higher values show more of the left side behind the vehicle
             #[schemars(range(min = -30.0, max = 30.0), extend("unit" = "deg"))]
             mirror_yaw_deg: f64 = 0.0,
-            /// Mirror pitch; higher values look higher
+            /// Mirror pitch; higher values turn the view up
             #[schemars(range(min = -20.0, max = 20.0), extend("unit" = "deg"))]
             mirror_pitch_deg: f64 = -2.5,
             /// Horizontal field of view of a flat mirror
@@ -162,18 +162,18 @@ flat_settings! {
             sound: SoundLevels = SoundLevels::default(),
             /// Play a gentle tone when the advised speed changes
             advice_tone: bool = false,
-            /// Show the speed relative to the advice on the wheel's rev lamps: one below the range, three within, all above
+            /// Show the speed relative to the advice on the wheel's rev lamps: one lamp below the range, three within, all above
             rev_lamps: bool = false,
-            /// Black square in the upper left corner that turns white for one frame: for a photodiode or a phone's camera
+            /// Black square in the upper left corner that turns white for one frame, for a photodiode or a phone's camera
             flash_patch: FlashPatch = FlashPatch::Off,
-            /// Extra delay of the controls on their way to the car, a multiple of 0.01 s; recordings have the undelayed controls
+            /// Extra delay of the controls, a multiple of 0.01 s; recordings have the undelayed controls
             #[schemars(range(min = 0.0, max = 0.5), extend("unit" = "s"))]
             extra_delay_s: f64 = 0.0,
-            /// Let the car creep forward in gear when no pedal is pressed
+            /// Let the vehicle creep forward in gear when no pedal is pressed
             creep: bool = true,
             /// Help keyboard steering to stay in the lane
             lane_help: bool = true,
-            /// Effect of a contact with another car on the drive
+            /// Effect of a contact with another vehicle on the drive
             contact: OnContact = OnContact::Continue,
             /// Simulated driver of `codrive run` and of the other advised vehicles: follow, perfect, sloppy, idm (ignores advice), exact,
             /// guarded, or parameters such as reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
@@ -193,7 +193,7 @@ pub enum StartLayout {
     Bunched,
 }
 
-/// Effect of a contact with another car on the drive.
+/// Effect of a contact with another vehicle on the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnContact {

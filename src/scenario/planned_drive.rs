@@ -69,8 +69,8 @@ impl PlannedDrive {
         let fault = |(key, message)| PlanError::Setting { key, message };
         written.check_on(fixed_vehicles).map_err(fault)?;
         if !scenario.participant && scenario.demand.is_empty() {
-            let message = "participant is false; allowed without a demand: true; nobody else comes\n  remedy: a [demand], a map that has \
-                           one, such as merge, or the participant";
+            let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
+                remedy: a [demand], a map with one, such as merge, or participant = true";
             return Err(PlanError::Setting { key: "participant", message: message.into() });
         }
         let (start_m, length_m) = (scenario.path_start_m, map.route.length_m());

@@ -14,19 +14,19 @@ pub struct SoundLevels {
     /// All sounds together; -60 is silence
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub master_db: f64,
-    /// Engine of the own car
+    /// Engine of the own vehicle
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub engine_db: f64,
-    /// Tyres of the own car on road and grass
+    /// Tyres of the own vehicle on road and grass
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub road_db: f64,
-    /// Air around the own car
+    /// Air around the own vehicle
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub wind_db: f64,
-    /// Other cars near the own car
+    /// Other vehicles near the own vehicle
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub others_db: f64,
-    /// Horn and contacts of the own car
+    /// Horn and contacts of the own vehicle
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub horn_db: f64,
     /// Tone for new advice, if the scenario has one

@@ -90,7 +90,7 @@ impl LiveSession {
             SessionState::Text(_) | SessionState::Intro(_) | SessionState::Over => self.turn_page()?,
             SessionState::Countdown(..) | SessionState::Driving => return self.hold(false, backend),
             SessionState::Questions(_) => {
-                let text = "the participant has to answer the questions first; Skip leaves them out";
+                let text = "the participant must answer the questions first; Skip skips them";
                 return Err(CommandRefusal::Message(text.into()));
             }
             SessionState::Loading(_) | SessionState::End | SessionState::Stopped(_) => {}
@@ -131,7 +131,7 @@ impl LiveSession {
 
     fn abort(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         if self.session.log().running.is_none() {
-            return Err(CommandRefusal::Message("there is nothing to break off".into()));
+            return Err(CommandRefusal::Message("there is no item to break off".into()));
         }
         self.leave("aborted", reason, backend)?;
         self.session.end(ItemOutcome::Aborted, reason, &(self.utc)())?;
@@ -143,7 +143,7 @@ impl LiveSession {
     fn skip(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         self.not_over()?;
         if self.session.next().is_some_and(|(_, planned)| self.study.is_consent(planned)) {
-            let text = "nobody takes part without consent; Stop ends the session";
+            let text = "a participant without consent cannot take part; Stop ends the session";
             return Err(CommandRefusal::Message(text.into()));
         }
         let runs = self.session.log().running.is_some();
@@ -165,7 +165,7 @@ impl LiveSession {
         match &mut self.at {
             SessionState::Driving => backend.extend(seconds)?,
             SessionState::Rest(_, left_s) => *left_s += seconds,
-            _ => return Err(CommandRefusal::Message("there is no drive and no rest to extend".into())),
+            _ => return Err(CommandRefusal::Message("there is no drive or rest to extend".into())),
         }
         Ok(self.write("extended", &format!("by {seconds} s: {reason}"), backend)?)
     }

@@ -174,7 +174,7 @@ fn at_a_screen(devices: &mut Devices, navigation: &mut WheelNavigation, news: &m
     for event in devices.poll() {
         match event {
             RigEvent::Pressed(action) => inputs.extend(WheelNavigation::pressed(action)),
-            RigEvent::Connected(name) => news.push(format!("{name} is there")),
+            RigEvent::Connected(name) => news.push(format!("{name} is plugged in")),
             RigEvent::Disconnected(name) => news.push(format!("{name} was unplugged")),
             RigEvent::Trouble(text) => news.push(text),
         }

@@ -144,7 +144,7 @@ fn between_drives_it_shows_participant_plan_wheel_and_background_work() {
         "0:30",
         "Plan: 0 of 2 done; about 2 min left",
         "trial-1-narrow",
-        "90 s on ring-250, 6 cars, policy constant",
+        "90 s on ring-250, 6 vehicles, policy constant",
         "Logitech G29",
         "2 of 4 baselines",
         "no drive yet",

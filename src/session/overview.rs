@@ -112,8 +112,8 @@ impl LiveSession {
         match &self.at {
             SessionState::Hold => "please wait".into(),
             SessionState::Text(_) => format!("page {name}"),
-            SessionState::Intro(_) => format!("words before {name}"),
-            SessionState::Loading(_) => format!("{name} is being loaded"),
+            SessionState::Intro(_) => format!("text before {name}"),
+            SessionState::Loading(_) => format!("{name} is loading"),
             SessionState::Countdown(..) if self.lacks_brake => format!("{name} waits for a foot on the brake"),
             SessionState::Countdown(..) => format!("countdown to {name}"),
             SessionState::Driving => format!("drive {name}"),

@@ -89,7 +89,7 @@ impl LiveSession {
                 None
             }
             VoiceStatus::Failed(why) => {
-                let note = format!("{} is not heard: {why}", text.file);
+                let note = format!("{} cannot be played: {why}", text.file);
                 notes.push(note.clone());
                 *speaking = None;
                 Some(note + "; the page shows the same text")

@@ -109,7 +109,7 @@ fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, Run
 fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
     if let Some(log) = data.logs()?.iter().find(|log| log.kind == ParticipantKind::Simulated) {
         return Err(SessionError::Refused(format!(
-            "{} holds a rehearsal ({}); people take part in a folder of its own",
+            "{} holds a rehearsal ({}); sessions with people need another folder",
             data.root().display(),
             log.participant
         ))

@@ -132,7 +132,7 @@ fn collect(schema: &Value, default: &Value, prefix: &str, list: &mut Vec<Field>)
         }
         let text = |name: &str| property[name].as_str().unwrap_or_default().to_owned();
         list.push(Field {
-            doc: text("description"),
+            doc: text("description").replace('\n', " "),
             unit: text("unit"),
             kind: kind(property),
             default: default.clone(),

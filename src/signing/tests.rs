@@ -45,7 +45,10 @@ fn a_signature_of_other_bytes_key_or_purpose_is_refused() {
     };
     let good = text("abc.txt.sig");
     let why = refused(&lab, b"abd", &good);
-    assert!(why.contains("p1/manifest.json: was changed after lab signed it"), "{why}");
+    assert!(
+        why.contains("p1/manifest.json: the signature does not match: the file was changed after lab signed it"),
+        "{why}"
+    );
     let other = SignerList::load(&data("other-key.pub")).expect("a list");
     let why = refused(&other, b"abc", &good);
     assert!(why.contains(FINGERPRINT) && why.contains("which is not in") && why.contains("other-key.pub"), "{why}");
@@ -67,8 +70,8 @@ fn a_signature_of_other_bytes_key_or_purpose_is_refused() {
 fn a_key_that_cannot_sign_here_is_reported_with_a_tool_that_can() {
     for (key, why) in [
         ("locked-key", "has a passphrase"),
-        ("ecdsa-key", "is no private key that can be read here"),
-        ("lab-key.pub", "is no private key that can be read here"),
+        ("ecdsa-key", "not a readable private key"),
+        ("lab-key.pub", "not a readable private key"),
     ] {
         let message = sign(&data(key), b"abc").expect_err("not usable").to_string();
         assert!(message.contains(key) && message.contains(why), "{message}");
@@ -91,17 +94,17 @@ fn a_list_of_signers_is_read_by_line_and_errors_name_the_line() {
     );
     let refused = |lines: &str| list(lines).expect_err("no list").to_string();
     for (lines, why) in [
-        (String::new(), "signers: it names nobody"),
+        (String::new(), "signers: it names no signer"),
         (
             format!("# one\nann namespaces=\"file\" {key}\n"),
-            "signers, line 2: the option namespaces=\"file\" is not understood",
+            "signers, line 2: the option namespaces=\"file\" is not known",
         ),
-        (format!("ann cert-authority {key}\n"), "line 1: the option cert-authority is not understood"),
+        (format!("ann cert-authority {key}\n"), "line 1: the option cert-authority is not known"),
         ("ann ssh-rsa AAAA\n".into(), "line 1: there is no key of kind ssh-ed25519"),
         ("ann ssh-ed25519 AAAA\n".into(), "line 1: the key cannot be read"),
         (key.into(), "line 1: the key has no comment that names its owner"),
     ] {
         let message = refused(&lines);
-        assert!(message.contains(why) && message.contains("allowed is a line NAME ssh-ed25519 KEY"), "{message}");
+        assert!(message.contains(why) && message.contains("allowed: a line NAME ssh-ed25519 KEY"), "{message}");
     }
 }

@@ -46,7 +46,7 @@ fn participant() -> TsvColumn {
 
 /// Returns the column for the place of a trial.
 pub(super) fn place() -> TsvColumn {
-    TsvColumn::new("place", "place among the trials of the segment, from 1", "")
+    TsvColumn::new("place", "position among the trials of the segment, from 1", "")
 }
 
 /// Returns the column for the condition of a trial.
@@ -118,8 +118,8 @@ fn columns_of(element: &QuestionElement) -> Vec<TsvColumn> {
 pub(super) fn timed(study: &Study, planned: &PlannedItem, answers: &[TimedAnswer]) -> TsvTable {
     let mut table = TsvTable::new(vec![
         TsvColumn::new("question", "name of the question", ""),
-        TsvColumn::new("answer", "the answer; several are joined by semicolons", ""),
-        TsvColumn::new("response_time", "from seeing the page to this answer", "s"),
+        TsvColumn::new("answer", "answer; several answers are joined by semicolons", ""),
+        TsvColumn::new("response_time", "time from the display of the page to this answer", "s"),
     ]);
     let about_trial = planned.after.is_some() && planned.run.is_some();
     if about_trial {

@@ -168,8 +168,9 @@ pub fn derived(title: &str) -> [(&'static str, String); 3] {
     });
     let title = markdown(title);
     let readme = format!(
-        "# {title}: measures by codrive\n\nMade from the data set two folders above by `codrive analyse`, which makes it again.\n\n\
-         * `trials.csv`: one row a drive. `columns.json` defines the columns of all tables.\n\
+        "# {title}: measures by codrive\n\n\
+         Results of `codrive analyse` for the data set two folders above. Run it again to renew them.\n\n\
+         * `trials.csv`: one row per drive. `columns.json` defines the columns of all tables.\n\
          * `report.html`, `methods.txt`, `figures/`: the report.\n"
     );
     // CSV tables, figures and the report are not BIDS files.

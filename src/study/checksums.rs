@@ -73,7 +73,8 @@ fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
 /// A file cannot be read.
 pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     let Some(list) = read(root)? else {
-        let what = "is missing: every data set has it once a participant's session has begun; codrive study makes it";
+        let what =
+            "is missing: every data set has this file after the start of its first session; codrive study makes it";
         return Ok(vec![AlteredFile { file: FILE.into(), what: what.into() }]);
     };
     let there = files(root)?;
@@ -86,7 +87,7 @@ pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     let going_on = sessions_that_go_on(root)?;
     let goes_on = |name: &&String| of_subject(name).is_some_and(|subject| going_on.contains(subject));
     let unlisted = there.iter().filter(|name| !list.contains_key(*name) && !goes_on(name) && !is_beside(name));
-    let unlisted = unlisted.map(|name| (name, "is not in SHA256SUMS: it was added, or taken off the list"));
+    let unlisted = unlisted.map(|name| (name, "is not in SHA256SUMS: the file was added, or removed from the list"));
     let found = listed.chain(unlisted).map(|(name, what)| AlteredFile { file: name.clone(), what: what.into() });
     Ok(found.collect())
 }

@@ -64,12 +64,12 @@ impl Completion {
     pub fn meaning(self) -> &'static str {
         match self {
             Self::Open => "the session is not over",
-            Self::Complete => "every item of the plan was done to its end",
-            Self::Partial => "the session came to its end, and at least one item was skipped",
+            Self::Complete => "every item of the plan was completed",
+            Self::Partial => "the session was completed, and at least one item was skipped",
             Self::Withdrawn => "the session was stopped for good before its end, by the experimenter or by a rule",
             Self::Declined => "the participant did not agree to take part",
             Self::NotEligible => "the answers to a screening ended the session",
-            Self::Excluded => "the experimenter excluded the data; codrive analyse leaves them out",
+            Self::Excluded => "the experimenter excluded the data; codrive analyse does not use them",
         }
     }
 }

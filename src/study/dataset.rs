@@ -82,7 +82,7 @@ impl DataSet {
             let was = read_text(&copy, SETTINGS_BYTES).map_err(|why| RecordError::File { path: copy.clone(), why })?;
             if !source::is_same_study(&was, &study.source) {
                 return Err(SessionError::Refused(format!(
-                    "{} is not the study that this data set was begun with; name a new folder, or put the file back as it was",
+                    "{} differs from the study of this data set; name a new folder, or restore the file",
                     copy.display()
                 )));
             }
@@ -98,7 +98,7 @@ impl DataSet {
         ];
         if let Some(other) = record::entries(root)?.iter().find(|path| !is_begun(path, &files)) {
             return Err(SessionError::Refused(format!(
-                "{} holds {} and is no data set of a study; name a new or an empty folder",
+                "{} holds {} and is not the data set of a study; name a new or an empty folder",
                 root.display(),
                 other.file_name().unwrap_or_default().display()
             )));
@@ -114,7 +114,7 @@ impl DataSet {
         let now = source::portable(&study.source);
         if now != source::portable(was) {
             log::warn!(
-                "the plan of the analysis is not that of the first session; the report will say what was changed"
+                "the plan of the analysis differs from the plan of the first session; the report will name the changes"
             );
             return self.write(plan::CHANGED, &now);
         }
@@ -138,13 +138,13 @@ impl DataSet {
         if let Some(was) = erasure::erased(&self.root)?.iter().find(|was| was.code.eq_ignore_ascii_case(code.as_str()))
         {
             return Err(SessionError::Refused(format!(
-                "participant {code} was erased ({}, {}); take another code",
+                "participant {code} was erased ({}, {}); use another code",
                 was.reason, was.at
             )));
         }
         match self.codes()?.into_iter().find(like) {
             Some(other) => Err(SessionError::Refused(format!(
-                "participant {code} differs from {other} only by capital letters; take another code"
+                "participant {code} differs from {other} only by capital letters; use another code"
             ))),
             None => Ok(()),
         }
@@ -161,7 +161,8 @@ impl DataSet {
             };
             if let Some(link) = paths.find(planted) {
                 return Err(SessionError::Refused(format!(
-                    "{} is a symbolic link; a data set holds its participants itself\n  remedy: put the folder in its place",
+                    "{} is a symbolic link; a data set needs the participant's folder itself\n  remedy: replace the \
+                     link by the folder",
                     link.display()
                 )));
             }
@@ -290,8 +291,11 @@ impl DataSet {
             match &planned.item {
                 PlanItem::Drive { scenario, levels, .. } => {
                     let Some(folder) = &item_run.recording else { continue };
-                    let about =
-                        format!("Driving on {} in traffic of {} cars", inputs::last(&scenario.map), scenario.vehicles);
+                    let about = format!(
+                        "Driving on {} in traffic of {} vehicles",
+                        inputs::last(&scenario.map),
+                        scenario.vehicles
+                    );
                     let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text, institution);
                     let place = self.source(&log.participant).join(folder);
                     let events = DriveEvents::of(&place)?;
@@ -401,21 +405,23 @@ fn description(study: &Study) -> String {
 
 fn readme(study: &Study) -> String {
     format!(
-        "# {}\n\nDrives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`, `motion`).\n\n\
-         * `participants.tsv`: who took part (codes only), in which order of conditions, and how far each session came.\n\
-         * `phenotype/`: answers and scores of the questionnaires, one row a participant; of those that come after every trial \
-         one table a place (`trial_2_NAME.tsv`) with the condition.\n\
-         * `sub-*/sub-*_scans.tsv`: drives and answers with their condition, when they were, and where the recordings lie. All dates of \
-         a participant are moved by the same number of days to years before 1925; `sourcedata/` has the true ones.\n\
-         * `sub-*/beh/`: advice and events of every drive; answers with the time that each took.\n\
-         * `sub-*/motion/`: the car's motion and the pedals, 100 rows a second, rounded to 0.1 mm, 0.1 mm/s and 1 urad; the recordings \
-         have all digits and the other cars. `*_channels.tsv` says what the columns are, `tracksys-codrive_channels.json` their frames \
-         of reference.\n\
-         * `events.json`: what the columns and words of all `*_events.tsv` mean, with tags of HED.\n\
-         * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every session.\n  \
-         A folder that ends in `{BASELINE}` is the same drive from the same seed without advice.\n\
-         * `study.toml`: the study itself, to be run again.\n\n\
-         `codrive analyse` makes tables of measures and a report of it.\n",
+        "# {}\n\n\
+         Drives and answers of a study in the driving simulator codrive, as a BIDS data set (`beh`, `motion`).\n\n\
+         * `participants.tsv`: codes of the participants, order of conditions, and progress of each session.\n\
+         * `phenotype/`: answers and scores of the questionnaires, one row per participant. A questionnaire after \
+         every trial has one table per trial (`trial_2_NAME.tsv`), with the condition.\n\
+         * `sub-*/sub-*_scans.tsv`: drives and answers with condition, date and folder of the recording. All dates of \
+         a participant are moved by the same number of days to years before 1925; `sourcedata/` has the true dates.\n\
+         * `sub-*/beh/`: advice and events of every drive; answers with the time for each.\n\
+         * `sub-*/motion/`: motion and pedals of the participant's vehicle, 100 rows per second, rounded to 0.1 mm, \
+         0.1 mm/s and 1 urad. The recordings have all digits and the other vehicles. `*_channels.tsv` defines the \
+         columns, `tracksys-codrive_channels.json` their frames of reference.\n\
+         * `events.json`: definitions of the columns and words of all `*_events.tsv`, with HED tags.\n\
+         * `sourcedata/`: recordings as Parquet tables (units in each column's metadata), and the log of every \
+         session.\n  \
+         A folder that ends in `{BASELINE}` has the same drive from the same seed, without advice.\n\
+         * `study.toml`: the study file.\n\n\
+         `codrive analyse` makes tables of measures and a report from this data set.\n",
         bids::markdown(&study.file.title)
     )
 }
@@ -424,11 +430,11 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
     let levels = |words: &[(&str, &str)]| words.iter().map(|(w, t)| ((*w).into(), (*t).into())).collect::<Vec<_>>();
     let mut table = TsvTable::new(vec![
         TsvColumn::new("participant_id", "code of the participant", ""),
-        TsvColumn::new("number", "number in the study, from 1: it gives the order of conditions", ""),
-        TsvColumn::new("kind", "who drove", "")
+        TsvColumn::new("number", "number in the study, from 1; it determines the order of conditions", ""),
+        TsvColumn::new("kind", "kind of driver", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
         TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
-        TsvColumn::new("state", "how far the session came", "")
+        TsvColumn::new("state", "progress of the session", "")
             .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();

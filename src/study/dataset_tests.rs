@@ -190,7 +190,7 @@ fn factor_levels_are_described_by_their_settings_without_folders() {
         table.columns[5].levels.iter().map(|(word, about)| (word.as_str(), about.as_str())).collect();
     assert_eq!(
         described,
-        [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as the base of the study")]
+        [("narrow", "map = \"ring.net.xml\", range_mph = 0.5"), ("wide", "as in the base of the study")]
     );
 }
 

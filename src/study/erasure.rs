@@ -92,7 +92,7 @@ impl DataSet {
         }
         if let Some(was) = erased(self.root())?.into_iter().find(|was| was.code == code.as_str()) {
             return Err(SessionError::Refused(format!(
-                "participant {code} was erased ({}, {}); nothing of them is left",
+                "participant {code} was erased ({}, {}); no data of them are left",
                 was.reason, was.at
             )));
         }
@@ -119,7 +119,9 @@ pub fn finish(root: &Path) -> Result<(), SessionError> {
     };
     let erasure: Erasure = serde_json::from_str(&text).map_err(|why| {
         let path = path.display();
-        SessionError::Refused(format!("{path}: is no erasure of this program: {why}; delete it, and erase again"))
+        SessionError::Refused(format!(
+            "{path}: not an erasure record of this program: {why}; delete it, and erase again"
+        ))
     })?;
     // The lock keeps other programs from publishing tables during the erasure.
     let path = root.join("sourcedata").join(lock::FILE);
@@ -197,8 +199,8 @@ impl Erasure {
     fn note(&self, root: &Path) -> Result<(), SessionError> {
         let mut table = TsvTable::new(vec![
             TsvColumn::new("participant_id", "code of a participant whose data were erased", ""),
-            TsvColumn::new("reason", "why, in the words of who erased them", ""),
-            TsvColumn::new("erased_at", "when, UTC", ""),
+            TsvColumn::new("reason", "reason, as written by the person who erased them", ""),
+            TsvColumn::new("erased_at", "time of the erasure, UTC", ""),
         ]);
         let before = erased(root)?;
         table.rows =

@@ -134,11 +134,14 @@ fn erasing_leaves_one_line_and_changes_no_other_participant() {
     let again = |name: &str| Session::open(&place.data, &place.study, &code(name), ParticipantKind::Person, 0, "t10");
     for name in ["P1", "p1"] {
         let message = again(name).unwrap_err().to_string();
-        assert!(message.contains("was erased (withdrew consent, t9); take another code"), "{message}");
+        assert!(message.contains("was erased (withdrew consent, t9); use another code"), "{message}");
     }
     again("P3").unwrap();
     let message = place.data.erase(&code("P1"), "x", "t11").unwrap_err().to_string();
-    assert!(message.contains("participant P1 was erased (withdrew consent, t9); nothing of them is left"), "{message}");
+    assert!(
+        message.contains("participant P1 was erased (withdrew consent, t9); no data of them are left"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -169,7 +172,7 @@ fn unknown_codes_and_running_sessions_are_refused() {
     assert!(message.contains("there are: P1, P2"), "{message}");
     let _session = Session::open(&place.data, &place.study, &code("P3"), ParticipantKind::Person, 2, "t0").unwrap();
     let message = place.data.erase(&code("P3"), "x", "t9").unwrap_err().to_string();
-    assert!(message.contains("participant P3 is being run by another program"), "{message}");
+    assert!(message.contains("another program runs the session of participant P3"), "{message}");
     assert!(!place.data.root().join(BEGUN).exists(), "what is refused is not begun");
 }
 

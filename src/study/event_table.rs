@@ -17,63 +17,67 @@ pub(super) const SIDECAR: &str = "events.json";
 const WORDS: [[&str; 3]; 38] = [
     [
         "advice",
-        "a new target stands on the speedometer",
+        "a new target appears on the speedometer",
         "Sensory-event, Experimental-stimulus, Cue, Visual-presentation, Computer-screen, Label/Advice",
     ],
     [
         "advice_withheld",
-        "the target is gone: the policy advises nothing from now on",
+        "the target disappears: from now on the policy advises nothing",
         "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Advice-withheld",
     ],
     [
         "contact",
-        "the car began to touch another one",
+        "the participant's vehicle began to touch another vehicle",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Car)), Label/Contact",
     ],
     [
         "left_road",
-        "the middle of the car left its lane",
+        "the middle of the participant's vehicle left its lane",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Left-road",
     ],
     [
         "back_on_road",
-        "the middle of the car is back in the lane",
+        "the middle of the participant's vehicle returned to the lane",
         "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Back-on-road",
     ],
     [
         "stop_line",
-        "the front of the car came over the line at a red light",
+        "the front of the participant's vehicle crossed the stop line at a red light",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Stop-line",
     ],
     [
         "red_light",
-        "the middle of the car followed while the light was red",
+        "the middle of the participant's vehicle crossed the stop line, too, while the light was red",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Red-light",
     ],
     [
         "wrong_way",
-        "the car drives against the direction of its lane",
+        "the participant's vehicle drives against the direction of its lane",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Wrong-way",
     ],
     [
         "right_way",
-        "it does so no longer",
+        "the participant's vehicle drives in the direction of its lane again",
         "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Right-way",
     ],
     [
         "speeding",
-        "the car is faster than the speed limit",
+        "the participant's vehicle is faster than the speed limit",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Speeding",
     ],
     [
         "within_limit",
-        "it keeps the speed limit again",
+        "the participant's vehicle keeps the speed limit again",
         "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Within-limit",
     ],
-    ["near_miss", "the car and another vehicle were less than 1.5 s from touching", "Data-feature, Label/Near-miss"],
+    [
+        "near_miss",
+        "the participant's vehicle and another vehicle were less than 1.5 s from a contact",
+        "Data-feature, Label/Near-miss",
+    ],
     [
         "put_back",
-        "the car was put back on its lane",
+        "the participant's vehicle was put back on its lane",
         "Experiment-control, (Controller-agent, (Move, Car)), Label/Put-back",
     ],
     ["ended", "the drive is over", "Experiment-structure, Label/Drive-ended"],
@@ -86,7 +90,7 @@ const WORDS: [[&str; 3]; 38] = [
         "Agent-action, (Experiment-participant, Communicate), Label/Asked-to-stop",
     ],
     ["paused", "the experimenter paused the drive", "Experiment-control, (Experimenter, Halt), Label/Paused"],
-    ["resumed", "the drive went on", "Experiment-control, Label/Resumed"],
+    ["resumed", "the drive continued", "Experiment-control, Label/Resumed"],
     [
         "fms_asked",
         "the question of the fast motion sickness scale appeared",
@@ -94,19 +98,27 @@ const WORDS: [[&str; 3]; 38] = [
     ],
     [
         "fms",
-        "the answer to it, with its value",
+        "the participant answered the question, with a rating",
         "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/FMS-answered",
     ],
     [
         "fms_unanswered",
-        "the question went away without an answer",
+        "the question disappeared without an answer",
         "Experiment-structure, Omitted-action, Label/FMS-unanswered",
     ],
-    ["extended", "the drive lasts longer", "Experiment-control, (Experimenter, Modify), Label/Extended"],
-    ["aborted", "the experimenter broke the drive off", "Experiment-control, (Experimenter, Halt), Label/Aborted"],
+    [
+        "extended",
+        "the experimenter made the drive longer",
+        "Experiment-control, (Experimenter, Modify), Label/Extended",
+    ],
+    [
+        "aborted",
+        "the experimenter stopped the drive before its end",
+        "Experiment-control, (Experimenter, Halt), Label/Aborted",
+    ],
     [
         "skipped",
-        "the experimenter left out the rest of the drive",
+        "the experimenter skipped the rest of the drive",
         "Experiment-control, (Experimenter, Halt), Label/Skipped",
     ],
     ["excluded", "the experimenter excluded the data", "Experiment-control, (Experimenter, Halt), Label/Excluded"],
@@ -122,21 +134,21 @@ const WORDS: [[&str; 3]; 38] = [
         "the participant pressed the button for answers",
         "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Answer",
     ],
-    ["horn", "the horn, on or off", "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Horn"],
+    [
+        "horn",
+        "the horn was switched on or off",
+        "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Horn",
+    ],
     [
         "indicator",
-        "the indicators: left, right or off",
+        "the indicators were switched to left, right or off",
         "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Indicator",
     ],
-    [
-        "wheel profile",
-        "the profile of the steering wheel that drives from now on",
-        "Experiment-control, Label/Wheel-profile",
-    ],
+    ["wheel profile", "profile of the steering wheel in use from now on", "Experiment-control, Label/Wheel-profile"],
     ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],
     [
         "wheel unplugged",
-        "the steering wheel is gone",
+        "the steering wheel was unplugged",
         "Experiment-control, Mishap, Input-device, Label/Wheel-unplugged",
     ],
     [
@@ -144,11 +156,7 @@ const WORDS: [[&str; 3]; 38] = [
         "the steering wheel reports a fault",
         "Experiment-control, Mishap, Input-device, Label/Wheel-trouble",
     ],
-    [
-        "device",
-        "a device of the laboratory that is recorded or told of the drive: gone, back, silent, or not recorded",
-        "Experiment-control, Label/Device",
-    ],
+    ["device", "state of a laboratory device: gone, back, silent, or not recorded", "Experiment-control, Label/Device"],
 ];
 
 /// Returns the columns of the table.
@@ -161,24 +169,24 @@ fn columns() -> Vec<TsvColumn> {
     vec![
         TsvColumn::new(
             "onset",
-            "time since the start of the drive, in simulation; in the table beside motion data since their first sample",
+            "simulation time since the start of the drive; in the table beside motion data, since their first sample",
             "s",
         ),
-        TsvColumn::new("duration", "how long an advice stands; n/a for what has no length", "s"),
-        TsvColumn::new("trial_type", "what happened", "")
+        TsvColumn::new("duration", "duration of an advice; n/a for events without a duration", "s"),
+        TsvColumn::new("trial_type", "kind of event", "")
             .with(WORDS.iter().map(|[word, about, _]| ((*word).to_owned(), (*about).to_owned())))
             .tagged(Value::Object(tags)),
-        TsvColumn::new("tick", "tick of the recording, 10 ms each: joins to its tables", ""),
+        TsvColumn::new("tick", "tick of the recording, 10 ms each; key for joining with its tables", ""),
         speed("target_speed", "advised speed", "Advised-speed"),
         speed("range_low", "lower edge of the acceptable range", "Lowest-advised"),
         speed("range_high", "upper edge of the acceptable range", "Highest-advised"),
-        speed("speed", "speed of the participant's car at that moment", "Own-speed"),
+        speed("speed", "speed of the participant's vehicle at the event", "Own-speed"),
         TsvColumn::new(
             "value",
-            "closing speed of a contact, offset where the road was left, or rating of sickness (0 to 20)",
+            "closing speed of a contact, lateral offset on leaving the road, or rating of sickness (0 to 20)",
             "m/s, m or none",
         ),
-        TsvColumn::new("detail", "the rest in words", ""),
+        TsvColumn::new("detail", "details as text", ""),
     ]
 }
 

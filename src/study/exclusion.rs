@@ -25,7 +25,7 @@ impl DataSet {
         self.publish(study, code)?;
         match before {
             Some(before) if before != reason => {
-                Err(SessionError::Refused(format!("participant {code}: the data are excluded already ({before})")))
+                Err(SessionError::Refused(format!("participant {code}: the data are already excluded ({before})")))
             }
             _ => Ok(()),
         }

@@ -40,12 +40,12 @@ impl DataSet {
         let at = |path: &Path| std::path::absolute(path).map_err(|why| RecordError::File { path: path.into(), why });
         let (to, root) = (at(to)?, at(self.root())?);
         if to.starts_with(&root) {
-            let text = format!("{} is in the data set; name a folder outside of {}", to.display(), root.display());
+            let text = format!("{} is in the data set; name a folder outside {}", to.display(), root.display());
             return Err(SessionError::Refused(text));
         }
         if to.exists() && fs::read_dir(&to).map_or(true, |mut entries| entries.next().is_some()) {
             return Err(SessionError::Refused(format!(
-                "{} is there already; name a new or an empty folder",
+                "{} already exists; name a new or an empty folder",
                 to.display()
             )));
         }
@@ -134,7 +134,7 @@ fn begin(to: &Path) -> Result<PathBuf, SessionError> {
     if part.exists() {
         if !part.join(BEGUN).exists() {
             let text =
-                format!("{} is there already and is no export that was cut; name another folder", part.display());
+                format!("{} already exists and is not an interrupted export; name another folder", part.display());
             return Err(SessionError::Refused(text));
         }
         fs::remove_dir_all(&part).map_err(|why| RecordError::File { path: part.clone(), why })?;
@@ -169,13 +169,16 @@ fn copy(from: &Path, to: &Path) -> Result<(), SessionError> {
 
 fn readme(code: &ParticipantCode) -> String {
     format!(
-        "# All data of participant {code}\n\nThis is everything that the study holds of this participant, and nothing of anybody else.\n\n\
-         * `sourcedata/{0}/session.json`: what was when, answers and notes; the folders beside it are the recorded drives (Parquet tables).\n\
-         * `{0}/`: drives, events, answers and the car's motion as tables; the JSON file beside a table says what its columns are, \
-         `events.json` and `*_channels.tsv` those of events and motion. Dates in `{0}_scans.tsv` are moved by the days in \
-         `sourcedata/{0}/date-shift.json`.\n\
+        "# All data of participant {code}\n\n\
+         This folder holds all data of this participant in the study, and no data of others.\n\n\
+         * `sourcedata/{0}/session.json`: course of the session with times, answers and notes. The folders beside it \
+         are the recorded drives (Parquet tables).\n\
+         * `{0}/`: drives, events, answers and motion of the vehicle as tables. The JSON file beside a table defines \
+         its columns; `events.json` and `*_channels.tsv` define those of events and motion. Dates in `{0}_scans.tsv` \
+         are moved by the days in `sourcedata/{0}/date-shift.json`.\n\
          * `participants.tsv`, `phenotype/`: the participant's rows of the study's tables.\n\
-         * `derivatives/codrive/`: the participant's rows of the analysis, where there was one; `columns.json` says what they are.\n\
+         * `derivatives/codrive/`: the participant's rows of the analysis, if there was one; `columns.json` defines \
+         the columns.\n\
          * `study.toml`: the plan of the study.\n\
          * `SHA256SUMS`: the files of the data, for `sha256sum --check`.\n",
         code.subject()

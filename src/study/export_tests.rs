@@ -107,10 +107,10 @@ fn an_export_is_complete_or_absent_and_restarts_after_a_cut() {
         let message = data.export(&code("P2"), to).unwrap_err().to_string();
         assert!(message.contains(has), "{message}");
     };
-    refused(&to, "is there already; name a new or an empty folder");
+    refused(&to, "already exists; name a new or an empty folder");
     refused(&data.root().join("mine"), "is in the data set");
     let strange = folder.path().join("other.part");
     fs::create_dir(&strange).unwrap();
-    refused(&folder.path().join("other"), "is no export that was cut");
+    refused(&folder.path().join("other"), "is not an interrupted export");
     assert!(strange.exists());
 }

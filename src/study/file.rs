@@ -207,18 +207,19 @@ impl Default for ParticipantTexts {
             rest_over: "The rest is over.".into(),
             thanks: "You have finished. Thank you!".into(),
             stopped: "We stop here. Thank you for taking part!".into(),
-            declined: "You do not take part, and that is fine. Nothing more is asked. Thank you for coming!".into(),
-            not_eligible: "Thank you for your answers. The rules of this study do not let you drive today: we stop \
-                           here. The experimenter will tell you why. Thank you for coming!"
+            declined: "You do not take part, and that is fine. There are no more questions. Thank you for coming!"
+                .into(),
+            not_eligible: "Thank you for your answers. By the rules of this study you cannot drive today, so we stop \
+                here. The experimenter will explain the reason. Thank you for coming!"
                 .into(),
             score_limit:
-                "We stop here so that you stay well: your last answers are above the limit of this study. Please \
-                          tell the experimenter how you feel. Thank you for taking part!"
+                "We stop here for your well-being: your last answers are above the limit of this study. Please tell \
+                 the experimenter how you feel. Thank you for taking part!"
                     .into(),
             fms: "How sick do you feel now?".into(),
             fms_low: "0 not at all".into(),
             fms_high: "20 very sick".into(),
-            again: "hear again".into(),
+            again: "play again".into(),
             room: "the room is recorded".into(),
             wait: "Please wait a moment.".into(),
             paused: "A short pause. The drive will continue soon.".into(),
@@ -251,7 +252,7 @@ enum FontFault {
     #[error("the font {} cannot be read: {source}", file.display())]
     Unreadable { file: PathBuf, source: std::io::Error },
     /// The file is not a font.
-    #[error("{} is no font; allowed: a TTF or OTF file", .0.display())]
+    #[error("{} is not a font; allowed: a TTF or OTF file", .0.display())]
     NoFont(PathBuf),
 }
 
@@ -369,7 +370,7 @@ impl Study {
     /// Returns the JSON Schema of the file, for editors.
     pub fn schema() -> Value {
         let mut schema = schemars::schema_for!(StudyFile).to_value();
-        let about = "Number of the file's format; without it, 1.";
+        let about = "Version of the file's format; 1 if missing.";
         schema["properties"]["format"] = json!({ "description": about, "type": "integer", "const": toml_text::FORMAT });
         schema
     }
@@ -400,8 +401,8 @@ impl Study {
         let first_drive = file.segment.iter().position(StudySegment::has_drives).unwrap_or(file.segment.len());
         let has_consent = file.segment[..first_drive].iter().any(|segment| segment.kind == SegmentKind::Consent);
         if file.record_room && !has_consent {
-            let text = "a voice tells who somebody is: the room is recorded only after a segment of kind \"consent\" before the first drive, \
-                        whose text says so";
+            let text = "a voice identifies a person: recording the room needs a segment of kind \"consent\" before the \
+                first drive, with a text about the recording";
             return wrong("record_room".into(), text.into());
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
@@ -418,7 +419,7 @@ impl Study {
                 let here = format!("{key}.{i}.name");
                 check_word(&level.name).map_err(|fault| (here.clone(), fault.to_string()))?;
                 if list[..i].iter().any(|other| other.name == level.name) {
-                    return wrong(here, format!("the name \"{}\" comes twice", level.name));
+                    return wrong(here, format!("the name \"{}\" occurs twice", level.name));
                 }
             }
         }
@@ -428,14 +429,15 @@ impl Study {
             return wrong("segment".into(), "there are trials but no [factors] and no [[condition]]".into());
         }
         if file.order == order::OrderDesign::Full && count > order::MOST_FULL {
-            let text = format!("{count} conditions have too many orders; \"full\" is for at most {}", order::MOST_FULL);
+            let text =
+                format!("{count} conditions have too many orders; allowed with \"full\": at most {}", order::MOST_FULL);
             return wrong("order".into(), text);
         }
         for (i, segment) in file.segment.iter().enumerate() {
             let key = |key: &str| format!("segment.{i}.{key}");
             check_word(&segment.name).map_err(|fault| (key("name"), fault.to_string()))?;
             if file.segment[..i].iter().any(|other| other.name == segment.name) {
-                return wrong(key("name"), format!("the name \"{}\" comes twice", segment.name));
+                return wrong(key("name"), format!("the name \"{}\" occurs twice", segment.name));
             }
             segment.check().map_err(|(at, message)| (key(&at), message))?;
         }

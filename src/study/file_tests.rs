@@ -124,8 +124,8 @@ fn trials_need_conditions_which_are_factors_or_a_list() {
     }
     assert_refused(segment, &format!("{factors}{list}{segment}"), "either [factors] or [[condition]], not both");
     assert_refused(base, "[factors]\na = []\n[base]", "factors.a has no levels");
-    assert_refused(base, "[factors]\na = [{ name = \"x\" }, { name = \"x\" }]\n[base]", "the name \"x\" comes twice");
-    assert_refused("name = \"pause\"", "name = \"practice\"", "the name \"practice\" comes twice");
+    assert_refused(base, "[factors]\na = [{ name = \"x\" }, { name = \"x\" }]\n[base]", "the name \"x\" occurs twice");
+    assert_refused("name = \"pause\"", "name = \"practice\"", "the name \"practice\" occurs twice");
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_file_that_is_too_large_or_not_a_font_is_refused() {
     std::fs::File::create(&path).unwrap().set_len(FONT_BYTES + 1).unwrap();
     assert!(read_font(&path).unwrap_err().to_string().contains("cannot be read"));
     std::fs::write(&path, "no font").unwrap();
-    assert!(read_font(&path).unwrap_err().to_string().contains("is no font; allowed: a TTF or OTF file"));
+    assert!(read_font(&path).unwrap_err().to_string().contains("is not a font; allowed: a TTF or OTF file"));
 }
 
 #[test]

@@ -16,13 +16,13 @@ pub(super) const ABOUT: &str = "Fast motion sickness scale (Keshavarz and Hecht 
 /// Returns the table of one participant's ratings.
 pub(super) fn table(study: &Study, plan: &SessionPlan, log: &SessionLog) -> TsvTable {
     let mut table = TsvTable::new(vec![
-        TsvColumn::new("recording", "folder of the recording in sourcedata; a drive that came again has several", ""),
+        TsvColumn::new("recording", "folder of the recording in sourcedata; a repeated drive has several", ""),
         TsvColumn::new("segment", "segment of the study", ""),
         answer_tables::place(),
         answer_tables::condition(study),
-        TsvColumn::new("onset", "when it was asked, since the start of the drive, in simulation", "s"),
-        TsvColumn::new("value", "the rating, 0 to 20; n/a where none came within 15 s", ""),
-        TsvColumn::new("response_time", "from the question to the answer", "s"),
+        TsvColumn::new("onset", "time of the question, simulation time since the start of the drive", "s"),
+        TsvColumn::new("value", "rating, 0 to 20; n/a without a rating within 15 s", ""),
+        TsvColumn::new("response_time", "time from the question to the answer", "s"),
     ]);
     let row = |rated: &DriveRating| {
         let planned = plan.items.iter().find(|planned| planned.name == rated.item)?;

@@ -19,9 +19,9 @@ pub fn lock(folder: &Path, code: &ParticipantCode) -> Result<File, SessionError>
     let file = lock_file(&path)?;
     match file.try_lock() {
         Ok(()) => Ok(file),
-        Err(fs::TryLockError::WouldBlock) => {
-            Err(SessionError::Refused(format!("participant {code} is being run by another program; end that first")))
-        }
+        Err(fs::TryLockError::WouldBlock) => Err(SessionError::Refused(format!(
+            "another program runs the session of participant {code}; end that program first"
+        ))),
         Err(fs::TryLockError::Error(why)) => Err(RecordError::File { path, why }.into()),
     }
 }

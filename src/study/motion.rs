@@ -46,15 +46,15 @@ const fn channel(
 
 /// All channels, in the order of the columns. Types and components are BIDS terms; units follow CMIXF.
 const CHANNELS: [MotionChannel; 14] = [
-    channel(["latency", NONE, "LATENCY", NONE, "s", NONE], "time since the first sample, in simulation", "", 2),
-    channel(["position_x", "x", "POS", "car", "m", WORLD], "centre of the car, to the east", "x_m", 4),
-    channel(["position_y", "y", "POS", "car", "m", WORLD], "centre of the car, to the north", "y_m", 4),
-    channel(["position_z", "z", "POS", "car", "m", WORLD], "centre of the car, up from the ground", "z_m", 4),
+    channel(["latency", NONE, "LATENCY", NONE, "s", NONE], "simulation time since the first sample", "", 2),
+    channel(["position_x", "x", "POS", "car", "m", WORLD], "centre of the vehicle, to the east", "x_m", 4),
+    channel(["position_y", "y", "POS", "car", "m", WORLD], "centre of the vehicle, to the north", "y_m", 4),
+    channel(["position_z", "z", "POS", "car", "m", WORLD], "centre of the vehicle, up from the ground", "z_m", 4),
     channel(["roll", "x", "ORNT", "car", "rad", WORLD], "roll of the body, positive right side down", "roll_rad", 6),
     channel(["pitch", "y", "ORNT", "car", "rad", WORLD], "pitch of the body, positive nose down", "pitch_rad", 6),
     channel(["yaw", "z", "ORNT", "car", "rad", WORLD], "heading, 0 east, positive to the left", "yaw_rad", 6),
-    channel(["speed", "x", "VEL", "car", "m/s", CAR], "speed along the car, negative in reverse", "speed_mps", 4),
-    channel(["acceleration_x", "x", "ACCEL", "car", "m/s^2", CAR], "acceleration along the car", "accel_mps2", 4),
+    channel(["speed", "x", "VEL", "car", "m/s", CAR], "speed along the vehicle, negative in reverse", "speed_mps", 4),
+    channel(["acceleration_x", "x", "ACCEL", "car", "m/s^2", CAR], "acceleration along the vehicle", "accel_mps2", 4),
     channel(["acceleration_y", "y", "ACCEL", "car", "m/s^2", CAR], "acceleration to the left", "lateral_accel_mps2", 4),
     channel(["yaw_rate", "z", "GYRO", "car", "rad/s", WORLD], "yaw rate, positive to the left", "yaw_rate_radps", 6),
     channel(
@@ -184,12 +184,12 @@ pub(super) fn channels() -> String {
 pub(super) fn reference_frames() -> String {
     // Rotations about fixed axes: roll first, then pitch, then yaw.
     let frame = |about: &str| json!({ "SpatialAxes": "ALS", "RotationOrder": "XYZ", "RotationRule": "right-hand", "Description": about });
-    let world = "the road network's: x east, y north, z up from the ground, metres of the simulated world; the origin is that of the map. \
-                 A car of heading 0 stands along x: ahead, left and up are then the axes";
-    let car = "moves and turns with the car's heading: x ahead, y to the left, z up";
+    let world = "frame of the road network: x east, y north, z up from the ground, metres of the simulated world; \
+        origin of the map. A vehicle of heading 0 points along x; its axes are then ahead, left and up";
+    let car = "frame that moves with the vehicle and turns with its heading: x ahead, y to the left, z up";
     let frames = json!({
         "reference_frame": {
-            "Description": "frame of reference of the channel; n/a for what has none",
+            "Description": "frame of reference of the channel; n/a for channels without one",
             "Levels": { WORLD: frame(world), CAR: frame(car) },
         },
     });

@@ -35,7 +35,7 @@ pub fn misplaced(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
     let study = Study::load(&root.join(STUDY));
     if let Err(why) = &study {
         log::warn!(
-            "the study cannot be read here, so that trials are compared with the sessions' logs, and not with its plan: {why}"
+            "the study cannot be read; trials are compared with the logs of the sessions, not with the plan: {why}"
         );
     }
     let people = rows(&root.join("participants.tsv"))?;
@@ -103,7 +103,7 @@ impl Places<'_> {
         if log.participant.subject() != subject {
             self.add_fault(
                 &file,
-                format!("is the session of {}; it lies in the folder of {subject}", log.participant.subject()),
+                format!("is the session of {}, but it is in the folder of {subject}", log.participant.subject()),
             );
             return Ok(());
         }
@@ -113,7 +113,7 @@ impl Places<'_> {
             let (number, order) = (log.index + 1, log.order.join(", "));
             self.add_fault(
                 &file,
-                format!("the order is {order}; that of participant number {number} in {STUDY} is another"),
+                format!("the order is {order}; {STUDY} has another order for participant number {number}"),
             );
         }
         for item_run in &log.item_runs {
@@ -130,7 +130,10 @@ impl Places<'_> {
         let subject = log.participant.subject();
         let Some(row) = people.iter().find(|row| row.get("participant_id") == Some(&subject)) else {
             if log.end.is_some() {
-                self.add_fault("participants.tsv", format!("has no row of {subject}, whose session is over ({file})"));
+                self.add_fault(
+                    "participants.tsv",
+                    format!("has no row for {subject}, but the session is over ({file})"),
+                );
             }
             return;
         };
@@ -139,7 +142,7 @@ impl Places<'_> {
         {
             let in_table = row.get(column).map_or("", String::as_str);
             if in_table != is && !(is.is_empty() && in_table == "n/a") {
-                self.add_fault("participants.tsv", format!("{column} of {subject} is {in_table}; {file} says {is}"));
+                self.add_fault("participants.tsv", format!("{column} of {subject} is {in_table}; {file} has {is}"));
             }
         }
     }
@@ -160,7 +163,7 @@ impl Places<'_> {
             // The run was cut before its first file was written.
             Err(RecordError::Absent(_)) if !is_done => return Ok(()),
             Err(why) => {
-                self.add_fault(&name, format!("there is no recording that can be read: {why}"));
+                self.add_fault(&name, format!("there is no readable recording: {why}"));
                 return Ok(());
             }
         };
@@ -171,11 +174,7 @@ impl Places<'_> {
             let at = &manifest.began;
             self.add_fault(
                 &name,
-                format!(
-                    "was begun at {at}; {} says that {} was from {began} to {ended}",
-                    session_log::FILE,
-                    item_run.item
-                ),
+                format!("began at {at}; by {} {} lasted from {began} to {ended}", session_log::FILE, item_run.item),
             );
         }
         if !is_done {
@@ -185,7 +184,11 @@ impl Places<'_> {
         if !is_of {
             self.add_fault(
                 &name,
-                format!("is not named after {}, of which {} says that it is", item_run.item, session_log::FILE),
+                format!(
+                    "is not named after {}, although {} says that it is a recording of it",
+                    item_run.item,
+                    session_log::FILE
+                ),
             );
         }
         if let Some(plan) = plan {
@@ -200,8 +203,9 @@ impl Places<'_> {
 
     fn check_owner(&mut self, name: &str, code: &ParticipantCode, manifest: &Manifest) {
         if manifest.participant.as_deref() != Some(code.as_str()) {
-            let of = manifest.participant.as_ref().map_or("nobody".into(), |of| format!("participant {of}"));
-            self.add_fault(name, format!("is a recording of {of}; it lies in the folder of {}", code.subject()));
+            let of =
+                manifest.participant.as_ref().map_or("an unknown participant".into(), |of| format!("participant {of}"));
+            self.add_fault(name, format!("is a recording of {of}, but it is in the folder of {}", code.subject()));
         }
     }
 
@@ -215,17 +219,17 @@ impl Places<'_> {
     ) -> Result<(), SessionError> {
         let planned = plan.items.iter().find(|planned| planned.name == item);
         let Some(PlannedItem { item: PlanItem::Drive { scenario, policy, .. }, .. }) = planned else {
-            self.add_fault(name, format!("{item} is no drive of this participant in {STUDY}"));
+            self.add_fault(name, format!("{item} is not a drive of this participant in {STUDY}"));
             return Ok(());
         };
         let Some(driven) = self.scenario(name)? else { return Ok(()) };
         if let Some(what) = difference(scenario, &driven) {
-            self.add_fault(name, format!("is not the drive that {STUDY} has for {item}: {what}"));
+            self.add_fault(name, format!("is not the drive that {STUDY} plans for {item}: {what}"));
         } else if inputs::last(&policy.name) != manifest.policy.name {
             let (is, planned) = (&manifest.policy.name, inputs::last(&policy.name));
             self.add_fault(
                 name,
-                format!("is not the drive that {STUDY} has for {item}: the policy is {is}, planned is {planned}"),
+                format!("is not the drive that {STUDY} plans for {item}: the policy is {is}; planned: {planned}"),
             );
         }
         Ok(())
@@ -247,7 +251,7 @@ impl Places<'_> {
         let manifest = match Manifest::load(&self.root.join(baseline)) {
             Ok(manifest) => manifest,
             Err(why) => {
-                self.add_fault(baseline, format!("there is no recording that can be read: {why}"));
+                self.add_fault(baseline, format!("there is no readable recording: {why}"));
                 return Ok(());
             }
         };
@@ -257,7 +261,7 @@ impl Places<'_> {
         if let Some(what) = difference(&driven, &as_driven) {
             self.add_fault(baseline, format!("is not the drive of {trial} without advice: {what}"));
         } else if manifest.policy.name != policy::NAMES[0] {
-            self.add_fault(baseline, format!("is no drive without advice: its policy is {}", manifest.policy.name));
+            self.add_fault(baseline, format!("is not a drive without advice: its policy is {}", manifest.policy.name));
         }
         Ok(())
     }
@@ -312,20 +316,20 @@ impl Places<'_> {
                 continue;
             }
             let Some(planned) = expected.remove(&recording) else {
-                self.add_fault(&name, format!("names {recording}, which is no drive that {subject} has done"));
+                self.add_fault(&name, format!("names {recording}, which is not a completed drive of {subject}"));
                 continue;
             };
             for (column, is) in scans::OF_DRIVE.into_iter().zip(planned) {
                 if cell(column) != is {
                     self.add_fault(
                         &name,
-                        format!("{column} of {recording} is {}; by the log and {STUDY} it is {is}", cell(column)),
+                        format!("{column} of {recording} is {}; the log and {STUDY} have {is}", cell(column)),
                     );
                 }
             }
         }
         for recording in expected.into_keys() {
-            self.add_fault(&name, format!("does not name {recording}, which {subject} has done"));
+            self.add_fault(&name, format!("does not name {recording}, a completed drive of {subject}"));
         }
         Ok(())
     }
@@ -346,5 +350,5 @@ fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
     let (planned_keys, driven_keys) = (value(&planned), value(&driven));
     let keys = planned_keys.as_object()?;
     let key = keys.keys().find(|key| planned_keys[key.as_str()] != driven_keys[key.as_str()])?;
-    Some(format!("{key} is {}, planned is {}", driven_keys[key.as_str()], planned_keys[key.as_str()]))
+    Some(format!("{key} is {}; planned: {}", driven_keys[key.as_str()], planned_keys[key.as_str()]))
 }

@@ -121,8 +121,8 @@ impl Study {
                 names.sort();
                 if let Some(pair) = names.windows(2).find(|pair| pair[0] == pair[1]) {
                     let message = format!(
-                        "the name \"{}\" is that of a drive and of a questionnaire after one; give the condition or the \
-                         questionnaire another name",
+                        "the name \"{}\" belongs to a drive and to a questionnaire after a drive; give the condition \
+                         or the questionnaire another name",
                         pair[0]
                     );
                     return Err((format!("segment.{i}.after"), message));
@@ -132,7 +132,7 @@ impl Study {
             let other = segments.iter().enumerate().find(|(k, other)| *k != i && made.contains(&other.name));
             if let Some((k, other)) = other {
                 let message = format!(
-                    "the name \"{}\" is that of an item which the segment \"{}\" makes; take another name",
+                    "the name \"{}\" belongs to an item of the segment \"{}\"; use another name",
                     other.name, segment.name
                 );
                 return Err((format!("segment.{k}.name"), message));
@@ -166,7 +166,8 @@ impl Study {
         for segment in &self.file.segment {
             let Some(spoken) = self.spoken.get(&segment.name) else { continue };
             let read_s = reckoning::page_s(&segment.text);
-            let _ = writeln!(out, "\nSpoken in {}: {}; its text, read in about {read_s:.0} s:", segment.name, spoken);
+            let _ =
+                writeln!(out, "\nSpoken in {}: {}; its text, about {read_s:.0} s of reading:", segment.name, spoken);
             for line in segment.text.trim().lines() {
                 let _ = writeln!(out, "  | {line}");
             }
@@ -174,7 +175,9 @@ impl Study {
         if self.file.record_room {
             let _ = writeln!(
                 out,
-                "\nThe room is recorded during every drive (room.wav beside its tables): the consent must say so."
+                "\n\
+                 The room is recorded during every drive (room.wav beside its tables): the text of the consent must \
+                 mention it."
             );
         }
         let _ = writeln!(out, "\nparticipant   order of conditions");
@@ -183,7 +186,12 @@ impl Study {
         }
         if !participants.is_multiple_of(period) {
             let next = participants.next_multiple_of(period);
-            let _ = writeln!(out, "\nNot every order comes equally often with {participants}; with {next} it does.");
+            let _ = writeln!(
+                out,
+                "\n\
+                 With {participants} participants some orders are more frequent than others; with {next} all are \
+                 equally frequent."
+            );
         }
         out
     }
@@ -292,11 +300,11 @@ impl std::fmt::Display for PlanItem {
             Self::Questions(word) => write!(f, "questions: {word}"),
             Self::Break(seconds) => write!(f, "rest, {seconds} s"),
             Self::Drive { scenario, policy, until_in_range_s, .. } => {
-                let sooner = until_in_range_s
-                    .map_or(String::new(), |s| format!(", sooner after {s} s in range without a break"));
+                let sooner =
+                    until_in_range_s.map_or(String::new(), |s| format!(", or until {s} s in range without a break"));
                 write!(
                     f,
-                    "{} s on {}, {} cars, {}{sooner}",
+                    "{} s on {}, {} vehicles, {}{sooner}",
                     scenario.duration_s,
                     scenario.map,
                     scenario.vehicles,

@@ -102,7 +102,7 @@ fn a_session_lasts_as_long_as_its_parts() {
     assert!((plan.minutes() - (235.0 + read_s) / 60.0).abs() < 1e-9);
     let words: Vec<String> = plan.items.iter().map(|planned| planned.item.to_string()).collect();
     assert!(
-        words[0].ends_with(", sooner after 20 s in range without a break") && !words[2].contains("sooner"),
+        words[0].ends_with(", or until 20 s in range without a break") && !words[2].contains("sooner"),
         "{words:?}"
     );
     assert_eq!(words[1], "rest, 45 s");

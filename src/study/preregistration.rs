@@ -41,7 +41,8 @@ pub enum PreregistrationError {
     Analysis(#[from] AnalysisError),
     /// The rehearsal gives no estimate of the spread.
     #[error(
-        "the rehearsal tells nothing of {measure}: {why}\n  remedy: rehearse with more participants (codrive study rehearse FILE --out DIR)"
+        "the rehearsal has no usable data on {measure}: {why}\n  remedy: rehearse with more participants (codrive \
+         study rehearse FILE --out DIR)"
     )]
     NoSpread {
         /// Name of the primary outcome.
@@ -167,7 +168,7 @@ fn design(out: &mut String, study: &Study, participants: usize) {
 fn item_text(item: &PlanItem, run: Option<usize>) -> String {
     match (item, run) {
         (PlanItem::Drive { scenario, .. }, Some(place)) => {
-            format!("trial at place {place}, {} s on {}", scenario.duration_s, markdown(inputs::last(&scenario.map)))
+            format!("trial at position {place}, {} s on {}", scenario.duration_s, markdown(inputs::last(&scenario.map)))
         }
         _ => markdown(&item.to_string()),
     }
@@ -187,7 +188,7 @@ fn conditions(out: &mut String, study: &Study) {
             None => markdown(&value.to_string()),
         };
         let set: Vec<String> = level.set.iter().map(|(key, set)| format!("`{key}` = {}", value(set))).collect();
-        let set = if set.is_empty() { "as the base of the study".into() } else { set.join(", ") };
+        let set = if set.is_empty() { "as in the base of the study".into() } else { set.join(", ") };
         let of = factor.map_or(String::new(), |factor| format!(" of {}", markdown(factor)));
         let _ = writeln!(out, "* `{}`{of}: {set}", level.name);
     }
@@ -199,12 +200,15 @@ fn orders(out: &mut String, study: &Study, participants: usize) {
     let period = study.file.order.period(n);
     let design = match study.file.order {
         OrderDesign::Williams => {
-            "balanced Latin squares (Williams 1949): every condition comes as often at every place and as often right after every other"
+            "balanced Latin squares (Williams 1949): every condition occurs equally often at every position, and \
+             equally often right after every other condition"
         }
         OrderDesign::Full => "all orders in turn (full counterbalance)",
-        OrderDesign::Block => "blocks in which every condition comes once at every place, drawn anew for each block",
+        OrderDesign::Block => {
+            "blocks in which every condition occurs once at every position, drawn anew for each block"
+        }
         OrderDesign::Fixed => {
-            "the same order for everyone: effects of conditions cannot be told from those of their places"
+            "the same order for all participants: effects of conditions cannot be separated from effects of position"
         }
     };
     let _ = writeln!(
@@ -217,16 +221,18 @@ fn orders(out: &mut String, study: &Study, participants: usize) {
     }
     out.push('\n');
     if participants.is_multiple_of(period) {
-        let _ = writeln!(out, "Every order comes {} times with {participants} participants.", participants / period);
+        let _ = writeln!(out, "With {participants} participants every order is used {} times.", participants / period);
     } else {
         let _ = writeln!(
             out,
-            "**Not every order comes equally often with {participants} participants; with {} it does.**",
+            "**With {participants} participants some orders are more frequent than others; with {} all are equally \
+             frequent.**",
             participants.next_multiple_of(period)
         );
     }
     out.push_str(
-        "A participant who is excluded or withdraws is replaced by one with the same order, so that the balance is kept.\n\n",
+        "A participant with the same order replaces each excluded or withdrawn participant, so that the orders stay \
+         balanced.\n\n",
     );
 }
 
@@ -234,13 +240,14 @@ fn exclusion(out: &mut String, plan: &AnalysisPlan) {
     out.push_str("## Exclusion\n\n");
     let rules = plan.exclude.sentences();
     if rules.is_empty() {
-        out.push_str("* No rule leaves anything out.\n");
+        out.push_str("* No rule excludes data.\n");
     }
     rules.iter().for_each(|rule| {
         let _ = writeln!(out, "* {rule}");
     });
     out.push_str(
-        "* The experimenter may exclude a participant; the data set keeps the reason, and the report names who was excluded.\n\n",
+        "* The experimenter may exclude a participant; the data set keeps the reason, and the report names the \
+         excluded participants.\n\n",
     );
 }
 
@@ -270,18 +277,22 @@ fn model(out: &mut String, study: &Study, plan: &AnalysisPlan) {
     let [tests, impossible] = plan.tests(&study.expected.kinds);
     let without = match PlannedTest::list(&impossible) {
         none if none.is_empty() => String::new(),
-        list => format!(" No test, as no trial of one of the conditions has the measure: {list}."),
+        list => format!(" No test, because one of the conditions has no trial with the measure: {list}."),
     };
     let contrasts: Vec<String> = plan.contrasts.iter().map(|contrast| contrast.label()).collect();
     let unit = unit(plan);
     let _ = writeln!(
         out,
-        "## Model and tests\n\nOne linear mixed model an outcome, by restricted maximum likelihood:\n\n    {}\n\nThe condition is a factor, the \
-         place among the trials (from 1) a number, the participant a random intercept.{} Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by Satterthwaite's degrees of freedom.\n\n\
+        "## Model and tests\n\n\
+         One linear mixed model per outcome, fitted by restricted maximum likelihood:\n\n    \
+         {}\n\n\
+         The condition is a factor, the position among the trials (from 1) is a number, and the participant is a \
+         random intercept.{} Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by \
+         Satterthwaite's degrees of freedom.\n\n\
          * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.{without}\n\
          * Smallest effect of interest: {}{unit} of the primary outcome.\n\
-         * Normality of residuals and of participants' intercepts is looked at in quantile-quantile plots and told by Shapiro and \
-         Wilk's test; it decides nothing.\n",
+         * Quantile-quantile plots and Shapiro and Wilk's test show the normality of residuals and of participants' \
+         intercepts; no decision depends on it.\n",
         plan.formula(),
         covariates(plan),
         contrasts.join("; "),
@@ -296,7 +307,7 @@ fn covariates(plan: &AnalysisPlan) -> String {
     let measure = |name: &String| MEASURES.iter().find(|measure| measure.name == name);
     let note_on = |name: &String| measure(name).map(|measure| format!(" `{name}` is a number: {}.", measure.about));
     let all: String = plan.covariates.iter().filter_map(note_on).collect();
-    if all.is_empty() { all } else { all + " A covariate that is the same in all trials is left out." }
+    if all.is_empty() { all } else { all + " A covariate with the same value in all trials is left out." }
 }
 
 fn unit(plan: &AnalysisPlan) -> String {
@@ -314,9 +325,10 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
         OutcomeSpread::Unknown => {
             let _ = writeln!(
                 out,
-                "No rehearsal was given, so that the spread within participants is not known: the effect is given in residual standard \
-                 deviations, at the conventional 0.2 (small), 0.5 (medium) and 0.8 (large) of Cohen (1988). Participants differ by as \
-                 much as their trials, and there is no effect of the place; neither bears on a contrast within participants."
+                "No rehearsal was given, so the standard deviation within participants is not known. The effect is \
+                 given in residual standard deviations, at the conventional 0.2 (small), 0.5 (medium) and 0.8 (large) \
+                 of Cohen (1988). The standard deviation between participants equals the residual one, and position \
+                 has no effect; neither affects a contrast within participants."
             );
             (CONVENTIONAL.to_vec(), [1.0, 1.0], 0.0)
         }
@@ -329,14 +341,14 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
             residuals,
         } => {
             let kind = if *is_simulated {
-                "simulated participants, whose spread is not that of people"
+                "simulated participants; their standard deviations differ from those of people"
             } else {
                 "participants"
             };
             let _ = writeln!(
                 out,
-                "Standard deviations are those of the data set \"{}\" ({people} {kind}; {trials} trials): {}{unit} between and \
-                 {}{unit} within participants, and {}{unit} from place to place.",
+                "Standard deviations come from the data set \"{}\" ({people} {kind}; {trials} trials): {}{unit} \
+                 between and {}{unit} within participants, and {}{unit} from position to position.",
                 markdown(title),
                 figures(deviations[0]),
                 figures(deviations[1]),
@@ -345,9 +357,9 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
             if let Some(test) = residuals.filter(|test| test.p < FAR_FROM_NORMAL) {
                 let _ = writeln!(
                     out,
-                    "**The residuals there are far from normal** (Shapiro and Wilk's W = {:.3}, p < {FAR_FROM_NORMAL}), and the simulated ones \
-                     below are normal: the power may be another one. Look at the quantile-quantile plot of the report, and think of \
-                     another primary outcome or of its logarithm.\n",
+                    "**The residuals there are far from normal** (Shapiro and Wilk's W = {:.3}, p < \
+                     {FAR_FROM_NORMAL}), but the simulated ones below are normal, so the power may differ. Look at the \
+                     quantile-quantile plot of the report, and consider another primary outcome or its logarithm.\n",
                     test.w
                 );
             }
@@ -356,9 +368,9 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
     };
     let _ = writeln!(
         out,
-        "Share of {studies} simulated studies, each with participants drawn anew, in which the contrast {} has p below the level, with \
-         its 95 % interval (Clopper and Pearson): at {} as a single test, and at {strict:.4} as the strictest step of Holm's \
-         correction.\n",
+        "Share of {studies} simulated studies in which the contrast {} has p below the level, with its 95 % interval \
+         (Clopper and Pearson). Each study has newly drawn participants. Levels: {} for a single test, and {strict:.4} \
+         for the strictest step of Holm's correction.\n",
         first.label(),
         plan.alpha
     );

@@ -43,15 +43,15 @@ fn the_text_states_design_order_rules_model_and_power() {
         "* `narrow` of range: `range_mph` = 0.5",
         "They repeat after 6 participants.",
         "1. narrow, middle, wide",
-        "Every order comes 2 times with 12 participants.",
-        "replaced by one with the same order",
+        "With 12 participants every order is used 2 times.",
+        "A participant with the same order replaces",
         "A trial is left out if there was a contact",
         "* Primary: Mean speed of all vehicles",
         "measure ~ condition + place + (1 | participant)",
         "alpha = 0.05 over all 4 tests",
         "Smallest effect of interest: 0.3 m/s",
-        "0.200 m/s between and 0.400 m/s within participants, and \u{2212}0.010 m/s from place to place",
-        "at 0.0125 as the strictest step",
+        "0.200 m/s between and 0.400 m/s within participants, and \u{2212}0.010 m/s from position to position",
+        "0.0125 for the strictest step",
         "| **12** | 0.3 m/s | ",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
@@ -80,9 +80,10 @@ fn questionnaires_are_not_trials_and_absent_advice_is_not_tested() {
     let text = written(&study, 12, &OutcomeSpread::Unknown, 20).unwrap();
     for part in [
         "each with 3 trials",
-        "over all 2 tests of the plan (outcomes times contrasts), by Holm's correction. No test, as no trial of one of the \
-         conditions has the measure: Share of time in range: wide − narrow; Share of time in range: middle − narrow.",
-        "at 0.0250 as the strictest step",
+        "over all 2 tests of the plan (outcomes times contrasts), by Holm's correction. No test, because one of the \
+         conditions has no trial with the measure: Share of time in range: wide − narrow; Share of time in range: \
+         middle − narrow.",
+        "0.0250 for the strictest step",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
@@ -108,7 +109,12 @@ fn the_rules_that_end_a_session_are_planned() {
 #[test]
 fn an_unbalanced_number_is_reported_and_default_effects_are_cohens() {
     let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20).unwrap();
-    assert!(text.contains("**Not every order comes equally often with 10 participants; with 12 it does.**"), "{text}");
+    assert!(
+        text.contains(
+            "**With 10 participants some orders are more frequent than others; with 12 all are equally frequent.**"
+        ),
+        "{text}"
+    );
     assert!(text.contains("Cohen (1988)") && text.contains("| **10** | 0.8 residual SD | "), "{text}");
     let none = written(&study(""), 12, &OutcomeSpread::Unknown, 20).unwrap_err().to_string();
     assert!(none.contains("has no [analysis]") && none.contains("remedy"), "{none}");
@@ -196,7 +202,7 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
         "`hand_over_speed_sd_over_vehicles_mps` is a number: ",
         "* Level: alpha = 0.01 over all 4 tests of the plan",
         // 0.01 divided by four tests, with four decimals.
-        "at 0.0025 as the strictest step",
+        "0.0025 for the strictest step",
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }

@@ -12,7 +12,7 @@ pub enum QuestionFault {
         what: &'static str,
     },
     /// A scale without whole steps, or with too many.
-    #[error("\"{name}\" rates from {from} to {to} by {by}; allowed: 1 to 100 whole steps")]
+    #[error("\"{name}\" rates from {from} to {to} in steps of {by}; allowed: 1 to 100 whole steps")]
     Scale {
         /// Name of the question.
         name: String,
@@ -24,10 +24,10 @@ pub enum QuestionFault {
         by: f64,
     },
     /// Two questions with the same name.
-    #[error("the name \"{0}\" comes twice")]
+    #[error("the name \"{0}\" occurs twice")]
     Twice(String),
     /// A condition on an unknown question.
-    #[error("visibleIf asks for \"{name}\", which no question before or beside it has{near}")]
+    #[error("visibleIf names \"{name}\", but no earlier question and none on its page has this name{near}")]
     UnknownCondition {
         /// Unknown name in the condition.
         name: String,
@@ -35,7 +35,7 @@ pub enum QuestionFault {
         near: String,
     },
     /// A score of an unknown question.
-    #[error("the score \"{score}\" is of \"{name}\", which no question has{near}")]
+    #[error("the score \"{score}\" uses \"{name}\", but no question has this name{near}")]
     UnknownScore {
         /// Name of the score.
         score: String,
@@ -45,11 +45,11 @@ pub enum QuestionFault {
         near: String,
     },
     /// Weights in a score without weighting, or missing weights in a weighted score.
-    #[error("the score \"{0}\" has `by` where it is not weighted, or is weighted without `by`; they go together")]
+    #[error("the score \"{0}\" has `by` without weighting, or weighting without `by`; allowed: both or neither")]
     Weights(String),
     /// A reversed item whose scale cannot be reversed.
     #[error(
-        "the score \"{score}\" turns \"{name}\"; allowed: a rating or a row of a matrix of numbers that is in its `of`"
+        "the score \"{score}\" reverses \"{name}\"; allowed: a rating, or a row of a matrix of numbers, from its `of`"
     )]
     Turned {
         /// Name of the score.

@@ -156,7 +156,7 @@ fn a_condition_may_use_only_earlier_or_same_page_questions() {
     assert_eq!(with("", r#", "visibleIf": "{a} = true""#), Ok(()));
     assert_eq!(with("", r#", "visibleIf": "{m.x} = 1""#), Ok(()), "beside it");
     let message = with(r#", "visibleIf": "{m.x} = 1""#, "").unwrap_err();
-    assert!(message.contains("asks for \"m.x\", which no question before or beside it has"), "{message}");
+    assert!(message.contains("names \"m.x\", but no earlier question and none on its page has this name"), "{message}");
     assert!(with("", r#", "visibleIf": "{m} = 1""#).is_err(), "a matrix is answered by its rows");
 }
 

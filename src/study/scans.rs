@@ -52,8 +52,8 @@ impl DateShift {
                 return serde_json::from_str(&text).map(Some).map_err(|why| {
                     let path = path.display();
                     SessionError::Refused(format!(
-                        "{path}: allowed is {{\"days\": -37000}}, the days by which dates are moved: {why}\n  remedy: put back a copy \
-                         of it, or delete it: other dates are drawn"
+                        "{path}: allowed is {{\"days\": -37000}}, the days by which dates are moved: {why}\n  remedy: \
+                         restore a copy of the file, or delete it; new dates are then drawn"
                     ))
                 });
             }
@@ -132,8 +132,8 @@ pub(super) fn table(study: &Study) -> TsvTable {
         TsvColumn::new("filename", "motion of a drive, or answers", ""),
         TsvColumn::new(
             "acq_time",
-            "when the recording was opened or the first page was shown, UTC, on another day: all dates of a participant are moved by the \
-             same number of days to years before 1925, intervals are as they were",
+            "start of the recording or display of the first page, UTC. All dates of a participant are moved by the \
+             same number of days to years before 1925; intervals are unchanged",
             "",
         ),
         TsvColumn::new("segment", "segment of the study", ""),
@@ -147,14 +147,14 @@ pub(super) fn table(study: &Study) -> TsvTable {
                 other => other.to_string(),
             };
             let set: Vec<String> = level.set.iter().map(|(key, value)| format!("{key} = {}", word(value))).collect();
-            (level.name.clone(), if set.is_empty() { "as the base of the study".into() } else { set.join(", ") })
+            (level.name.clone(), if set.is_empty() { "as in the base of the study".into() } else { set.join(", ") })
         });
         columns.push(TsvColumn::new(factor, &format!("level of the factor {factor}"), "").with(words));
     }
     columns.extend([
         TsvColumn::new("seed", "seed of everything random in the drive", ""),
         TsvColumn::new("recording", "folder of the recording; n/a for answers", ""),
-        TsvColumn::new("baseline", "folder of the same drive without advice", ""),
+        TsvColumn::new("baseline", "folder of the recording of the same drive without advice", ""),
     ]);
     TsvTable::new(columns)
 }

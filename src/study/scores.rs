@@ -63,7 +63,7 @@ impl std::fmt::Display for ScoreDefinition {
             text += &format!("; turned round: {}", self.turned.join(", "));
         }
         if !self.by.is_empty() {
-            text += &format!("; weights: how often each is the answer to {}", self.by.join(", "));
+            text += &format!("; weight: number of times that each is the answer to {}", self.by.join(", "));
         }
         if self.offset != 0.0 {
             text += &format!("; {} added", self.offset);

@@ -158,11 +158,11 @@ impl StudySegment {
             }
         }
         if self.spoken.is_some() && self.text.is_empty() {
-            let text = "spoken instructions need `text`: the same words are shown, for whoever does not hear";
+            let text = "spoken instructions need `text`: the page shows the same words";
             return Err(("spoken".into(), text.into()));
         }
         if self.stop_text.is_some() && !may_end {
-            let text = "nothing ends the session here; `stop_text` goes with `stop_above` or `ends_if`";
+            let text = "`stop_text` needs `stop_above` or `ends_if`; no rule ends the session here";
             return Err(("stop_text".into(), text.into()));
         }
         let numbers = [
@@ -182,7 +182,7 @@ impl StudySegment {
             let name = short_name(word);
             check_word(&name).map_err(|fault| (key.clone(), fault.to_string()))?;
             if names.contains(&name) {
-                return Err((key, format!("the questionnaire \"{name}\" comes twice")));
+                return Err((key, format!("the questionnaire \"{name}\" occurs twice")));
             }
             names.push(name);
         }

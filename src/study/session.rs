@@ -62,11 +62,11 @@ impl Session {
         }
         if log.kind != kind {
             let is = if log.kind == ParticipantKind::Person { "a person" } else { "simulated" };
-            return refused(format!("participant {code} is {is}; take another code"));
+            return refused(format!("participant {code} is {is}; use another code"));
         }
         if let Some(end) = &log.end {
             return refused(if end.complete {
-                format!("participant {code} has completed the whole study ({}); nobody takes part twice", end.at)
+                format!("participant {code} has completed the whole study ({}) and cannot take part again", end.at)
             } else {
                 format!("the session of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });
@@ -126,7 +126,7 @@ impl Session {
         let is_ours = |path: &&PathBuf| path.ends_with(lock::FILE) || path.ends_with(&unfinished);
         if let Some(left) = record::entries(folder)?.iter().find(|path| !is_ours(path)) {
             return Err(SessionError::Refused(format!(
-                "{} holds {} but no {FILE}: put that back, or begin with another participant code",
+                "{} holds {} but no {FILE}: restore that file, or begin with another participant code",
                 folder.display(),
                 left.file_name().unwrap_or_default().display()
             )));
@@ -314,7 +314,7 @@ impl Session {
             let done: Vec<&str> =
                 self.plan.items.iter().map(|p| p.name.as_str()).filter(|n| self.log.is_settled(n)).collect();
             let list = if done.is_empty() { "nothing yet".into() } else { done.join(", ") };
-            return Err(SessionError::Refused(format!("{item:?} cannot be repeated; what has been is {list}")));
+            return Err(SessionError::Refused(format!("{item:?} cannot be repeated; done so far: {list}")));
         }
         self.settle(item, ItemOutcome::Repeat, reason, now);
         for about in self.asked_about(item, true) {
@@ -374,7 +374,7 @@ impl Session {
     pub fn exclude(&mut self, reason: &str) -> Result<(), SessionError> {
         match &mut self.log.end {
             Some(SessionEnd { excluded: excluded @ None, .. }) => *excluded = Some(reason.into()),
-            Some(_) => return Err(SessionError::Refused("the data are excluded already".into())),
+            Some(_) => return Err(SessionError::Refused("the data are already excluded".into())),
             None => return Err(SessionError::Refused("the session is not over".into())),
         }
         self.save()

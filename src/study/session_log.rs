@@ -185,12 +185,12 @@ impl SessionLog {
     pub fn load(path: &Path) -> Result<Self, SessionError> {
         let refused = |why: String| {
             SessionError::Refused(format!(
-                "{}: {why}; put back a copy of it, or begin with another participant code",
+                "{}: {why}; restore a copy of the file, or begin with another participant code",
                 path.display()
             ))
         };
         let text = file::read_text(path, MOST_BYTES).map_err(|e| refused(format!("cannot be read: {e}")))?;
-        serde_json::from_str(&text).map_err(|e| refused(format!("is no session of this program: {e}")))
+        serde_json::from_str(&text).map_err(|e| refused(format!("not a session of this program: {e}")))
     }
 
     /// Returns the last run of an item.

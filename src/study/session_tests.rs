@@ -110,7 +110,9 @@ fn a_session_belongs_to_one_participant_program_and_folder() {
     let message = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
     let session = place.open("P1", ParticipantKind::Person).unwrap();
     assert!(
-        message(place.open("P1", ParticipantKind::Person)).unwrap_err().contains("is being run by another program")
+        message(place.open("P1", ParticipantKind::Person))
+            .unwrap_err()
+            .contains("another program runs the session of participant")
     );
     drop(session);
     assert!(message(place.open("P1", ParticipantKind::Simulated)).unwrap_err().contains("participant P1 is a person"));
@@ -157,7 +159,7 @@ fn completion_follows_the_last_run_of_each_item() {
         (is(&complete), on_disk(&complete).end.unwrap().excluded.as_deref()),
         (Completion::Excluded, Some("fell asleep"))
     );
-    assert!(complete.exclude("once more").unwrap_err().to_string().contains("excluded already"));
+    assert!(complete.exclude("once more").unwrap_err().to_string().contains("already excluded"));
     assert_eq!(on_disk(&complete).end.unwrap().excluded.as_deref(), Some("fell asleep"));
 
     let mut partial = whole("P2", true);
@@ -182,10 +184,10 @@ fn completion_follows_the_last_run_of_each_item() {
     let exclude =
         |code: &str| place.data.exclude(&place.study, &ParticipantCode::new(code).unwrap(), "no licence", "t9");
     let refused = |code: &str| exclude(code).unwrap_err().to_string();
-    assert!(refused("P5").contains("is being run by another program"), "{}", refused("P5"));
+    assert!(refused("P5").contains("another program runs the session of participant"), "{}", refused("P5"));
     drop(left);
     assert!(refused("P6").contains("there is no participant P6") && refused("P6").ends_with("P1, P2, P3, P4, P5"));
-    assert!(refused("P1").contains("excluded already"));
+    assert!(refused("P1").contains("already excluded"));
     let table = || fs::read_to_string(place.data.root().join("participants.tsv")).unwrap();
     for (code, complete) in [("P2", true), ("P5", false)] {
         exclude(code).unwrap();

@@ -43,7 +43,7 @@ pub struct SpokenText {
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SpokenFault {
     /// The instructions come in several languages, and none is selected.
-    #[error("the instructions come in {0}; say at the top of the file which is spoken: language = \"...\"")]
+    #[error("the instructions come in {0}; name the spoken language at the top of the file: language = \"...\"")]
     NoLanguage(String),
     /// The instructions do not come in the selected language.
     #[error("the study's language is \"{language}\"; the instructions come in {known}")]
@@ -62,7 +62,8 @@ pub(super) enum SpokenFault {
         source: std::io::Error,
     },
     /// The file is not a PCM WAV file.
-    #[error("{} is no WAV file of PCM samples ({why}); allowed: PCM of 8, 16, 24 or 32 bits, one or two channels", file.display())]
+    #[error("{} is not a WAV file of PCM samples ({why}); allowed: PCM of 8, 16, 24 or 32 bits, one or two \
+        channels", file.display())]
     NoWav {
         /// Path of the file.
         file: PathBuf,
@@ -142,12 +143,12 @@ impl WavHeader {
                         return Err("its samples are not PCM");
                     }
                     if !(1..=2).contains(&channels) || ![8, 16, 24, 32].contains(&bits) || rate_hz == 0 {
-                        return Err("its channels, rate or bits are others");
+                        return Err("its number of channels, rate or bits differ");
                     }
                     format = Some((rate_hz, channels, u64::from(channels) * u64::from(bits) / 8));
                 }
                 b"data" => {
-                    let Some((rate_hz, channels, frame)) = format else { return Err("its format is not said") };
+                    let Some((rate_hz, channels, frame)) = format else { return Err("its format is missing") };
                     if (bytes.len() - body) < size as usize {
                         return Err("it is cut");
                     }
@@ -218,7 +219,7 @@ mod tests {
         let files = SpokenFiles::ByLanguage(files);
         assert_eq!(files.chosen(Some("de")).unwrap(), Path::new("b.wav"));
         let message = files.chosen(None).unwrap_err().to_string();
-        assert!(message.contains("come in de, en; say at the top"), "{message}");
+        assert!(message.contains("come in de, en; name the spoken language at the top"), "{message}");
         let message = files.chosen(Some("fr")).unwrap_err().to_string();
         assert!(message.contains("language is \"fr\"; the instructions come in de, en"), "{message}");
     }

@@ -38,7 +38,8 @@ pub(super) enum RuleFault {
     },
     /// A limit on the fast motion sickness scale in a segment that does not ask it.
     #[error(
-        "the score is \"fms\", and nothing asks for it here; give the segment fms_every_s = 60, or name another score"
+        "the score is \"fms\", but this segment does not ask for it; set fms_every_s = 60 in the segment, or name \
+         another score"
     )]
     FmsNotAsked,
     /// A limit that no rating of the scale can exceed.
@@ -48,10 +49,10 @@ pub(super) enum RuleFault {
     #[error("value is {0}; allowed: a finite number")]
     Value(f64),
     /// A condition that cannot be parsed.
-    #[error("\"{0}\" is no condition; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
+    #[error("\"{0}\" is not a condition; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
     Condition(String),
     /// A condition on an unknown question.
-    #[error("\"{condition}\" asks for \"{name}\", which no question of \"{questionnaire}\" has{near}")]
+    #[error("\"{condition}\" names \"{name}\", but no question of \"{questionnaire}\" has this name{near}")]
     UnknownQuestion {
         /// Condition as written in the study file.
         condition: String,
@@ -68,7 +69,7 @@ pub(super) enum RuleFault {
 }
 
 fn list(names: &[String]) -> String {
-    if names.is_empty() { "none, for no questionnaire here has scores".into() } else { names.join(", ") }
+    if names.is_empty() { "none, because no questionnaire here has scores".into() } else { names.join(", ") }
 }
 
 /// Name of the consent question.
@@ -94,7 +95,7 @@ impl StudySegment {
             add_sentence("the session ends if the participant does not consent.".into());
         }
         for condition in &self.ends_if {
-            add_sentence(format!("the session ends if the answers say `{condition}`."));
+            add_sentence(format!("the session ends if the answers fulfil `{condition}`."));
         }
         if let Some(every_s) = self.fms_every_s {
             add_sentence(format!(

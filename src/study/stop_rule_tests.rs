@@ -100,12 +100,12 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
         ("\"total\"", "\"totl\"", 22, "(did you mean total?)"),
         ("\"ssq.total\"", "\"total\"", 27, "allowed here: raw-tlx.raw-tlx, ssq.nausea"),
         ("value = 20.0", "value = nan", 22, "value is NaN; allowed: a finite number"),
-        ("{licence} = false", "{licence} is false", 16, "is no condition; allowed: {name} = 'word'"),
+        ("{licence} = false", "{licence} is false", 16, "is not a condition; allowed: {name} = 'word'"),
         (
             "{licence} = false",
             "{license} = false",
             16,
-            "asks for \"license\", which no question of \"driving-experience\" has",
+            "names \"license\", but no question of \"driving-experience\" has this name",
         ),
         (
             "text = \"What we ask of you.\"",
@@ -114,19 +114,19 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
             "no required question \"agree\"",
         ),
         ("text = \"What we ask of you.\"\n", "", 9, "a segment of kind \"consent\" needs `text`"),
-        ("after = [\"raw-tlx\", \"ssq\"]", "after = [\"ssq\", \"ssq\"]", 26, "the questionnaire \"ssq\" comes twice"),
+        ("after = [\"raw-tlx\", \"ssq\"]", "after = [\"ssq\", \"ssq\"]", 26, "the questionnaire \"ssq\" occurs twice"),
         ("after = [\"raw-tlx\", \"ssq\"]", "after = [\"sqs\", \"ssq\"]", 26, "there is no such questionnaire"),
-        ("name = \"before\"", "name = \"trial-ssq\"", 20, "an item which the segment \"trial\" makes"),
-        ("name = \"before\"", "name = \"trial-1-a-ssq\"", 20, "an item which the segment \"trial\" makes"),
+        ("name = \"before\"", "name = \"trial-ssq\"", 20, "belongs to an item of the segment \"trial\""),
+        ("name = \"before\"", "name = \"trial-1-a-ssq\"", 20, "belongs to an item of the segment \"trial\""),
     ] {
         let message = parsed(from, to).expect_err(to);
         assert!(message.starts_with(&format!("rules.toml:{line}:")) && message.contains(has), "{to}: {message}");
     }
     let message = parsed("name = \"a\"", "name = \"a\"\n[[condition]]\nname = \"a-ssq\"").expect_err("two of one name");
-    assert!(message.contains("\"trial-1-a-ssq\" is that of a drive and of a questionnaire after one"), "{message}");
+    assert!(message.contains("\"trial-1-a-ssq\" belongs to a drive and to a questionnaire after a drive"), "{message}");
     let alone = "stop_above = { score = \"total\", value = 20.0 }";
     let message = parsed(alone, "stop_text = \"x\"").expect_err("nothing stops");
-    assert!(message.contains("nothing ends the session here"), "{message}");
+    assert!(message.contains("no rule ends the session here"), "{message}");
 }
 
 const RATED: &str = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10.0 }";
@@ -147,7 +147,7 @@ fn a_rating_above_its_limit_while_driving_ends_the_session() {
     // The limit does not apply to the questionnaires after the trial.
     assert_eq!(answered(&study), None);
     for (rule, line, has) in [
-        ("stop_above = { score = \"fms\", value = 10.0 }", 27, "give the segment fms_every_s = 60"),
+        ("stop_above = { score = \"fms\", value = 10.0 }", 27, "set fms_every_s = 60 in the segment"),
         ("fms_every_s = 60\nstop_above = { score = \"fms\", value = 20.0 }", 28, "from 0 to below 20"),
         ("fms_every_s = 60\nstop_above = { score = \"fsm\", value = 10.0 }", 28, "(did you mean fms?)"),
         ("fms_every_s = 5", 27, "fms_every_s is 5; allowed: a number from 20 to 3600 s"),

@@ -494,7 +494,11 @@ mod tests {
         assert!(refused("kind = \"ego\"").starts_with("train.toml:1:1: unknown key `kind`"));
         assert!(refused("estimator_rounds = 5").contains("estimator_rounds is 5; allowed: 0 if sees names no input"));
         assert!(
-            refused("\nstep_s = 0.025").starts_with("train.toml:2:10: step_s is 0.025; allowed: a multiple of 0.01 s")
+            refused(
+                "\n\
+                step_s = 0.025"
+            )
+            .starts_with("train.toml:2:10: step_s is 0.025; allowed: a multiple of 0.01 s")
         );
         assert!(refused("\nhold_s = 0.25").starts_with("train.toml:2:10: hold_s is 0.25; allowed: a whole number"));
     }

@@ -83,10 +83,10 @@ pub enum TriggerSettingsFault {
     #[error("return_to_zero_ms is {0}; allowed: a number from 0 to 1000 ms")]
     Return(f64),
     /// A byte of 0, which is the state between triggers.
-    #[error("the code of {0} is 0; allowed: 1 to 255, for 0 is what stands between triggers")]
+    #[error("the code of {0} is 0; allowed: 1 to 255; 0 is the level between triggers")]
     Zero(&'static str),
     /// Two events with the same byte, which an analysis could not tell apart.
-    #[error("{0} and {1} have the same code {2}; each event needs its own")]
+    #[error("{0} and {1} have the same code {2}; each event needs its own code")]
     Twice(&'static str, &'static str, u8),
 }
 
@@ -132,7 +132,8 @@ impl TriggerSettings {
 pub enum TriggerError {
     /// The device cannot be opened.
     #[error(
-        "the trigger device {device}: {why}\n  remedy: plug it in, name its file, and let this user write to it (on Debian: the group dialout)"
+        "the trigger device {device} cannot be opened: {why}\n  remedy: plug it in, name its file, and give this user \
+         write access (on Debian: the group dialout)"
     )]
     Open {
         /// Device file of the settings.
@@ -141,10 +142,10 @@ pub enum TriggerError {
         why: std::io::Error,
     },
     /// The thread cannot be started.
-    #[error("the thread of the triggers: {0}")]
+    #[error("the thread for triggers cannot start: {0}")]
     Thread(std::io::Error),
     /// The operating system is not supported.
-    #[error("triggers are written on Linux only; leave [triggers] out")]
+    #[error("triggers work on Linux only\n  remedy: leave [triggers] out")]
     System,
 }
 

@@ -112,7 +112,7 @@ mod system {
             OpenOptions::new().read(true).write(true).custom_flags(flags).open(&settings.device).map_err(fault)?;
         // From here on a write waits for room in the buffer, so that no byte is lost.
         fcntl(&file, FcntlArg::F_SETFL(OFlag::O_RDWR)).map_err(|why| fault(why.into()))?;
-        let mut port = tcgetattr(&file).map_err(|_| fault(Error::other("it is no serial port")))?;
+        let mut port = tcgetattr(&file).map_err(|_| fault(Error::other("it is not a serial port")))?;
         cfmakeraw(&mut port);
         port.control_flags |= ControlFlags::CLOCAL | ControlFlags::CREAD;
         port.control_flags &= !(ControlFlags::CSTOPB | ControlFlags::CRTSCTS);

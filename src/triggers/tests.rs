@@ -69,7 +69,7 @@ fn lines_return_to_zero_after_the_pulse_and_the_next_byte_waits() {
 fn a_missing_or_wrong_device_is_named_in_the_error() {
     let file = tempfile::NamedTempFile::new().unwrap();
     let message = TriggerPort::open(&settings(file.path().into(), 0.0)).err().unwrap().to_string();
-    assert!(message.contains("is no serial port") && message.contains(file.path().to_str().unwrap()), "{message}");
+    assert!(message.contains("is not a serial port") && message.contains(file.path().to_str().unwrap()), "{message}");
     let message = TriggerPort::open(&settings("/dev/no-such-port".into(), 0.0)).err().unwrap().to_string();
     assert!(message.contains("/dev/no-such-port") && message.contains("remedy: plug it in"), "{message}");
 }

@@ -4,8 +4,8 @@
 use super::{root, sources};
 use std::fs;
 
-/// Words with which no doc comment begins: they name nothing (CONTRIBUTING.md: English).
-const FIRST_WORDS: [&str; 36] = [
+/// Words with which no doc comment and no text of help begins: they name nothing (CONTRIBUTING.md: English).
+pub(super) const FIRST_WORDS: [&str; 36] = [
     "who",
     "whom",
     "whose",
@@ -83,9 +83,13 @@ fn doc_comments(text: &str) -> Vec<(usize, String)> {
     docs
 }
 
+/// Returns a word in lower case, without punctuation around it.
+pub(super) fn plain(word: &str) -> String {
+    word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\'').to_lowercase()
+}
+
 /// Returns what is wrong with the English of a doc comment, as far as a program can see.
 fn fault_of_english(doc: &str) -> Option<String> {
-    let plain = |word: &str| word.trim_matches(|c: char| !c.is_alphanumeric() && c != '\'').to_lowercase();
     let words: Vec<String> = doc.split_whitespace().map(plain).filter(|word| !word.is_empty()).collect();
     let first = words.first()?;
     if doc.to_lowercase().starts_with("the same") {

@@ -32,7 +32,7 @@ fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
     rig.input(FormInput::Next);
     assert_eq!(rig.running(), "welcome", "a page is not pressed away before it can be read");
     rig.next();
-    assert_eq!(rig.sees(), "words before before");
+    assert_eq!(rig.sees(), "text before before");
     rig.next();
     assert_eq!(rig.sees(), "questions before, page 1 of 2");
     rig.pass(2.0);
@@ -41,9 +41,9 @@ fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
     assert_eq!(answers.len(), 6);
     assert!((answers[0].time_s - 2.0).abs() < 0.01, "{answers:?}: since the page was seen");
 
-    assert_eq!((rig.running().as_str(), rig.sees().as_str()), ("practice", "words before practice"));
+    assert_eq!((rig.running().as_str(), rig.sees().as_str()), ("practice", "text before practice"));
     rig.next();
-    assert_eq!(rig.sees(), "practice is being loaded");
+    assert_eq!(rig.sees(), "practice is loading");
     rig.pass(0.1);
     assert_eq!(rig.sees(), "countdown to practice");
     assert_eq!(rig.road.scenario.as_ref().unwrap().duration_s, 30.0);
@@ -200,9 +200,9 @@ fn items_broken_off_or_called_back_are_run_again() {
     );
     let last = rig.log().item_runs.pop().unwrap();
     assert_eq!((last.outcome, last.reason.as_str()), (ItemOutcome::Aborted, "the phone rang"));
-    rig.refused(SessionCommand::Abort(reason("again")), "there is nothing to break off");
+    rig.refused(SessionCommand::Abort(reason("again")), "there is no item to break off");
     rig.command(SessionCommand::Go);
-    assert_eq!(rig.sees(), "words before practice");
+    assert_eq!(rig.sees(), "text before practice");
     let practice = rig.live_session().items().into_iter().find(|item| item.name == "practice").unwrap();
     assert_eq!((practice.earlier.as_str(), practice.state), ("broken off", ItemState::Now));
 
@@ -245,7 +245,7 @@ fn skipping_omits_the_running_or_the_next_item() {
 #[test]
 fn drives_and_rests_are_extended_held_and_resumed() {
     let mut rig = Rig::new();
-    rig.refused(SessionCommand::Extend { seconds: 5.0, reason: reason("x") }, "no drive and no rest to extend");
+    rig.refused(SessionCommand::Extend { seconds: 5.0, reason: reason("x") }, "no drive or rest to extend");
     rig.refused(SessionCommand::Pause, "there is no drive to pause");
     rig.until_practice();
     rig.next();
@@ -336,10 +336,10 @@ fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
     type Step = (&'static str, fn(&mut Rig));
     let steps: [Step; 7] = [
         ("page welcome", |_| ()),
-        ("words before before", Rig::next),
+        ("text before before", Rig::next),
         ("questions before, page 1 of 2", Rig::next),
-        ("words before practice", Rig::answer),
-        ("practice is being loaded", Rig::next),
+        ("text before practice", Rig::answer),
+        ("practice is loading", Rig::next),
         ("countdown to practice", |rig| rig.pass(0.5)),
         ("rest rest", |rig| {
             rig.pass(4.0);
@@ -374,14 +374,14 @@ fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
         assert_eq!(message, words);
         assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Held, "Go and Resume are offered");
         rig.command(SessionCommand::Go);
-        assert!(!rig.live_session().asked() && rig.sees() == sees || sees == "practice is being loaded", "as it was");
+        assert!(!rig.live_session().asked() && rig.sees() == sees || sees == "practice is loading", "as it was");
     }
     let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
     assert_eq!(kinds, ["asked", "resumed"].repeat(7), "each with the experimenter's answer");
     // The other decisions of the experimenter.
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Skip(reason("enough rest")));
-    assert!(!rig.live_session().asked() && rig.sees() == "words before trial-1-narrow");
+    assert!(!rig.live_session().asked() && rig.sees() == "text before trial-1-narrow");
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Abort(reason("coffee")));
     assert!(!rig.live_session().asked() && rig.sees() == "please wait");
@@ -415,7 +415,7 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
         (state(&rig), rig.log().end.unwrap().excluded.as_deref()),
         (Completion::Excluded, Some("wrong glasses"))
     );
-    rig.refused(SessionCommand::Exclude(reason("again")), "excluded already");
+    rig.refused(SessionCommand::Exclude(reason("again")), "already excluded");
 
     let mut rig = Rig::new();
     rig.until_practice();

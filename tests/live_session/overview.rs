@@ -41,8 +41,8 @@ fn each_item_of_the_plan_shows_its_present_and_earlier_states() {
     let what: Vec<String> = rig.live_session().items().into_iter().map(|item| item.what).collect();
     assert_eq!(what[3], "rest, 10 s");
     assert!(
-        what[2].starts_with("30 s on ring-250, 22 cars")
-            && what[2].ends_with("sooner after 2 s in range without a break"),
+        what[2].starts_with("30 s on ring-250, 22 vehicles")
+            && what[2].ends_with("or until 2 s in range without a break"),
         "{what:?}"
     );
 }
@@ -75,7 +75,7 @@ fn the_experimenter_is_told_what_the_participant_sees() {
     rig.next();
     assert!(
         matches!(rig.live_session().screen(none), ParticipantScreen::Wait(text) if text == texts.ready),
-        "it is being loaded"
+        "it is loading"
     );
     assert_eq!(rig.live_session().phase(none), SessionPhase::Driving);
     // 3 s of countdown, less one frame.

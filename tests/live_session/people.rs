@@ -70,10 +70,10 @@ fn a_participant_who_declines_is_thanked_and_nothing_else_is_kept() {
         rig.live_session().screen(BackendStatus::default()),
         ParticipantScreen::Page("You will drive a car.")
     ));
-    rig.refused(SessionCommand::Skip("hurry".into()), "nobody takes part without consent");
+    rig.refused(SessionCommand::Skip("hurry".into()), "a participant without consent cannot take part");
     rig.next();
     assert_eq!(rig.sees(), "questions consent, page 1 of 1");
-    rig.refused(SessionCommand::Skip("hurry".into()), "nobody takes part without consent");
+    rig.refused(SessionCommand::Skip("hurry".into()), "a participant without consent cannot take part");
     pick(&mut rig, &[1]);
     assert!(rig.live_session().is_over());
     assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Over);

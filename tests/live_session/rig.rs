@@ -229,6 +229,6 @@ impl Rig {
         self.next();
         self.next();
         self.answer();
-        assert_eq!(self.sees(), "words before practice");
+        assert_eq!(self.sees(), "text before practice");
     }
 }

@@ -109,17 +109,18 @@ fn the_printed_plan_has_each_text_and_its_file_and_mistakes_a_line() {
     let parsed = |text: &str| Study::parse(text.to_owned(), Path::new("spoken.toml")).map_err(|error| error.0);
     let table = parsed(&text).unwrap().table(1);
     for has in [
-        "Spoken in welcome: welcome.wav, 3.0 s, 8000 Hz, mono; its text, read in about 4 s:\n  | # Hello\n  | Drive safely.\n",
+        "Spoken in welcome: welcome.wav, 3.0 s, 8000 Hz, mono; its text, about 4 s of reading:\n  | # Hello\n  | Drive \
+         safely.\n",
         "Spoken in trial: trial.wav, 2.0 s, 8000 Hz, mono; its text",
     ] {
         assert!(table.contains(has), "{table}");
     }
     for (from, to, line, has) in [
-        ("language = \"en\"\n", "", 25, "say at the top of the file which is spoken: language"),
+        ("language = \"en\"\n", "", 25, "name the spoken language at the top of the file: language"),
         ("language = \"en\"", "language = \"fr\"", 26, "the instructions come in de, en"),
         ("language = \"en\"", "language = \"de\"", 26, "nowhere.wav cannot be read"),
         ("text = \"Drive.\"\n", "", 25, "spoken instructions need `text`"),
-        ("language = \"en\"", "record_room = true", 4, "a voice tells who somebody is"),
+        ("language = \"en\"", "record_room = true", 4, "a voice identifies a person"),
     ] {
         let message = parsed(&text.replacen(from, to, 1)).expect_err(to);
         assert!(message.starts_with(&format!("spoken.toml:{line}:")) && message.contains(has), "{message}");

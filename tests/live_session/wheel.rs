@@ -142,7 +142,7 @@ name = "trial"
     assert!(answers[..2].iter().all(|answer| *answer == answers[0]), "none twice: {answers:?}");
     assert!(answers[2..].iter().all(|answer| *answer == answers[2]) && answers[2] != answers[0], "severe: {answers:?}");
     push(&mut rig, CROSS, 0);
-    assert!(rig.sees().starts_with("words before trial"), "{}", rig.sees());
+    assert!(rig.sees().starts_with("text before trial"), "{}", rig.sees());
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
         (inputs, kit.take_news(), kit.wheel())
     };
     let (inputs, news, _) = after(WheelMessage::Connected(Box::new(found)));
-    assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is there"), "{inputs:?} {news:?}");
+    assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is plugged in"), "{inputs:?} {news:?}");
     // The accelerator fully pressed is Enter, once; the brake goes back. 255 is released, 0 fully pressed.
     let pedal = |code: u16, raw: i32| WheelMessage::Axis { code, raw, at: None };
     let moved = after(WheelMessage::Axis { code: 0, raw: 30_000, at: None });

@@ -15,7 +15,12 @@ use serde_json::Value;
 const PATIENCE_S: f64 = 20.0;
 
 fn settings(record: &str, wait_s: f64) -> LabSettings {
-    toml::from_str(&format!("[lsl]\nrecord = [\"{record}\"]\nwait_s = {wait_s:?}")).unwrap()
+    toml::from_str(&format!(
+        "[lsl]\n\
+        record = [\"{record}\"]\n\
+        wait_s = {wait_s:?}"
+    ))
+    .unwrap()
 }
 
 /// Returns the source ids that `is_wanted` among all streams, when there are `number` of them or after [`PATIENCE_S`].
@@ -41,10 +46,7 @@ fn a_missing_stream_is_named_with_the_available_ones() {
     // On a busy machine the device may answer after the one second of a search for all streams.
     let mut messages = (0..PATIENCE_S as u32).map(|_| refused("type='EEG'"));
     let message = messages.find(|message| message.contains(device)).expect("a message that names the device");
-    assert!(
-        message.starts_with("no LSL stream with type='EEG' came within 0.5 s. Streams that are there: "),
-        "{message}"
-    );
+    assert!(message.starts_with("no LSL stream with type='EEG' was found within 0.5 s. Streams found: "), "{message}");
     let message = refused("type='EEG");
     assert!(message.contains("liblsl refused the predicate type='EEG"), "{message}");
 }
@@ -72,7 +74,7 @@ fn a_device_that_returns_leaves_a_reported_gap() {
     let (lab, news) = drive(7.0, lab, &recording);
     drop(lab);
     again.join().unwrap().end();
-    assert_eq!(news, ["the LSL stream tracker is gone; it is looked for", "the LSL stream tracker is back"]);
+    assert_eq!(news, ["the LSL stream tracker is gone; codrive searches for it", "the LSL stream tracker is back"]);
     let text = std::fs::read_to_string(recording.join(streams::FOLDER).join("tracker.json")).unwrap();
     let about: Value = serde_json::from_str(&text).unwrap();
     let gaps = about["gaps"].as_array().unwrap();
@@ -142,7 +144,7 @@ fn a_missing_library_is_reported_before_the_drive_if_it_is_needed() {
         (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let (is_well, printed) = codrive(&["drive", "--lsl", "--traffic", "native"]);
-    assert!(!is_well && printed.contains("liblsl is not here: /nowhere/liblsl.so"), "{printed}");
+    assert!(!is_well && printed.contains("liblsl was not found: /nowhere/liblsl.so"), "{printed}");
     assert!(printed.contains("remedy: run scripts/setup --lsl, or set CODRIVE_LSL"), "{printed}");
     let (is_well, printed) = codrive(&["run", "--duration", "1", "--traffic", "native"]);
     assert!(is_well, "{printed}");

@@ -234,7 +234,7 @@ fn settings_are_saved_and_loaded_by_name_and_overwritten_only_on_request() {
     harness.run();
     type_into(&mut harness, Role::TextInput, "Save as", "dense ring");
     click(&mut harness, "Save");
-    harness.get_by_label_contains("\"dense ring\" cannot be a name: a preset's name has 1 to 60 letters, digits");
+    harness.get_by_label_contains("\"dense ring\" cannot be a name; allowed: 1 to 60 letters, digits");
     type_into(&mut harness, Role::TextInput, "Save as", "dense");
     click(&mut harness, "Save");
     harness.get_by_label_contains("saved as ");
@@ -400,7 +400,7 @@ fn a_narrow_window_has_pages_turned_by_keys_and_shows_the_worst_lamp() {
     harness.get_by_label("Recorder: recording, 20 of 32 batches waiting");
     harness.get_by_label("Restart");
     press(&mut harness, Modifiers::COMMAND, Key::Num2);
-    harness.get_by_label("What the participant sees");
+    harness.get_by_label("View of the participant");
     assert!(harness.query_by_label("Restart").is_none());
     press(&mut harness, Modifiers::COMMAND, Key::Num3);
     harness.get_by_label("Space and time, metres along the road");

@@ -417,7 +417,7 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
     ] {
         assert_eq!(ctrl(&mut harness, key), []);
         assert_eq!(enter(&mut harness), [], "it wants a reason");
-        harness.get_by_label("A few words are needed.");
+        harness.get_by_label("Please write a few words.");
         type_in(&mut harness, words);
         assert_eq!(enter(&mut harness), [expected]);
         assert!(harness.query_by_label("Cancel").is_none(), "done is done");
@@ -482,7 +482,7 @@ fn buttons_act_only_when_possible_and_ending_a_drive_asks_first() {
 #[test]
 fn the_experimenters_part_has_its_pictures() {
     let mut asked = Lead::new(SessionPhase::Held);
-    (asked.asked, asked.error) = (true, Some("there is no drive and no rest to extend"));
+    (asked.asked, asked.error) = (true, Some("there is no drive or rest to extend"));
     save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
     let mut repeat = lead(Lead::new(SessionPhase::Experimenter), [360.0, 560.0]);
     ctrl(&mut repeat, Key::R);

@@ -103,8 +103,8 @@ fn the_page_shows_the_wheel_angle_the_pedals_and_the_last_button() {
     let mut harness = harness(bench(Some(shown)));
     // (32767 - 27000) / 32767 of 450 degrees to the left; the accelerator is half pressed, without its dead zones.
     harness.get_by_label_contains("+79.2°");
-    harness.get_by_label("way  49 %  effect  49 %");
-    harness.get_by_label("way   0 %  effect   0 %");
+    harness.get_by_label("travel  49 %  effect  49 %");
+    harness.get_by_label("travel   0 %  effect   0 %");
     harness.get_by_label("pressed last: 289, horn");
     picture(&mut harness, "wheel-live");
 }

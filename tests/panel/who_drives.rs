@@ -9,7 +9,7 @@ fn the_driver_estimate_is_shown_with_its_uncertainty_if_there_is_one() {
     let mut bench = Bench::after(600);
     let mut panel = harness(Bench::after(600), [1400.0, 1900.0], 1.0);
     panel.run();
-    assert!(panel.query_by_label_contains("as the policy estimates").is_none());
+    assert!(panel.query_by_label_contains("as estimated by the policy").is_none());
     let mean =
         DriverTraits { reaction_s: 1.25, speed_bias_mps: -0.5, error_mps: 0.3, time_gap_factor: 1.1, willingness: 0.9 };
     let sd =
@@ -17,7 +17,7 @@ fn the_driver_estimate_is_shown_with_its_uncertainty_if_there_is_one() {
     bench.now.advice = bench.now.advice.map(|advice| Advice { driver: Some(DriverEstimate { mean, sd }), ..advice });
     let mut panel = harness(bench, [1400.0, 1900.0], 1.0);
     panel.run();
-    panel.get_by_label_contains("as the policy estimates");
+    panel.get_by_label_contains("as estimated by the policy");
     for words in ["1.25 ± 0.50 s", "-0.50 ± 0.25 m/s", "0.30 ± 0.10 m/s", "1.10 ± 0.20", "90 ± 5 %"] {
         panel.get_by_label_contains(words);
     }

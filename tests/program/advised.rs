@@ -76,7 +76,7 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
     assert!(figure.contains(ignores) && figure.contains("even ring"), "its line has a name, and the ring its level");
 
     for (wrong, why) in [
-        (["--traffic", "ring", "--advised", "5%"], "traffic ring has one advised car"),
+        (["--traffic", "ring", "--advised", "5%"], "traffic ring has one advised vehicle"),
         (["--traffic", "native", "--advised", "23"], "allowed: 0 to 22"),
         (["--traffic", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
     ] {
@@ -89,8 +89,8 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
 fn a_run_with_advised_vehicles_lists_them_and_the_mean_speed_of_all() {
     let arguments = ["run", "--traffic", "native", "--duration", "2", "--policy", "pi", "--advised", "20%"];
     let (code, text) = printed(&mut codrive(&arguments));
-    assert!(code == 0 && text.contains("advised                  4 of 22 (18.2 %): cars 0, 5, 11, 16\n"), "{text}");
-    assert!(text.contains("mean speed, all cars"), "{text}");
+    assert!(code == 0 && text.contains("advised                  4 of 22 (18.2 %): vehicles 0, 5, 11, 16\n"), "{text}");
+    assert!(text.contains("mean speed, all vehicles"), "{text}");
     let output = codrive(&arguments).arg("--json").output().unwrap();
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["advised"]["vehicles"], serde_json::json!([0, 5, 11, 16]));

@@ -90,7 +90,7 @@ fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert_eq!(maps(&printed(&listed)), ["merge", "practice", "ring-250", "ring-300", "ring-641"]);
     let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
-    assert!(drove.status.success() && printed(&drove).contains("22 cars on ring-300"), "{}", printed(&drove));
+    assert!(drove.status.success() && printed(&drove).contains("22 vehicles on ring-300"), "{}", printed(&drove));
     let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
     assert_eq!(refused.status.code(), Some(2));
     assert!(
@@ -118,7 +118,7 @@ fn another_user_without_a_home_drives_and_leaves_one_temporary_folder() {
     fs::set_permissions(own, fs::Permissions::from_mode(0o777)).unwrap();
     let refused = run(elsewhere.stranger().env_remove("HOME").args(DRIVE));
     assert!(
-        refused.status.code() == Some(2) && printed(&refused).contains("others can write to it"),
+        refused.status.code() == Some(2) && printed(&refused).contains("other users can write to it"),
         "{}",
         printed(&refused)
     );
@@ -166,7 +166,7 @@ fn a_named_folder_comes_first_and_one_without_data_is_refused_by_name() {
     let by_environment = run(elsewhere.command().env("CODRIVE_DATA", &named).args(["map", "list"]));
     assert_eq!(maps(&String::from_utf8_lossy(&by_environment.stdout)), ["ring-250"]);
     // A variable may be set and forgotten, so the program prints the folder that it names.
-    let line = format!("codrive: maps and policies are those of {} (CODRIVE_DATA)\n", named.display());
+    let line = format!("codrive: maps and policies come from {} (CODRIVE_DATA)\n", named.display());
     assert_eq!(String::from_utf8_lossy(&by_environment.stderr), line);
     let wrong = elsewhere.at("work");
     let refused = run(elsewhere.command().arg("map").arg("list").arg("--data").arg(&wrong));

@@ -88,7 +88,7 @@ fn a_pipe_in_the_place_of_a_file_is_named_and_never_waited_for() {
             "it is a pipe",
         ),
         ("copy/study.toml", rehearse(&path("copy")).to_vec(), "it is a pipe"),
-        ("begun/README.md", rehearse(&path("begun")).to_vec(), "holds README.md and is no data set"),
+        ("begun/README.md", rehearse(&path("begun")).to_vec(), "holds README.md and is not the data set"),
         ("list/SHA256SUMS", analyse(&path("list")), "it is a pipe"),
         (
             "taken/lock",

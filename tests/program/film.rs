@@ -147,7 +147,7 @@ fn a_failing_or_missing_ffmpeg_is_reported_and_nothing_is_called_done() {
         .output()
         .unwrap();
     let printed = text(&none);
-    assert!(none.status.code() == Some(1) && printed.contains("install it, or take --frames-dir"), "{printed}");
+    assert!(none.status.code() == Some(1) && printed.contains("install it, or use --frames-dir"), "{printed}");
 }
 
 #[test]

@@ -70,7 +70,7 @@ fn mistakes_are_reported_before_anything_is_driven() {
     refused(&["--policy", "pi", "--driver", "folow", "--out", out], &["did you mean follow"]);
     refused(&["--policy", "pi", "--budget", "1", "--out", out], &["--budget"]);
     fs::write(out, "format = \"codrive controller 1\"\nkind = \"pi\"\nmean = 38\n").unwrap();
-    refused(&["--policy", "pi", "--out", out], &["mine.toml: is there already", "--out"]);
+    refused(&["--policy", "pi", "--out", out], &["mine.toml: exists", "--out"]);
     let other = folder.path().join("other.toml");
     refused(
         &["--policy", out, "--out", other.to_str().unwrap()],

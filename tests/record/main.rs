@@ -207,7 +207,7 @@ fn a_what_if_drives_the_same_seed_and_prints_the_paired_difference() {
     assert!(words.contains("recorded driver simulated: follow, policy ring-250-speed"), "{text}");
     assert!(words.contains("instead driver simulated: perfect, policy constant"), "{text}");
     assert!(words.contains("recorded instead recorded less instead"), "{text}");
-    let row = text.lines().find(|line| line.starts_with("mean speed, all cars")).unwrap();
+    let row = text.lines().find(|line| line.starts_with("mean speed, all vehicles")).unwrap();
     let numbers: Vec<f64> = row.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     let [recorded, instead, difference] = numbers[..] else { panic!("{row}") };
     assert!((recorded - instead - difference).abs() < 0.0011 && recorded != instead, "{row}");

@@ -373,7 +373,7 @@ fn advised_vehicles_of_a_network_are_in_their_table_and_replay_to_the_bit() {
         "--out",
         out,
     ]));
-    assert!(code == 0 && text.contains(" vehicles, as they came\n"), "{text}");
+    assert!(code == 0 && text.contains(" vehicles, in order of entry\n"), "{text}");
     let read = |table: Table| TableReader::parquet(&table.parquet(&drive)).unwrap();
     let rows: Vec<(u64, u32)> = read(Table::Advised)
         .wholes("tick")

@@ -20,7 +20,7 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
     let (code, text) = printed(&mut codrive(&["replay", path]));
     assert!(code == 0 && text.contains("consistent, not authentic") && !text.contains("authentic: signed"), "{text}");
     let (code, text) = printed(&mut codrive(&["replay", path, "--signer", &signers]));
-    assert!(code == 1 && text.contains("it is not signed") && text.contains("codrive sign"), "{text}");
+    assert!(code == 1 && text.contains("not signed: there is no") && text.contains("codrive sign"), "{text}");
     let (code, text) = printed(&mut codrive(&["sign", path, "--key", &lab]));
     assert!(code == 0 && text.contains("manifest.json.sig"), "{text}");
     let (code, text) = printed(&mut codrive(&["replay", path, "--signer", &signers]));

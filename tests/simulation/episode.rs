@@ -370,14 +370,14 @@ fn unsuitable_settings_are_refused_with_the_allowed_values() {
     for (set, begins) in [
         (json!({ "sees": "speed,signal_distance" }), "sees names `signal_distance`; this closed route has none"),
         (json!({ "sees": "speed,gapp" }), "sees names `gapp` (did you mean gap?); allowed: "),
-        (json!({ "sees": "reaction" }), "sees names `reaction`, which whole drives tell nobody: who drives"),
+        (json!({ "sees": "reaction" }), "sees names `reaction`, which whole drives do not have: the kind of driver"),
         (
             json!({ "sees": "controller_speed" }),
-            "sees names `controller_speed`, which whole drives tell nobody: no controller",
+            "sees names `controller_speed`, which whole drives do not have: there is no controller",
         ),
         (json!({ "levels": 1 }), "levels is 1; allowed: 0"),
         (json!({ "horizon_s": 0.5 }), "horizon_s is 0.5; allowed: a number from 1 to 36000 s"),
-        (json!({ "horizon_s": 10.0, "hold_s": 20.0 }), "hold_s is 20; the horizon is 10 s"),
+        (json!({ "horizon_s": 10.0, "hold_s": 20.0 }), "hold_s is 20; allowed: at most the horizon of 10 s"),
         (json!({ "advised": "0" }), "advised is 0; allowed: at least one vehicle"),
         (json!({ "advised": "23" }), "advised is 23; allowed: 0 to 22"),
         (json!({ "traffic": "native", "path": "a b" }), "traffic is native; allowed with a path"),
@@ -402,7 +402,7 @@ fn unsuitable_settings_are_refused_with_the_allowed_values() {
     assert_eq!((EpisodeConfig::why_not("hold_s"), EpisodeConfig::why_not("nothing")), (None, None));
     let mut episode = begin(&on_ring(json!({ "traffic": "native", "advised": "2", "warm_up_s": 0.0 })), 1);
     let why = episode.hold(&[0.0]).expect_err("one of two").to_string();
-    assert_eq!(why, "1 actions; allowed: 2, one for each advised vehicle that is there");
+    assert_eq!(why, "1 actions; allowed: 2, one for each present advised vehicle");
     let why = episode.hold(&[0.0, f32::NAN]).expect_err("no number").to_string();
     assert_eq!(why, "the action of vehicle_11 is NaN; allowed: a finite number; -1 to 1 spans the limits");
     assert!(!episode.is_over() && episode.hold(&[0.0, 0.5]).is_ok(), "what was refused has changed nothing");

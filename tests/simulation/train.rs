@@ -52,7 +52,7 @@ fn a_training_makes_a_policy_that_drives_and_resumes_to_the_same_bits() {
     // No file is overwritten, and a training resumes only with its old settings.
     let before = fs::read(whole.join("policy.toml")).unwrap();
     let printed = refused(&["train", "--config", &config, "--out", &text(&whole)]);
-    assert!(printed.contains("holds a training already (policy.toml)"), "{printed}");
+    assert!(printed.contains("already holds a training (policy.toml)"), "{printed}");
     let printed = refused(&["train", "--resume", "--seed", "7", "--out", &text(&whole)]);
     assert!(printed.contains("was trained with `seed = 1`, not `seed = 7`"), "{printed}");
     assert_eq!(fs::read(whole.join("policy.toml")).unwrap(), before);
@@ -77,7 +77,7 @@ fn a_full_disk_is_reported_and_leaves_the_old_checkpoint() {
         .unwrap();
     let printed = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{printed}");
-    assert!(printed.contains("File too large") && printed.contains("the file of before is kept"), "{printed}");
+    assert!(printed.contains("File too large") && printed.contains("the previous file is kept"), "{printed}");
     assert_eq!(fs::read(out.join("checkpoint.json")).unwrap(), before);
     assert!(!out.join("checkpoint.json.new").exists(), "nothing half-written is left");
     codrive(&resume).success();
@@ -110,7 +110,7 @@ fn an_evaluation_writes_tables_and_figures_and_overwrites_no_file() {
             assert_eq!(f64::from(wide), (183.0_f64 / 25.4 * 300.0).ceil(), "{name}");
         }
     }
-    assert!(refused(&arguments).contains("holds an evaluation already (rings.csv)"));
+    assert!(refused(&arguments).contains("already holds an evaluation (rings.csv)"));
     let printed = refused(&["evaluate", "--driver", "folow"]);
     assert!(printed.contains("no driver is called \"folow\" (did you mean follow?)"), "{printed}");
     assert!(refused(&["evaluate", "--holds", "0.25"]).contains("allowed: a whole number of steps of 0.1 s"));

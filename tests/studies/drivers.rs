@@ -200,7 +200,10 @@ fn a_rehearsal_continues_with_the_same_drivers_only() {
     for drivers in [None, Some("other.toml")] {
         let (code, printed) = go("2", drivers);
         assert!(code != 0 && printed.contains("participant R01 began as another driver"), "{drivers:?}: {printed}");
-        assert!(printed.contains("reaction_s was 0.6 ") && printed.contains("give the same --drivers"), "{printed}");
+        assert!(
+            printed.contains("reaction_s was 0.6 ") && printed.contains("repeat the earlier --drivers"),
+            "{printed}"
+        );
     }
     assert!(!out.join("sourcedata/sub-R02").exists(), "nobody drove meanwhile");
     assert_eq!(go("2", Some("people.toml")).0, 0);

@@ -153,7 +153,7 @@ fn a_limit_stops_a_rehearsal_as_it_would_stop_a_participant() {
     );
     let data = folder.path().join("data");
     let (code, words) = printed(&["study", "rehearse", &file, "--out", data.to_str().unwrap()]);
-    assert!(code == 0 && words.contains("3 of them stopped by a rule of the study"), "{words}");
+    assert!(code == 0 && words.contains("3 of them were stopped by a rule of the study"), "{words}");
     let participants = table(&data.join("participants.tsv"));
     assert!(participants.iter().all(|row| row["state"] == "withdrawn"), "{participants:?}");
     assert!(

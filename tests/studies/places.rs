@@ -102,15 +102,15 @@ fn a_recording_in_the_folder_of_another_participant_is_found() {
     let (_folder, root) = data_set();
     let name = trial(&root, "sub-R01", 1).file_name().unwrap().to_string_lossy().into_owned();
     let line =
-        format!("sourcedata/sub-R01/{name}: is a recording of participant R02; it lies in the folder of sub-R01");
+        format!("sourcedata/sub-R01/{name}: is a recording of participant R02, but it is in the folder of sub-R01");
     assert!(found.contains(&line), "{found}");
-    assert!(found.contains("is a recording of participant R01; it lies in the folder of sub-R02"), "{found}");
+    assert!(found.contains("is a recording of participant R01, but it is in the folder of sub-R02"), "{found}");
     let found = misplaced(|root| {
         let session = |subject: &str| root.join("sourcedata").join(subject).join("session.json");
         swap(&session("sub-R01"), &session("sub-R02"));
     });
     assert!(
-        found.contains("sub-R01/session.json: is the session of sub-R02; it lies in the folder of sub-R01"),
+        found.contains("sub-R01/session.json: is the session of sub-R02, but it is in the folder of sub-R01"),
         "{found}"
     );
 }
@@ -118,7 +118,7 @@ fn a_recording_in_the_folder_of_another_participant_is_found() {
 #[test]
 fn swapped_trials_and_baselines_are_found() {
     let found = misplaced(|root| swap(&trial(root, "sub-R01", 1), &trial(root, "sub-R01", 2)));
-    assert_eq!(found.matches(": is not the drive that study.toml has for trial-").count(), 2, "{found}");
+    assert_eq!(found.matches(": is not the drive that study.toml plans for trial-").count(), 2, "{found}");
     let baseline =
         |root: &Path, number| PathBuf::from(format!("{}-baseline", trial(root, "sub-R01", number).display()));
     let found = misplaced(|root| swap(&baseline(root, 1), &baseline(root, 2)));
@@ -127,12 +127,12 @@ fn swapped_trials_and_baselines_are_found() {
         fs::remove_dir_all(baseline(root, 1)).unwrap();
         copy(&trial(root, "sub-R01", 1), &baseline(root, 1));
     });
-    assert!(found.contains("is no drive without advice: its policy is ring-250-speed"), "{found}");
+    assert!(found.contains("is not a drive without advice: its policy is ring-250-speed"), "{found}");
     let found = misplaced(|root| {
         swap(&baseline(root, 1), &PathBuf::from(format!("{}-baseline", trial(root, "sub-R02", 1).display())))
     });
     assert!(
-        found.contains("-baseline: is a recording of participant R02; it lies in the folder of sub-R01"),
+        found.contains("-baseline: is a recording of participant R02, but it is in the folder of sub-R01"),
         "{found}"
     );
     // Driven with another policy than the condition's in the plan.
@@ -140,7 +140,7 @@ fn swapped_trials_and_baselines_are_found() {
         let manifest = trial(root, "sub-R01", 1).join("manifest.json");
         edit(&manifest, "\"name\": \"ring-250-speed\"", "\"name\": \"pi\"");
     });
-    assert!(found.contains(": the policy is pi, planned is ring-250-speed"), "{found}");
+    assert!(found.contains(": the policy is pi; planned: ring-250-speed"), "{found}");
     // In a folder that is named after another item.
     let found = misplaced(|root| {
         let from = trial(root, "sub-R01", 1);
@@ -156,7 +156,7 @@ fn swapped_trials_and_baselines_are_found() {
         let keys: serde_json::Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
         edit(&manifest, keys["began"].as_str().unwrap(), "2020-01-01T00:00:00Z");
     });
-    assert!(found.contains("was begun at 2020-01-01T00:00:00Z; session.json says that trial-1-"), "{found}");
+    assert!(found.contains("began at 2020-01-01T00:00:00Z; by session.json trial-1-"), "{found}");
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn tables_that_contradict_the_log_are_found() {
     };
     let found = of_scans("\twide\t", "\tnarrow\t");
     assert!(found.contains("sub-R01_scans.tsv: condition of sourcedata/sub-R01/trial-"), "{found}");
-    assert!(found.contains(" is narrow; by the log and study.toml it is wide"), "{found}");
+    assert!(found.contains(" is narrow; the log and study.toml have wide"), "{found}");
     let found = of_scans("sourcedata/sub-R01/trial-1", "sourcedata/sub-R02/trial-1");
     assert!(
         found.contains("names sourcedata/sub-R02/trial-1")
@@ -178,7 +178,7 @@ fn tables_that_contradict_the_log_are_found() {
     let found = of_people("sub-R01\t1\t", "sub-R01\t2\t");
     assert!(found.contains("number of sub-R01 is 2; sourcedata/sub-R01/session.json says 1"), "{found}");
     let found = of_people("complete", "excluded");
-    assert!(found.contains("state of sub-R01 is excluded; sourcedata/sub-R01/session.json says complete"), "{found}");
+    assert!(found.contains("state of sub-R01 is excluded; sourcedata/sub-R01/session.json has complete"), "{found}");
     let found = misplaced(|root| {
         let path = root.join("participants.tsv");
         let text = fs::read_to_string(&path).unwrap();
@@ -188,10 +188,10 @@ fn tables_that_contradict_the_log_are_found() {
         )
         .unwrap();
     });
-    assert!(found.contains("has no row of sub-R02, whose session is over"), "{found}");
+    assert!(found.contains("has no row for sub-R02, but the session is over"), "{found}");
     let found = misplaced(|root| edit(&root.join("sourcedata/sub-R01/session.json"), "\"index\": 0", "\"index\": 1"));
     assert!(
-        found.contains("the order is ") && found.contains("that of participant number 2 in study.toml is another"),
+        found.contains("the order is ") && found.contains("study.toml has another order for participant number 2"),
         "{found}"
     );
 }
@@ -206,7 +206,7 @@ fn an_extra_or_missing_folder_is_found() {
     let found = misplaced(|root| fs::remove_dir_all(root.join("sourcedata/sub-R02")).unwrap());
     assert!(found.contains("sub-R02: there is no folder sourcedata/sub-R02"), "{found}");
     let found = misplaced(|root| fs::remove_dir_all(trial(root, "sub-R01", 1)).unwrap());
-    assert!(found.contains("there is no recording that can be read"), "{found}");
+    assert!(found.contains("there is no readable recording"), "{found}");
 }
 
 #[test]
@@ -216,7 +216,8 @@ fn an_analysis_names_faults_first_and_fails_with_its_exit_code() {
     swap(&trial(&root, "sub-R01", 1), &trial(&root, "sub-R01", 2));
     let refused = codrive(&["analyse", path], "error");
     assert!(
-        refused.status.code() == Some(1) && text(&refused).contains("is not the drive that study.toml has"),
+        refused.status.code() == Some(1)
+            && text(&refused).contains("is not the drive that study.toml plans for trial-"),
         "{}",
         text(&refused)
     );
@@ -225,7 +226,10 @@ fn an_analysis_names_faults_first_and_fails_with_its_exit_code() {
     assert!(text(&accepted).starts_with("not as written: "), "{}", text(&accepted));
     let page = fs::read_to_string(root.join("derivatives/codrive/report.html")).unwrap();
     let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("{what}"));
-    assert!(at("is not the drive that study.toml has") < at("Participants: "), "before all that is said of the drives");
+    assert!(
+        at("is not the drive that study.toml plans for trial-") < at("Participants: "),
+        "before all that is said of the drives"
+    );
     assert!(!page.contains("Files: consistent"), "files that differ are not called consistent");
 }
 
@@ -268,5 +272,8 @@ fn a_signed_data_set_and_each_of_its_recordings_are_authentic() {
     keys.insert("sha256".into(), file_sha256(&manifest).unwrap().into());
     fs::write(&manifest, serde_json::to_string_pretty(&keys).unwrap() + "\n").unwrap();
     let (code, printed) = run(&["replay", drive.to_str().unwrap(), "--signer", &signers]);
-    assert!(code == Some(1) && printed.contains("signed the data set without this recording as it is"), "{printed}");
+    assert!(
+        code == Some(1) && printed.contains("signed the data set with another version of this recording"),
+        "{printed}"
+    );
 }

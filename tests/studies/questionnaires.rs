@@ -91,11 +91,11 @@ fn a_mistake_in_a_score_is_named() {
         )
     };
     for (score, has) in [
-        (r#""method": "weighted", "of": ["a"]"#, "weighted without `by`"),
-        (r#""method": "mean", "of": ["a"], "by": ["b"]"#, "has `by` where it is not weighted"),
-        (r#""method": "sum", "of": ["a"], "turned": ["b"]"#, "turns \"b\""),
-        (r#""method": "sum", "of": ["a", "b"], "turned": ["b"]"#, "turns \"b\"; allowed: a rating"),
-        (r#""method": "weighted", "of": ["a"], "by": ["c"]"#, "is of \"c\", which no question has"),
+        (r#""method": "weighted", "of": ["a"]"#, "weighting without `by`"),
+        (r#""method": "mean", "of": ["a"], "by": ["b"]"#, "has `by` without weighting"),
+        (r#""method": "sum", "of": ["a"], "turned": ["b"]"#, "reverses \"b\""),
+        (r#""method": "sum", "of": ["a", "b"], "turned": ["b"]"#, "reverses \"b\"; allowed: a rating"),
+        (r#""method": "weighted", "of": ["a"], "by": ["c"]"#, "uses \"c\", but no question has this name"),
     ] {
         let printed = Questionnaire::parse(&text(score), "t.json").expect_err(score).to_string();
         assert!(printed.contains(has), "{score}: {printed}");

@@ -388,7 +388,7 @@ fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
         assert!(text.contains(has), "{text}");
     };
     let mut session = open(ParticipantKind::Person, &code).unwrap();
-    refused(open(ParticipantKind::Person, &code), "is being run by another program");
+    refused(open(ParticipantKind::Person, &code), "another program runs the session of participant");
     refused(open(ParticipantKind::Person, &ParticipantCode::new("p03").unwrap()), "only by capital letters");
     assert!(session.repeat("welcome", "", "t1").unwrap_err().to_string().contains("nothing yet"));
     session.begin("t1").unwrap();
@@ -421,12 +421,12 @@ fn a_session_can_be_skipped_repeated_noted_stopped_and_never_run_twice() {
     assert!(session.skip("", "t").unwrap_err().to_string().contains("nothing is left to do"));
     session.finish("t").unwrap();
     drop(session);
-    refused(open(ParticipantKind::Person, &other), "nobody takes part twice");
+    refused(open(ParticipantKind::Person, &other), "cannot take part again");
     refused(open(ParticipantKind::Simulated, &other), "is a person");
 
     let file = out.join("sourcedata/sub-P04/session.json");
     fs::write(&file, "{").unwrap();
-    refused(open(ParticipantKind::Person, &other), "is no session of this program");
+    refused(open(ParticipantKind::Person, &other), "not a session of this program");
     fs::remove_file(&file).unwrap();
     fs::write(out.join("sourcedata/sub-P04/trial"), "").unwrap();
     refused(open(ParticipantKind::Person, &other), "but no session.json");
@@ -460,7 +460,7 @@ fn a_clock_that_is_set_back_changes_no_order_and_stays_in_the_stamps() {
 fn other_folders_are_refused_and_left_alone() {
     let (folder, file, out) = place();
     let (code, text) = rehearse(&file, folder.path(), "1");
-    assert!(code == 2 && text.contains("is no data set of a study"), "{text}");
+    assert!(code == 2 && text.contains("is not the data set of a study"), "{text}");
     assert_eq!(files(folder.path()), std::slice::from_ref(&file));
 
     let data = DataSet::open(&out, &study()).unwrap();
@@ -471,7 +471,7 @@ fn other_folders_are_refused_and_left_alone() {
     assert!(code == 2 && text.contains("holds data of a person (P01)"), "{text}");
     fs::write(&file, short().replace("seed = 7", "seed = 8")).unwrap();
     let (code, text) = rehearse(&file, &out, "1");
-    assert!(code == 2 && text.contains("is not the study that this data set was begun with"), "{text}");
+    assert!(code == 2 && text.contains("differs from the study of this data set"), "{text}");
     let (code, text) = codrive(&["study", "rehearse", file.to_str().unwrap()]);
     assert!(code == 2 && text.contains("--out"), "{text}");
 

@@ -175,7 +175,10 @@ fn errors_of_sdl_name_their_remedy() {
     let nowhere = [PathBuf::from("/nowhere/libSDL2.so")];
     let missing = text(SdlForce::open_from(&nowhere, G29, "Logitech G29", 0.0));
     assert!(missing.starts_with("Logitech G29 gives no force (SDL2 cannot be used: /nowhere/libSDL2.so"), "{missing}");
-    assert!(missing.contains("the drive goes on without\n  remedy: ") && missing.contains("CODRIVE_SDL2"), "{missing}");
+    assert!(
+        missing.contains("the drive continues without force\n  remedy: ") && missing.contains("CODRIVE_SDL2"),
+        "{missing}"
+    );
 
     let old = Recorder::build(&["-DLACKING"]);
     let lacking = text(old.open());
@@ -184,7 +187,7 @@ fn errors_of_sdl_name_their_remedy() {
 
     let recorder = Recorder::build(&[]);
     let other = text(SdlForce::open_from(std::slice::from_ref(&recorder.path), (0x046d, 0xc29b), "Logitech G27", 0.0));
-    assert!(other.contains("SDL2 sees 2 joysticks, none of them 046d:c29b"), "{other}");
+    assert!(other.contains("SDL2 lists 2 joysticks, and none of them is 046d:c29b"), "{other}");
     assert_eq!(recorder.taken().last().map(String::as_str), Some("quit 1200"));
     recorder.set(1 << 12, true);
     assert!(text(recorder.open()).contains("its driver has no constant force"));
@@ -197,7 +200,7 @@ fn errors_of_sdl_name_their_remedy() {
 fn the_true_sdl_reports_a_missing_wheel() {
     let id = (0x046d, 0xcfff);
     let text = SdlForce::open(id, "A wheel", 0.0).err().expect("there is no such wheel").to_string();
-    assert!(text.contains("joysticks, none of them 046d:cfff"), "{text}\nscripts/setup --test installs SDL2");
+    assert!(text.contains("joysticks, and none of them is 046d:cfff"), "{text}\nscripts/setup --test installs SDL2");
     assert!(sdl_force::look().is_ok(), "doctor says the same");
-    assert!(text.contains("the drive goes on without\n  remedy: "), "{text}");
+    assert!(text.contains("the drive continues without force\n  remedy: "), "{text}");
 }

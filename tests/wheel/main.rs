@@ -235,5 +235,5 @@ fn doctor_finds_the_wheel_and_its_force_and_leaves_nothing_out() {
 fn doctor_tells_a_g29_at_the_ps4_switch_to_be_moved() {
     let checks = doctor("c260");
     let (_, grade, found, remedy) = checks.iter().find(|line| line.0 == "wheel").unwrap();
-    assert!(grade == "fault" && found.contains("stands at PS4") && remedy.contains("to PS3"), "{found}, {remedy}");
+    assert!(grade == "fault" && found.contains("is at PS4") && remedy.contains("to PS3"), "{found}, {remedy}");
 }

@@ -23,7 +23,7 @@ fn an_unknown_monitor_or_rate_is_refused_with_the_available_ones() {
     for (more, parts) in [
         (&["--monitor", "2"][..], ["there is no monitor 2; there are 1: screen, 640x400", "codrive doctor lists them"]),
         (&["--fullscreen", "--refresh", "37"], ["no mode of the monitor has 37 Hz", "1: screen, 640x400"]),
-        (&["--refresh", "60"], ["--refresh needs --fullscreen", "a window cannot choose its screen's rate"]),
+        (&["--refresh", "60"], ["--refresh needs --fullscreen", "a window cannot set the refresh rate of its screen"]),
     ] {
         let output = codrive(&server, &[&small[..], more].concat()).output().unwrap();
         let printed = text(&output);
@@ -47,7 +47,10 @@ fn on_a_single_monitor_the_picture_leaves_the_experimenter_visible() {
     server.strike(experimenter, &[CTRL, Q]);
     let output = program.wait_with_output().unwrap();
     let printed = text(&output);
-    assert!(output.status.success() && printed.contains("there is one monitor: the participant's window"), "{printed}");
+    assert!(
+        output.status.success() && printed.contains("there is only one monitor: the participant's window"),
+        "{printed}"
+    );
     assert_eq!(server.asked_to_fill(), None);
 }
 

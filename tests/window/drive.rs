@@ -189,7 +189,7 @@ fn repeated_stalls_are_reported_once() {
     server.close(window);
     let (code, text) = ended(program);
     assert_eq!(code, 0, "{text}");
-    assert_eq!(text.matches("a frame came too late").count(), 1, "{text}");
+    assert_eq!(text.matches("a frame was late").count(), 1, "{text}");
 }
 
 #[test]

@@ -149,7 +149,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let program = place.start(&server);
     let (participant, experimenter) = (server.window("codrive: Short"), server.window("Experimenter: P03"));
     let (code, text) = ended(place.command().env("DISPLAY", &server.display).spawn().unwrap());
-    assert!(code == Some(2) && text.contains("is being run by another program"), "{text}");
+    assert!(code == Some(2) && text.contains("another program runs the session of participant"), "{text}");
     let last = wait_for("the cut", || place.log()?.item_runs.pop().filter(|p| p.item == "trial-1-narrow"));
     assert_eq!(last.outcome, ItemOutcome::Cut);
     assert!(TableReader::parquet(&Table::Ego.parquet(&place.source().join("trial-1-narrow"))).unwrap().rows() > 20);
@@ -174,7 +174,7 @@ fn a_whole_session_by_keys_is_killed_in_a_trial_and_goes_on_there() {
     let (code, text) = ended(program);
     assert!(
         code == Some(0)
-            && text.contains("participant P03 partial: the session came to its end, and at least one item was skipped"),
+            && text.contains("participant P03 partial: the session was completed, and at least one item was skipped"),
         "{text}"
     );
 

@@ -150,7 +150,7 @@ fn a_list_of_drives_or_a_sidecar_that_cannot_be_read_is_an_error() {
     place.scans("sub-P02", &[]);
     fs::write(place.root().join("sub-P02/sub-P02_scans.tsv"), b"filename\n\xff\n").unwrap();
     assert!(
-        fault(place.root()).contains("sub-P02_scans.tsv: cannot be read: it is no UTF-8 text"),
+        fault(place.root()).contains("sub-P02_scans.tsv: cannot be read: not UTF-8 text"),
         "{}",
         fault(place.root())
     );

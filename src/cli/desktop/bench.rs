@@ -21,14 +21,14 @@ pub(super) fn command() -> Command {
                 .value_name("N")
                 .default_value("20")
                 .value_parser(value_parser!(u32).range(1..=100_000))
-                .help("Frames for each view and size"),
+                .help("Number of frames for each view and size"),
         )
         .arg(
             Arg::new("view")
                 .long("view")
                 .value_name("VIEW")
                 .value_parser(ViewKind::NAMED.map(|(name, _)| name))
-                .help("Frames of one view only [default: all]"),
+                .help("View to measure [default: all]"),
         )
         .arg(
             Arg::new("minutes")
@@ -37,14 +37,15 @@ pub(super) fn command() -> Command {
                 .default_value("0")
                 .value_parser(value_parser!(u32).range(0..=600))
                 .help(
-                    "Minutes of a drive to draw at the largest size, in real time or faster, and to search for hitches",
+                    "Length of a drive to draw at the largest size and to search for late frames, min; in real time or \
+                     faster",
                 ),
         )
         .arg(
             Arg::new("small")
                 .long("small")
                 .action(ArgAction::SetTrue)
-                .help("Only the smallest size, for a quick measurement"),
+                .help("Measure only the smallest size, for a quick result"),
         )
 }
 
@@ -130,7 +131,8 @@ fn learning_text(times: &LearningTimes) -> String {
     let ms = |times: &TimeStatistics| times.median_us / 1e3;
     format!(
         "fast ring, one core      {:.1} million ring steps/s, {:.0} million vehicle updates/s\n\
-         in rollouts, one core    {:.0} million vehicle updates/s, of a policy that asks who drives {:.0}: ratio {:.2}\n\
+         in rollouts, one core    {:.0} million vehicle updates/s, with a policy that estimates the driver {:.0}: \
+         ratio {:.2}\n\
          TRPO update, batch 16000 {:.0} ms on one core, {:.0} ms on {cores}\n\
          iteration of training    {:.0} ms on {cores}: 500 in {:.0} s\n",
         times.ring_steps_per_s / 1e6,
@@ -158,7 +160,7 @@ fn report_text(
     let build = if cfg!(debug_assertions) { " (a dev build: use --release for figures)" } else { "" };
     let mut lines = vec![format!("{adapter}{build}")];
     lines.push(format!(
-        "start to first frame     {:.0} ms: world {:.0}, device {:.0}, stage {:.0}, renderer {:.0}, frame {:.0}",
+        "start to first frame     {:.0} ms: world {:.0}, device {:.0}, static scene {:.0}, renderer {:.0}, frame {:.0}",
         startup.total_ms,
         startup.world_ms,
         startup.device_ms,
@@ -192,7 +194,8 @@ fn report_text(
     }
     for row in growth {
         lines.push(format!(
-            "{:<9} {:>4}x{:<4} 40 cars and 5000 trees on ring-641 over 22 and 1000 on ring-250: {:.2} over {:.2} ms, ratio {:.2}",
+            "{:<9} {:>4}x{:<4} 40 vehicles and 5000 trees on ring-641, relative to 22 and 1000 on ring-250: {:.2} over \
+             {:.2} ms, ratio {:.2}",
             row.view, row.size[0], row.size[1], row.large_ms, row.small_ms, row.ratio
         ));
     }
@@ -204,7 +207,7 @@ fn report_text(
     }
     if let Some((sumo, vehicles)) = &simulation.network_step {
         lines.push(format!(
-            "the same, {vehicles:.0} vehicles on a grid of 10 x 10   {:.0} us, bare {:.0} us: ratio {:.3}",
+            "SUMO step, {vehicles:.0} vehicles on a grid of 10 x 10   {:.0} us, bare {:.0} us: ratio {:.3}",
             sumo.full.median_us, sumo.bare.median_us, sumo.ratio
         ));
     }

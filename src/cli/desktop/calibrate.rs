@@ -8,21 +8,21 @@ use std::path::PathBuf;
 
 pub(super) fn command() -> Command {
     Command::new("calibrate")
-        .about("Calibrate a steering wheel: turn it and press each pedal as asked; saves a named profile")
+        .about("Calibrate a steering wheel and save a profile; a text asks for each turn and pedal")
         .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile [default: the device's]"))
         .arg(
             Arg::new("out")
                 .long("out")
                 .value_name("FILE.toml")
                 .value_parser(value_parser!(PathBuf))
-                .help("Save it there instead of among your own profiles"),
+                .help("File of the profile, instead of a place among your own profiles"),
         )
         .arg(
             Arg::new("replay")
                 .long("replay")
                 .value_name("FILE")
                 .value_parser(value_parser!(PathBuf))
-                .help("Read the input from a file of evemu-record, with its times, instead of from a wheel"),
+                .help("Recording of a wheel's input by evemu-record, with its times, instead of a wheel"),
         )
 }
 
@@ -51,13 +51,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let node = nodes.iter().find(|node| node.kind == DeviceKind::Wheel).ok_or_else(|| {
         CliError::Failed(
-            "no steering wheel is plugged in\n  remedy: plug it in, wait for its turn, and begin again".into(),
+            "no steering wheel is plugged in\n  remedy: plug it in, wait until it has turned, and begin again".into(),
         )
     })?;
     let others = nodes.iter().filter(|other| other.kind == DeviceKind::Wheel && other.path != node.path);
     for other in others {
         out::status_line(format_args!(
-            "{} is plugged in, too; {} is asked\n  remedy: unplug the one that is not meant",
+            "two wheels are plugged in, {} and {}; the second is calibrated\n  remedy: unplug the other wheel",
             other.name, node.name
         ));
     }
@@ -115,7 +115,8 @@ fn events(path: &std::path::Path) -> Result<Vec<(f64, u16, i32)>, CliError> {
             (Ok(at_s), Ok(EV_ABS), Ok(code), Ok(raw)) => found.push((at_s, code, raw)),
             (Ok(_), Ok(_), Ok(_), Ok(_)) => {}
             _ => {
-                let text = format!("{shown}:{}: \"{line}\" is no event; allowed: E: SECONDS TYPE CODE VALUE", row + 1);
+                let text =
+                    format!("{shown}:{}: \"{line}\" is not an event; allowed: E: SECONDS TYPE CODE VALUE", row + 1);
                 return Err(CliError::Input(text));
             }
         }

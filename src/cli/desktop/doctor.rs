@@ -17,7 +17,7 @@ pub(super) fn command() -> Command {
             Arg::new("display")
                 .long("display")
                 .action(ArgAction::SetTrue)
-                .help("Show a ruler and a circle on the screen instead, to be measured with a tape measure; Esc ends"),
+                .help("Show a ruler and a circle on the screen instead, for a check with a tape measure; Esc ends"),
         )
         .args(drive::place_arguments())
         .arg(
@@ -26,7 +26,7 @@ pub(super) fn command() -> Command {
                 .value_name("WxH")
                 .default_value("1920x1080")
                 .value_parser(size)
-                .help("Size of the picture whose time is measured, pixels"),
+                .help("Size of the measured picture, pixels"),
         )
         .arg(
             Arg::new("out")
@@ -34,7 +34,7 @@ pub(super) fn command() -> Command {
                 .value_name("DIR")
                 .default_value(".")
                 .value_parser(value_parser!(PathBuf))
-                .help("Folder of the recordings, whose disk is checked"),
+                .help("Folder of the recordings; its disk is checked"),
         )
 }
 

@@ -10,13 +10,14 @@ use std::path::PathBuf;
 pub(super) fn command() -> Command {
     Command::new("drive")
         .about("Drive in a window (F1 lists the keys)")
-        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen; beside --experimenter only where there is another monitor"))
+        .arg(Arg::new("fullscreen").long("fullscreen").action(ArgAction::SetTrue).help("Fill the screen; with \
+            --experimenter this needs a second monitor"))
         .args(place_arguments())
         .arg(
             Arg::new("experimenter")
                 .long("experimenter")
                 .action(ArgAction::SetTrue)
-                .help("Open the experimenter's window beside the driver's, which then accepts driving keys only"),
+                .help("Open the experimenter's window; the driver's window then accepts driving keys only"),
         )
         .arg(Arg::new("panel").long("panel").action(ArgAction::SetTrue).help("Show the experimenter's panel at once"))
         .arg(
@@ -24,7 +25,8 @@ pub(super) fn command() -> Command {
                 .long("out")
                 .value_name("DIR")
                 .value_parser(value_parser!(PathBuf))
-                .help("Record the drive there, and each one after a restart beside it (DIR-2, DIR-3, ...); a folder with a recording is refused"),
+                .help("Folder for a recording of the drive; drives after a restart go to DIR-2, DIR-3, ...; a folder \
+                    with a recording is refused"),
         )
         .arg(
             Arg::new("wheel")
@@ -34,7 +36,8 @@ pub(super) fn command() -> Command {
         )
         .args(lab_arguments())
         .arg(
-            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive begins, as a drive that is neither recorded nor watched always does"),
+            Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive \
+                begins; drives without --out and --experimenter always wait"),
         )
 }
 
@@ -43,18 +46,20 @@ fn lab_arguments() -> [Arg; 3] {
     let outlets = Arg::new("lsl")
         .long("lsl")
         .action(ArgAction::SetTrue)
-        .help("Send advice, events, controls, the car's state and frames as streams of the Lab Streaming Layer");
+        .help("Send advice, events, controls, the vehicle's state and frames as streams of the Lab Streaming Layer");
     let record = Arg::new("lsl-record")
         .long("lsl-record")
         .value_name("PREDICATE")
         .action(ArgAction::Append)
         .requires("out")
         .help(
-            "Record the LSL stream with this predicate, such as \"type='EEG'\", beside the drive; may be given again",
+            "Predicate of an LSL stream to record with the drive, such as \"type='EEG'\"; may be given several times",
         );
-    let lab = Arg::new("lab").long("lab").value_name("FILE.toml").value_parser(value_parser!(PathBuf)).help(
-        "Take LSL streams and triggers from the tables [lsl] and [triggers] of this file, as a study's file has them",
-    );
+    let lab = Arg::new("lab")
+        .long("lab")
+        .value_name("FILE.toml")
+        .value_parser(value_parser!(PathBuf))
+        .help("File with LSL streams and triggers: tables [lsl] and [triggers], as in a study file");
     [outlets, record, lab]
 }
 
@@ -73,12 +78,12 @@ pub(super) fn place_arguments() -> [Arg; 2] {
         .long("monitor")
         .value_name("N")
         .value_parser(value_parser!(u64).range(1..=64))
-        .help("Open on this monitor, from 1 as codrive doctor lists them");
+        .help("Monitor of the window, from 1 as codrive doctor lists them");
     let refresh = Arg::new("refresh")
         .long("refresh")
         .value_name("HZ")
         .value_parser(value_parser!(f64))
-        .help("Switch the monitor to this refresh rate, one of those that codrive doctor lists; with --fullscreen");
+        .help("Refresh rate of the monitor, one of the rates that codrive doctor lists; needs --fullscreen");
     [monitor, refresh]
 }
 
@@ -86,7 +91,9 @@ pub(super) fn place_arguments() -> [Arg; 2] {
 pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<WindowPlacement, CliError> {
     let refresh_hz = matches.get_one::<f64>("refresh").copied();
     if refresh_hz.is_some() && !fullscreen {
-        return Err(CliError::Input("--refresh needs --fullscreen: a window cannot choose its screen's rate".into()));
+        return Err(CliError::Input(
+            "--refresh needs --fullscreen: a window cannot set the refresh rate of its screen".into(),
+        ));
     }
     let monitor = matches.get_one::<u64>("monitor").and_then(|number| usize::try_from(*number).ok());
     Ok(WindowPlacement { monitor, fullscreen, refresh_hz })

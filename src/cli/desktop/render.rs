@@ -23,7 +23,7 @@ pub(super) fn command() -> Command {
                 .value_name("SECS")
                 .default_value("60")
                 .value_parser(value_parser!(f64))
-                .help("When, seconds from the start of the drive, 0 to 604800"),
+                .help("Time of the picture, seconds from the start of the drive, 0 to 604800"),
         )
         .args(picture_arguments())
         .arg(
@@ -32,7 +32,7 @@ pub(super) fn command() -> Command {
                 .value_name("FILE.png")
                 .required(true)
                 .value_parser(flags::file_with_ending("png"))
-                .help("The picture; a file of this name is replaced"),
+                .help("File of the picture; an existing file is replaced"),
         )
 }
 

@@ -27,20 +27,22 @@ pub(in crate::cli) fn arguments() -> Vec<Arg> {
             .long("window")
             .action(ArgAction::SetTrue)
             .conflicts_with_all(["png", "frames-dir", "video", "what-if"])
-            .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, with a timeline to seek on"),
-        named("png", "FILE.png", "One picture, at --at")
+            .help(
+                "Play the recording in a window: any view, 0.25 to 16 times real time, tick by tick, with a \
+                timeline",
+            ),
+        named("png", "FILE.png", "One picture, at the time of --at")
             .value_parser(flags::file_with_ending("png"))
             .conflicts_with("what-if"),
-        path("frames-dir", "DIR", "All pictures, numbered, in a new folder").conflicts_with("what-if"),
-        path("video", "FILE.mp4", "All pictures as a video, with the sound if --wav is named; needs ffmpeg")
+        path("frames-dir", "DIR", "New folder for all pictures, numbered").conflicts_with("what-if"),
+        path("video", "FILE.mp4", "Video of all pictures, with sound if --wav is given; needs ffmpeg")
             .conflicts_with("what-if"),
-        named("wav", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive")
+        named("wav", "FILE.wav", "File for the sound of the whole drive, at the levels of its scenario")
             .value_parser(flags::file_with_ending("wav")),
-        Arg::new("at")
-            .long("at")
-            .value_name("SECS")
-            .value_parser(value_parser!(f64))
-            .help("When --png is drawn [default: 60], or where --window begins [default: 0], seconds from the start of the drive"),
+        Arg::new("at").long("at").value_name("SECS").value_parser(value_parser!(f64)).help(
+            "Time of the picture of --png [default: 60], or of the start of --window [default: 0], seconds from \
+                the start of the drive",
+        ),
     ];
     arguments.extend(render::picture_arguments());
     arguments.push(
@@ -168,7 +170,7 @@ fn join(video: &Path, sound: &Path) -> Result<(), CliError> {
     let mute = video.with_extension("mute.mp4");
     let failed = |error: std::io::Error| CliError::Failed(format!("{}: {error}", video.display()));
     if mute.symlink_metadata().is_ok() {
-        return Err(CliError::Failed(format!("{} is in the way; the video has no sound", mute.display())));
+        return Err(CliError::Failed(format!("{} exists; the video has no sound", mute.display())));
     }
     std::fs::rename(video, &mute).map_err(failed)?;
     reserve(video)?;
@@ -185,7 +187,7 @@ fn join(video: &Path, sound: &Path) -> Result<(), CliError> {
         _ => {
             let kept = mute.display();
             Err(CliError::Failed(format!(
-                "ffmpeg could not join video and sound; they lie in {kept} and {}",
+                "ffmpeg could not join video and sound; they are in {kept} and {}",
                 sound.display()
             )))
         }
@@ -209,13 +211,14 @@ impl VideoEncoder {
             .stdin(process::Stdio::piped())
             .spawn();
         ffmpeg.map(|ffmpeg| Self { ffmpeg }).map_err(|error| {
-            CliError::Failed(format!("ffmpeg cannot be started: {error}; install it, or take --frames-dir"))
+            CliError::Failed(format!("ffmpeg cannot be started: {error}; install it, or use --frames-dir"))
         })
     }
 
     fn add(&mut self, picture: &image::RgbaImage) -> Result<(), CliError> {
         let input = self.ffmpeg.stdin.as_mut().expect("piped");
-        std::io::Write::write_all(input, picture).map_err(|e| CliError::Failed(format!("ffmpeg takes no more: {e}")))
+        std::io::Write::write_all(input, picture)
+            .map_err(|e| CliError::Failed(format!("ffmpeg accepts no more frames: {e}")))
     }
 
     fn end(mut self) -> Result<(), CliError> {

@@ -34,7 +34,8 @@ pub(super) fn command() -> Command {
             option(
                 "policy",
                 "NAME|FILE",
-                "Policy to drive, auto for the one shipped for --map; may be given several times [default: all built-in ones]",
+                "Policy to drive; auto is the shipped policy for --map; may be given several times [default: all \
+                 built-in ones]",
             )
             .action(ArgAction::Append),
         )
@@ -47,9 +48,10 @@ pub(super) fn command() -> Command {
             option(
                 "driver",
                 "NAME|reaction=S,error=MPS,...",
-                "Who follows the advice, on every engine; may be given several times: follow, perfect, sloppy, idm (ignores \
-                 advice), guarded (to the letter, but brakes where it must), exact (to the letter, whatever is ahead), or \
-                 numbers of reaction, error, speed_bias, deadband [default: as --config says, else follow]",
+                "Driver that follows the advice, on every engine: follow, perfect, sloppy, idm (ignores advice), \
+                 guarded (follows exactly, but brakes when necessary), exact (follows exactly, regardless of vehicles \
+                 ahead), or parameters: reaction, error, speed_bias, deadband. May be given several times [default: \
+                 the driver of --config, else follow]",
             )
             .action(ArgAction::Append)
             .value_parser(plan::driver),
@@ -58,16 +60,28 @@ pub(super) fn command() -> Command {
             option(
                 "benchmark",
                 "NAME|FILE",
-                "Judge the policies of a benchmark on its sealed rings: ring, or a file like assets/benchmarks/ring.toml; with --over, \
-                 --out and --json alone",
+                "Benchmark to run on its sealed rings: ring, or a file like assets/benchmarks/ring.toml; combines only \
+                 with --over, --out and --json",
             )
-            .conflicts_with_all(["policy", "holds", "driver", "traffic", "config", "adherence", "policy-speed", "map", "other-model", "other-model-share"]),
+            .conflicts_with_all([
+                "policy",
+                "holds",
+                "driver",
+                "traffic",
+                "config",
+                "adherence",
+                "policy-speed",
+                "map",
+                "other-model",
+                "other-model-share",
+            ]),
         )
         .arg(
             option(
                 "traffic",
                 "WORD",
-                "ring: the fast ring; native or sumo: whole drives, physics and pedals included, on that traffic",
+                "Traffic engine; ring: the fast ring; native or sumo: whole drives in this traffic, physics and pedals \
+                 included",
             )
             .default_value("ring")
             .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
@@ -76,35 +90,48 @@ pub(super) fn command() -> Command {
             option(
                 "advised",
                 "SHARE,...",
-                "Draw the curve of mean speed against how many vehicles are advised, with --traffic native or sumo: shares (5%, 0.05; on a \
-                 network of the cars that come) or numbers (3); 0, every car the traffic's own, is always among them, and so are the same \
-                 vehicles driven by somebody who ignores the advice",
+                "Numbers of advised vehicles for a curve of mean speed, with --traffic native or sumo: shares (5%, \
+                 0.05; on a network of the vehicles that enter) or numbers (3). The curve includes 0 (traffic alone), \
+                 and the same vehicles with drivers that ignore the advice",
             )
             .value_delimiter(',')
             .value_parser(value_parser!(AdvisedVehicles))
             .conflicts_with_all(["benchmark", "adherence"]),
         )
         .arg(
-            option("other-model", "WORD", "Car-following model of a share of the other cars, with --traffic sumo")
+            option("other-model", "WORD", "Car-following model of a share of the other vehicles, with --traffic sumo")
                 .default_value(FollowingModel::default().name())
                 .value_parser(FollowingModel::ALL.map(FollowingModel::name)),
         )
         .arg(
-            option("other-model-share", "SHARE", "Share of the other cars that use --other-model, 0 to 1; they are drawn for each ring")
-                .default_value("1")
-                .value_parser(value_parser!(f64)),
+            option(
+                "other-model-share",
+                "SHARE",
+                "Share of the other vehicles that use --other-model, 0 to 1; drawn anew for each ring",
+            )
+            .default_value("1")
+            .value_parser(value_parser!(f64)),
         )
         .arg(
-            option("map", "NAME", "Road of whole drives, and of --policy auto; a network, such as merge, with --advised and --traffic sumo")
-                .default_value(Scenario::default().map),
+            option(
+                "map",
+                "NAME",
+                "Road of whole drives, and of --policy auto; a network, such as merge, needs --advised and --traffic \
+                 sumo",
+            )
+            .default_value(Scenario::default().map),
         )
         .arg(
-            option("policy-speed", "MPS", "Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring")
-                .value_parser(value_parser!(f64))
-                .default_value("0"),
+            option(
+                "policy-speed",
+                "MPS",
+                "Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring",
+            )
+            .value_parser(value_parser!(f64))
+            .default_value("0"),
         )
         .arg(
-            option("over", "N", "Number of rings, each with a seed of its own")
+            option("over", "N", "Number of rings, each with its own seed")
                 .value_parser(value_parser!(u32).range(2..=100_000))
                 .default_value("20"),
         )
@@ -117,7 +144,7 @@ pub(super) fn command() -> Command {
                 .long("adherence")
                 .action(ArgAction::SetTrue)
                 .requires("out")
-                .help("Also figures of mean speed against the driver's reaction, error and deadband"),
+                .help("Also draw figures of mean speed against the driver's reaction, error and deadband"),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print as JSON, ring by ring"))
         .arg(Arg::new("worker").long("worker").action(ArgAction::SetTrue).hide(true))

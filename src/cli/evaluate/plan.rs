@@ -74,8 +74,8 @@ const WHO: [&str; 15] = [
 pub enum FollowingDriverError {
     /// Name of neither a driver nor a population.
     #[error(
-        "no driver is called {name:?}{near}\n  remedy: use one of {}; or a population, which has another driver in each ring: {}; or \
-         numbers: reaction=1,error=0.5,speed_bias=0,deadband=0",
+        "there is no driver {name:?}{near}\n  remedy: use one of {}; or a population, with another driver in each \
+         ring: {}; or parameters: reaction=1,error=0.5,speed_bias=0,deadband=0",
         known_drivers().join(", "),
         Population::NAMES.join(", ")
     )]
@@ -364,7 +364,7 @@ fn drivers(matches: &ArgMatches, config: &TrainConfig, engine: &Engine) -> Resul
     if !is_ring && drivers.iter().any(|driver| matches!(driver, FollowingDriver::Population(_))) {
         return Err(CliError::Input(format!(
             "a population draws a driver for each ring; traffic {engine} needs one for all\n  remedy: name one with \
-             --driver, such as follow, or take traffic ring"
+             --driver, such as follow, or use traffic ring"
         )));
     }
     Ok(drivers)
@@ -400,13 +400,15 @@ fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(),
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
         format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
     } else if !matches.contains_id("advised") {
-        "of those that come a share is advised\n  remedy: --advised 10%,25%".into()
+        "the advised vehicles are a share of the vehicles that enter\n  remedy: --advised 10%,25%".into()
     } else if !matches.contains_id("policy") {
-        "no policy is the usual one there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback with --policy-speed, or a file".into()
+        "--policy auto has no policy there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback \
+         with --policy-speed, or a file"
+            .into()
     } else {
         return Ok(());
     };
-    Err(CliError::Input(format!("map {map} is a network where vehicles come and go: {lacks}")))
+    Err(CliError::Input(format!("map {map} is a network that vehicles enter and leave: {lacks}")))
 }
 
 /// Returns the numbers or shares of a curve of advised vehicles, from none upwards; `None` if only the ego is advised. `vehicles` is the
@@ -419,7 +421,9 @@ fn advised_curve(
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
         return Err(CliError::Input(
-            "--advised is for whole drives; traffic ring has one advised car\n  remedy: --traffic native or --traffic sumo".into(),
+            "--advised is for whole drives; traffic ring has one advised vehicle\n  remedy: --traffic native or \
+             --traffic sumo"
+                .into(),
         ));
     }
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
@@ -430,7 +434,7 @@ fn advised_curve(
     if let Some(wrong) = advised.iter().find(is_too_many) {
         let allowed = match vehicles {
             Some(vehicles) => format!("allowed: 0 to {vehicles}, as many as there are vehicles, or a share"),
-            None => "allowed on a network, where vehicles come and go: shares, such as 10%".into(),
+            None => "allowed on a network that vehicles enter and leave: shares, such as 10%".into(),
         };
         return Err(CliError::Input(format!("--advised is {wrong}; {allowed}")));
     }
@@ -467,7 +471,7 @@ mod tests {
     #[test]
     fn an_unknown_driver_is_refused_with_the_known_drivers_and_populations() {
         let message = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
-        assert!(message.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{message}");
+        assert!(message.starts_with("there is no driver \"peple\" (did you mean people?)\n"), "{message}");
         for known in driver::PRESETS.iter().chain(&driver::MACHINES).chain(&Population::NAMES) {
             assert!(message.contains(known), "{known}: {message}");
         }

@@ -53,7 +53,8 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
             let advised = plan.advised.as_ref().map_or("", |_| " advised");
             let _ = writeln!(
                 text,
-                "{advised}  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  crashes  fuel   in range"
+                "{advised}  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  \
+                 crashes  fuel   in range"
             );
             before = Some(head);
         }
@@ -70,7 +71,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     if crashed > 0 {
         let _ = writeln!(
             text,
-            "\n!!! {crashed} of {driven} drives ended in a crash: their speeds are no measure of advice."
+            "\n!!! {crashed} of {driven} drives ended in a crash: their speeds do not measure the advice."
         );
     }
     text
@@ -109,7 +110,8 @@ fn network_text(row: &EvaluationRow) -> String {
 fn crash_text(row: &EvaluationRow) -> Option<String> {
     let first_s = row.results.iter().filter_map(|v| v.crash_s).reduce(f64::min)?;
     Some(format!(
-        "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all cars stand from there on and count as 0 m/s",
+        "CRASHED in {} of {} drives, first {first_s:.1} s after the first advice; all vehicles stand from then on and \
+         count as 0 m/s",
         row.crashes(),
         row.results.len()
     ))
@@ -166,7 +168,7 @@ pub fn claim(dir: &Path) -> Result<(), CliError> {
     match ["rings.csv", "summary.csv"].iter().find(|name| dir.join(name).exists()) {
         Some(name) => {
             let text =
-                format!("{} holds an evaluation already ({name}); name another folder with --out", dir.display());
+                format!("{} already holds an evaluation ({name}); name another folder with --out", dir.display());
             Err(CliError::Input(text))
         }
         None => Ok(()),
@@ -293,7 +295,9 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     }
     if plan.advised.is_some() {
         let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash)
-            + "\n0 %: every car is the traffic's own; the others are driven by simulated drivers and advised one by one, or ignore the advice"
+            + "\n\
+                0 %: traffic alone. In the other rows simulated drivers drive the advised vehicles; each vehicle has \
+                its own advice, or its driver ignores it"
             + &outflows(plan, rows);
         let even_mps = (!plan.is_on_network).then_some(plan.settings.equilibrium_mps);
         let text = figures::against_share(&by_share(plan, rows), even_mps, &note);
@@ -346,7 +350,7 @@ fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
         Engine::FastRing => format!("{} m", span(config.ring.circumference_min_m, config.ring.circumference_max_m)),
         Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
     };
-    let cars = if plan.is_on_network { "vehicles that come and go".into() } else { cars + " cars" };
+    let cars = if plan.is_on_network { "vehicles that enter and leave".into() } else { cars + " vehicles" };
     format!(
         "{cars} on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
          bootstrap",
@@ -420,7 +424,7 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     /// Reaction, error, speed_bias and deadband of an attentive participant (`driver`'s preset `follow`).
     const BASE: [f64; 4] = [1.0, 0.3, 0.0, 0.0];
     let driver_of = |numbers| {
-        FollowingDriver::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within what a driver may be")))
+        FollowingDriver::Named(Box::new(NamedDriver::of_numbers(numbers).expect("within the limits of a driver")))
     };
     // Shortest, middle and longest hold.
     let n = plan.holds_s.len();
@@ -453,7 +457,10 @@ fn adherence(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let charts = [
         ("reaction time, s (tracking error 0.3 m/s)", reaction),
         ("tracking error, m/s (reaction 1 s)", error),
-        ("half width of a range in which the driver is content, m/s (reaction 1 s, error 0.3 m/s)", deadband),
+        (
+            "deadband: half width of the range of speeds that the driver accepts, m/s (reaction 1 s, error 0.3 m/s)",
+            deadband,
+        ),
     ];
     figures::adherence(&charts, &note(plan, config))
 }

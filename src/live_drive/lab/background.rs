@@ -47,7 +47,7 @@ impl BackgroundJournal {
     pub fn finish(&mut self) -> Result<(), RecordError> {
         self.rows = None;
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        thread.join().unwrap_or_else(|_| Err(RecordError::Stopped("the thread of a table is gone".into())))
+        thread.join().unwrap_or_else(|_| Err(RecordError::Stopped("the thread that writes a table has ended".into())))
     }
 }
 

@@ -177,8 +177,8 @@ impl LabDevices {
         }
         if let Some(recording) = recording {
             let columns = [
-                StreamColumn::number(STAMP, "s", "LSL's clock of this machine at the begin of a frame"),
-                StreamColumn::number(TIME, "s", "time of the drive then"),
+                StreamColumn::number(STAMP, "s", "LSL's clock of this machine at the start of a frame"),
+                StreamColumn::number(TIME, "s", "time of the drive at the start of this frame"),
             ];
             let table = |name: &str, columns: &[StreamColumn]| {
                 BackgroundJournal::new(StreamJournal::begin(recording, name, columns)?)
@@ -365,13 +365,13 @@ impl LabRecording {
 
 fn trigger_columns() -> [StreamColumn; 4] {
     [
-        StreamColumn::number(STAMP, "s", "when the event was, on LSL's clock of this machine"),
+        StreamColumn::number(STAMP, "s", "time of the event, on LSL's clock of this machine"),
         StreamColumn::number(
             "written_lsl_s",
             "s",
-            "when the system had taken the byte, on the same clock; empty if it did not",
+            "time at which the system accepted the byte, on LSL's clock of this machine; empty if it did not",
         ),
-        StreamColumn::text("event", "advice, trial_start, trial_end, mark or contact"),
+        StreamColumn::text("event", "kind of event: advice, trial_start, trial_end, mark or contact"),
         StreamColumn::number("code", "", "the byte"),
     ]
 }

@@ -115,7 +115,7 @@ impl DriveOutlets {
         control_channels.push(Channel { label: "selector".into(), unit: String::new(), about: about.into() });
         let word =
             |label: &str, about: &str| Channel { label: label.into(), about: about.into(), ..Channel::default() };
-        let words = vec![word("event", "what kind, a word"), word("detail", "the rest in words")];
+        let words = vec![word("event", "kind of event, a word"), word("detail", "details as text")];
         Ok(Self {
             advice: (outlet("advice", "Advice", 0.0, numbers, advice.channels())?, advice),
             events: outlet("events", "Markers", 0.0, ChannelFormat::Texts, words)?,

@@ -51,7 +51,7 @@ impl PendingEnd {
     /// The recording cannot be written.
     pub fn wait(self) -> Result<(), RecordError> {
         // Without its thread there is nothing to wait for; the thread has reported why it ended.
-        self.0.recv().unwrap_or_else(|_| Err(RecordError::Stopped("the thread of a stream is gone".into())))
+        self.0.recv().unwrap_or_else(|_| Err(RecordError::Stopped("the thread that reads a stream has ended".into())))
     }
 }
 
@@ -243,7 +243,7 @@ impl ReaderThread {
     fn lost(&mut self, error: &LslError) {
         self.inlet = None;
         self.is_silent = false;
-        self.tell(format!("{error}; it is looked for"));
+        self.tell(format!("{error}; codrive searches for it"));
         if let Some(recording) = &mut self.recording {
             recording.gaps.push([Some(local_clock_s()), None]);
             recording.describe(&self.predicate);
@@ -318,7 +318,11 @@ impl StreamRecording {
     fn begin(folder: &Path, stream: &FoundStream) -> Result<Self, RecordError> {
         let mut columns = vec![
             StreamColumn::number(STAMP, "s", "time stamp of the sample, by the clock of the device's computer"),
-            StreamColumn::number(OFFSET, "s", "clock of this machine less that of the device's, as measured last"),
+            StreamColumn::number(
+                OFFSET,
+                "s",
+                "clock of this machine minus clock of the device's computer, last measured value",
+            ),
         ];
         for (k, channel) in stream.channels.iter().enumerate() {
             let name = if channel.label.is_empty() { format!("channel_{}", k + 1) } else { channel.label.clone() };

@@ -139,8 +139,8 @@ fn frames(health: &DriveHealth) -> Lamp {
         LampColour::of(mean, [20.0, 34.0]).max(LampColour::of(longest, [50.0, 250.0]))
     };
     let words = if mean <= 0.0 { "no frame yet".into() } else { format!("{mean:.1} ms, longest {longest:.0} ms") };
-    let tip = "Time from one picture to the next over the last second. Good: 50 a second, none longer than 50 ms. Bad: fewer \
-               than 30 a second or one longer than 250 ms. --quality low is faster";
+    let tip = "Time from one picture to the next over the last second. Good: 50 pictures per second, none longer than \
+        50 ms. Bad: fewer than 30 per second, or one longer than 250 ms. --quality low is faster";
     Lamp { name: "Frames", light, words, tip }
 }
 
@@ -152,14 +152,13 @@ fn dropped(health: &DriveHealth) -> Lamp {
         _ => LampColour::Green,
     };
     let words = if all > 0.0 { format!("{all:.2} s in all, {lately:.2} s lately") } else { "none".into() };
-    let tip = "Time of the drive that was lost because a picture came too late: the world stood still for that long. Bad: in \
-               the last ten seconds";
+    let tip = "Time lost through late pictures; the drive stood still for this time. Bad: any in the last ten seconds";
     Lamp { name: "Dropped time", light, words, tip }
 }
 
 fn latency(health: &DriveHealth) -> Lamp {
-    let tip = "From the hand's or foot's movement to the picture that shows it being handed to the screen. Good: median up to \
-               50 ms and 99th percentile up to 70 ms";
+    let tip = "Time from a movement of hand or foot to the picture that shows it. Good: median up to 50 ms and 99th \
+        percentile up to 70 ms";
     let name = "Input latency";
     match health.latency_ms {
         None => Lamp { name, light: LampColour::Off, words: "no input yet".into(), tip },
@@ -171,8 +170,8 @@ fn latency(health: &DriveHealth) -> Lamp {
 }
 
 fn recorder(health: &DriveHealth) -> Lamp {
-    let tip = "Rows that wait for the disk. Good: fewer than a quarter of the queue. A full queue ends the trial with everything \
-               before it kept";
+    let tip = "Rows that wait for the disk. Good: fewer than a quarter of the queue. A full queue ends the trial; all \
+        earlier rows are kept";
     let name = "Recorder";
     match health.recording {
         None if health.engine.is_empty() => Lamp { name, light: LampColour::Off, words: "no drive yet".into(), tip },
@@ -190,7 +189,8 @@ fn recorder(health: &DriveHealth) -> Lamp {
 }
 
 fn disk(health: &DriveHealth) -> Lamp {
-    let tip = "Room where the recording lies. A session takes a few dozen megabytes. Good: over 5 GB; bad: under 1 GB";
+    let tip = "Free space on the disk of the recording. A session needs a few dozen megabytes. Good: over 5 GB; bad: \
+        under 1 GB";
     let name = "Disk";
     match health.recording.and_then(|recording| recording.free_gb) {
         None => Lamp { name, light: LampColour::Off, words: "not checked".into(), tip },
@@ -206,16 +206,16 @@ fn disk(health: &DriveHealth) -> Lamp {
 fn wheel(health: &DriveHealth) -> Lamp {
     let (light, words) = match &health.wheel {
         WheelHealth::There(name) => (LampColour::Green, name.clone()),
-        WheelHealth::None => (LampColour::Amber, "none: keyboard or pad drives".into()),
+        WheelHealth::None => (LampColour::Amber, "none: keyboard or pad in use".into()),
         WheelHealth::Lost => (LampColour::Red, "unplugged: plug it in again".into()),
     };
-    let tip = "What the participant steers with. A wheel that is unplugged pauses the drive until it is back";
+    let tip = "Steering wheel of the participant. An unplugged wheel pauses the drive until it is back";
     Lamp { name: "Wheel", light, words, tip }
 }
 
 fn contacts(health: &DriveHealth) -> Lamp {
-    let tip = "Contacts of the participant's car with others: each is in the recording, with its speeds, and among the notes. \
-               Bad: in the last ten seconds";
+    let tip = "Contacts of the participant's vehicle with others. The recording has each contact with its speeds, and \
+        the notes list it. Bad: any in the last ten seconds";
     let (light, words) = match health.contacts {
         _ if health.engine.is_empty() => (LampColour::Off, "no drive yet".into()),
         ContactHealth { count, last: Some([closing_mps, ago_s]) } => {
@@ -228,7 +228,7 @@ fn contacts(health: &DriveHealth) -> Lamp {
 }
 
 fn traffic(health: &DriveHealth) -> Lamp {
-    let tip = "The engine that moves the other cars";
+    let tip = "Traffic engine of the other vehicles";
     let (light, words) = match &health.error {
         Some(error) => (LampColour::Red, error.lines().next().unwrap_or_default().to_owned()),
         None if health.engine.is_empty() => (LampColour::Off, "not started".into()),

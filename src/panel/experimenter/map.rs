@@ -52,9 +52,9 @@ pub fn show(ui: &mut Ui, log: &DriveLog, snapshot: Option<&Snapshot>, by_speed: 
     }
     painter.add(car_shape(&place, &now.ego.pose(), EGO_SIZE, EGO, Stroke::new(1.0, Color32::WHITE)));
     response.on_hover_text(if by_speed {
-        "All cars from above, north up, red standing to blue flowing; edged in white: the participant"
+        "All vehicles from above, north up, red standing to blue flowing; white edge: the participant"
     } else {
-        "All cars from above, north up; red: the participant"
+        "All vehicles from above, north up; red: the participant"
     });
 }
 

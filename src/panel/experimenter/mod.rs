@@ -31,8 +31,8 @@ pub const KEYS: [(&str, &str); 8] = [
     ("Ctrl+P", "pause, continue"),
     ("Ctrl+M", "mark this moment"),
     ("Ctrl+N", "write a note"),
-    ("Ctrl+1 to Ctrl+4", "turn the pages of a narrow window"),
-    ("Ctrl+Plus, Minus, 0", "larger, smaller, as it was"),
+    ("Ctrl+1 to Ctrl+4", "next or previous page of a narrow window"),
+    ("Ctrl+Plus, Minus, 0", "larger, smaller, original size"),
     key_list::FULL_SCREEN,
     ("Ctrl+Q", "end"),
 ];
@@ -234,7 +234,7 @@ impl ExperimenterPanel {
                 ui.vertical(|ui| {
                     ui.horizontal(|ui| {
                         ui.set_min_height(HEADING);
-                        title(ui, "What the participant sees");
+                        title(ui, "View of the participant");
                     });
                     picture(ui, state.picture, vec2(width, height));
                 });
@@ -246,7 +246,7 @@ impl ExperimenterPanel {
                     ui.set_min_height(HEADING);
                     title(ui, "From above");
                     ui.checkbox(&mut this.by_speed, RichText::new("by speed").size(12.0))
-                        .on_hover_text("Colour the other cars by their speed");
+                        .on_hover_text("Colour the other vehicles by their speed");
                 });
                 map::show(ui, log, state.snapshot, this.by_speed, width, height);
             });
@@ -268,7 +268,7 @@ impl ExperimenterPanel {
         // The plots of a finished drive stay and are labelled as such.
         let last = if state.snapshot.is_none() { " (last drive)" } else { "" };
         readout::plot(ui, &log.history, field(0.33, 90.0));
-        title(ui, &format!("All cars, m/s; yellow: the participant{last}"));
+        title(ui, &format!("All vehicles, m/s; yellow: the participant{last}"));
         plots::cars(ui, log, time_s, field(0.27, 80.0));
         ui.horizontal(|ui| {
             title(ui, &format!("Space and time, metres along the road{last}"));
@@ -291,7 +291,7 @@ impl ExperimenterPanel {
             readout::numbers(ui, &state.drive);
             if let Some(driver) = state.drive.readings.and_then(|now| now.advice?.driver) {
                 ui.separator();
-                title(ui, "The driver, as the policy estimates");
+                title(ui, "Driver, as estimated by the policy");
                 readout::driver(ui, &driver);
             }
             ui.separator();

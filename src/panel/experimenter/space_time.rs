@@ -155,8 +155,8 @@ impl SpaceTime {
             painter.text(at, align[(share * 2.0) as usize], text, font.clone(), theme::DIM);
         }
         response.on_hover_text(
-            "Where all cars were, in the last five minutes at the most: time to the right, metres along the road upwards; red stands, \
-             blue flows; the line edged in white is the participant",
+            "Positions of all vehicles in up to the last five minutes: time to the right, metres along the road \
+             upwards; red stands, blue flows. The line with the white edge is the participant",
         );
     }
 }

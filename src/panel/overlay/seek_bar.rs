@@ -87,9 +87,9 @@ fn buttons(ui: &mut Ui, state: &SeekBarState<'_>, commands: &mut Vec<SeekBarComm
         }
     };
     let word = if state.playing { "Hold" } else { "Play" };
-    button(ui, word, "Play or hold (Space)", SeekBarCommand::Toggle);
+    button(ui, word, "Play or pause (Space)", SeekBarCommand::Toggle);
     button(ui, "−1 tick", "Back by 0.01 s (Left; with Shift 1 s, Page Up 10 s)", SeekBarCommand::Tick(-1));
-    button(ui, "+1 tick", "On by 0.01 s (Right; with Shift 1 s, Page Down 10 s)", SeekBarCommand::Tick(1));
+    button(ui, "+1 tick", "Forward by 0.01 s (Right; with Shift 1 s, Page Down 10 s)", SeekBarCommand::Tick(1));
     button(ui, "Slower", "Half as fast (Down)", SeekBarCommand::Speed(false));
     ui.label(RichText::new(format!("{}×", state.speed)).monospace());
     button(ui, "Faster", "Twice as fast (Up)", SeekBarCommand::Speed(true));

@@ -76,7 +76,7 @@ impl CalibrationPage {
             |ui| {
                 match wheel {
                     None => {
-                        ui.label("No steering wheel is plugged in. Plug it in and wait for its turn.");
+                        ui.label("No steering wheel is plugged in. Plug it in and wait until it has turned.");
                     }
                     Some(wheel) => self.page(ui, wheel, &mut commands),
                 }
@@ -157,7 +157,7 @@ impl CalibrationPage {
                     ui.label(RichText::new(format!("{name}, axis {}", pedal.axis)).color(theme::DIM));
                     curve(ui, pedal, now);
                     let position_text = now.map_or("not read yet".into(), |raw| {
-                        format!("way {:3.0} %  effect {:3.0} %", 100.0 * pedal.way(raw), 100.0 * pedal.effect(raw))
+                        format!("travel {:3.0} %  effect {:3.0} %", 100.0 * pedal.way(raw), 100.0 * pedal.effect(raw))
                     });
                     ui.monospace(position_text);
                     ui.horizontal(|ui| {
@@ -222,7 +222,7 @@ impl CalibrationPage {
         ui.horizontal(|ui| {
             let ask =
                 Button::new(RichText::new("Calibrate").color(Color32::WHITE)).fill(Color32::from_rgb(36, 96, 150));
-            if ui.add(ask).on_hover_text("Learn axes, ends and rest by turning and pressing; time stands").clicked() {
+            if ui.add(ask).on_hover_text("Measure axes, ends and rest positions; the drive is paused").clicked() {
                 *self = Self { open: true, ..Self::default() };
                 commands.push(CalibrationCommand::Begin);
             }

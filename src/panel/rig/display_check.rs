@@ -172,7 +172,7 @@ impl CheckSheet {
                 theme::TEXT,
             ),
             (
-                format!("    At {}, say, that is  --screen-width {:.3}", length(read_m), truth.entered_m(read_m)),
+                format!("    Example: at {}, enter  --screen-width {:.3}", length(read_m), truth.entered_m(read_m)),
                 theme::DIM,
             ),
             ("2. The circle should be as tall as it is wide. If not, the screen is not at its".into(), theme::TEXT),

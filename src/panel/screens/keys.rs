@@ -12,8 +12,8 @@ pub const SCREEN_KEYS: [(&str, &str); 8] = [
     ("Arrow keys", "choose an answer"),
     ("Tab", "next question"),
     ("Backspace", "back"),
-    ("Page Up, Page Down, Enter", "while driving: more, less, answer"),
-    ("R", "hear a spoken page again"),
+    ("Page Up, Page Down, Enter", "while driving: higher, lower, answer"),
+    ("R", "play a spoken page again"),
     ("M", "mark this moment"),
     ("Esc", "ask to stop"),
 ];

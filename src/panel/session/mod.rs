@@ -19,7 +19,7 @@ pub fn keys() -> Vec<(String, &'static str)> {
     keys.extend(PROMPTS.iter().map(|prompt| (ctrl(prompt.key), prompt.tip)));
     let (full_screen, what) = super::overlay::key_list::FULL_SCREEN;
     keys.push((full_screen.into(), what));
-    keys.push(("Ctrl+1 to Ctrl+4".into(), "turn the pages of a narrow window"));
+    keys.push(("Ctrl+1 to Ctrl+4".into(), "next or previous page of a narrow window"));
     keys
 }
 

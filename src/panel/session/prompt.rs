@@ -50,7 +50,7 @@ pub(super) static PROMPTS: [PromptSpec; 8] = [
     prompt(Skip, "Skip", Key::S, "Skip the current or next item", "Skip it"),
     prompt(Repeat, "Repeat", Key::R, "Repeat an earlier item", "Repeat it"),
     prompt(Abort, "Break off", Key::B, "Stop this item; it will be repeated", "Break it off"),
-    prompt(Stop, "Sickness stop", Key::I, "End the session for good; nothing comes after it", "End the session"),
+    prompt(Stop, "Sickness stop", Key::I, "End the session for good; it cannot be resumed", "End the session"),
     prompt(Exclude, "Exclude", Key::D, "Exclude the data of this session, and end it", "Exclude the data"),
     prompt(Close, "Close", Key::Q, "Close the windows; run the same command to resume", "Close the windows"),
 ];
@@ -198,7 +198,7 @@ impl CommandDraft {
             }
         });
         if self.refused && self.reason.trim().is_empty() {
-            ui.label(RichText::new("A few words are needed.").color(theme::AMBER));
+            ui.label(RichText::new("Please write a few words.").color(theme::AMBER));
         }
     }
 

@@ -34,7 +34,7 @@ pub enum PresetError {
     Taken(PathBuf),
     /// Not a valid name.
     #[error(
-        "{_0:?} cannot be a name: a preset's name has 1 to {MOST} letters, digits, - and _, and is not kept by Windows"
+        "{_0:?} cannot be a name; allowed: 1 to {MOST} letters, digits, - and _, and no name that Windows reserves"
     )]
     Name(String),
     /// Faulty scenario file, or settings that contradict each other.
@@ -121,7 +121,7 @@ impl PresetList {
             list.response.labelled_by(label.id);
             let may = !self.chosen.is_empty();
             let load = ui.add_enabled(may, egui::Button::new("Load"));
-            if load.on_hover_text("Take over its settings; they drive after a restart").clicked() {
+            if load.on_hover_text("Load its settings; they apply after a restart").clicked() {
                 let chosen = self.chosen.clone();
                 self.message = Some(match self.load(&chosen) {
                     Ok(scenario) => {
@@ -133,7 +133,7 @@ impl PresetList {
             }
         });
         ui.horizontal(|ui| {
-            let label = ui.label("Save as").on_hover_text("A name for the settings below");
+            let label = ui.label("Save as").on_hover_text("Name for the settings below");
             let line =
                 TextEdit::singleline(&mut self.typed).id_salt("preset name").hint_text("name").desired_width(150.0);
             let line = ui.add(line).labelled_by(label.id);
@@ -145,7 +145,7 @@ impl PresetList {
             if (ui.add_enabled(ready, egui::Button::new("Save")).clicked() || entered) && ready {
                 self.try_saving(editor, false);
             }
-            if self.taken.is_some() && ui.button("Replace").on_hover_text("Write over the one of this name").clicked() {
+            if self.taken.is_some() && ui.button("Replace").on_hover_text("Replace the preset of this name").clicked() {
                 self.try_saving(editor, true);
             }
         });

@@ -175,7 +175,7 @@ impl Benchmark {
     /// Checks the definition. Returns the key at fault and the allowed values.
     fn check(&self) -> Result<(), (String, String)> {
         if self.format != FORMAT {
-            return Err(("format".into(), format!("format is `{}`; known is `{FORMAT}`", self.format)));
+            return Err(("format".into(), format!("format is `{}`; allowed: `{FORMAT}`", self.format)));
         }
         if !(2..=100_000).contains(&self.rings) {
             return Err(("rings".into(), format!("rings is {}; allowed: 2 to 100000", self.rings)));
@@ -202,7 +202,7 @@ impl Benchmark {
         for (i, driver) in self.drivers.iter().enumerate() {
             driver.following_driver().map_err(|fault| (format!("driver.{i}.driver"), fault.to_string()))?;
             if self.drivers[..i].iter().any(|other| other.name == driver.name) {
-                return Err((format!("driver.{i}.name"), format!("two drivers are called `{}`", driver.name)));
+                return Err((format!("driver.{i}.name"), format!("two drivers have the name `{}`", driver.name)));
             }
             for (key, value) in [
                 ("guard_decel_mps2", driver.guard_decel_mps2),
@@ -223,7 +223,7 @@ impl Benchmark {
             if !fits || road.vehicles[0] < 2 || room_m < least_m || !spreads || !(0.0..=1.0).contains(&road.truck_share)
             {
                 let message = format!(
-                    "road `{}` cannot be driven: first the lesser, then the greater number, at least 2 cars, {least_m} m of road \
+                    "road `{}` is not valid: each range is [smaller, larger]; at least 2 vehicles, {least_m} m of road \
                      for each, idm_spread and car_spread from 0 to 0.9, truck_share from 0 to 1",
                     road.name
                 );
@@ -261,7 +261,7 @@ impl Benchmark {
             let drivers: Vec<String> = self.drivers.iter().map(|driver| driver.name.clone()).collect();
             let roads: Vec<String> = self.roads.iter().map(Road::key).collect();
             for (what, key, named, known) in [
-                ("driver of this file is called", "drivers", &row.drivers, &drivers),
+                ("driver of this file has the name", "drivers", &row.drivers, &drivers),
                 ("road of this file has the key", "roads", &row.roads, &roads),
             ] {
                 let unknown = named.iter().flatten().enumerate().find(|(_, name)| !known.contains(name));

@@ -67,7 +67,7 @@ fn faults_of_a_file_are_reported_with_their_position() {
         ("holds_s = [1.0, 10.0]", "holds_s = [1.0, 0.25]", "ring.toml:7:17"),
         ("driver = \"people\"", "driver = \"peeple\"", "no driver is called \"peeple\""),
         ("policies = [\"pi\"]", "policies = [\"pie\"]", "policy `pie` is unknown (did you mean pi?)"),
-        ("vehicles = [18, 26]", "vehicles = [18, 36]", "road `210-290 m, 18-26 cars` cannot be driven"),
+        ("vehicles = [18, 26]", "vehicles = [18, 36]", "road `210-290 m, 18-26 cars` is not valid"),
     ] {
         let message = refused_of(&shipped_text(), from, to);
         assert!(message.contains(expected), "{message}");
@@ -76,7 +76,7 @@ fn faults_of_a_file_are_reported_with_their_position() {
         (
             "drivers = [\"closing\"]",
             "drivers = [\"closign\"]",
-            "ring.toml:33:12: no driver of this file is called `closign`",
+            "ring.toml:33:12: no driver of this file has the name `closign`",
         ),
         ("drivers = [\"closing\"]", "drivers = []", "ring.toml:33:11: drivers is empty"),
         ("holds_s = [0.1]", "holds_s = [0.15]", "ring.toml:34:12"),
@@ -88,7 +88,7 @@ fn faults_of_a_file_are_reported_with_their_position() {
         ),
         ("holds_s = [0.1]", "roads = []", "ring.toml:34:9: roads is empty"),
         ("vehicles = [22, 22]", "warm_up_s = -1.0\nvehicles = [22, 22]", "warm_up_s is -1; allowed: 0 to 3600"),
-        ("name = \"closing\"", "name = \"people\"", "two drivers are called `people`"),
+        ("name = \"closing\"", "name = \"people\"", "two drivers have the name `people`"),
         ("ego_response_s = 0.5", "ego_response_s = 50", "ego_response_s is 50; allowed: 0.1 to 10"),
     ] {
         let message = refused_of(SMALL, from, to);

@@ -42,7 +42,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
         .collect();
     let ends = [0.5, rows.len() as f64 + 0.5];
     let even = PlotLine {
-        name: format!("an even flow: {equilibrium_mps:.2} m/s"),
+        name: format!("even flow: {equilibrium_mps:.2} m/s"),
         style: LineStyle { width: 1.2, dash: "7 3", ..LineStyle::solid("#555555") },
         points: ends.map(|end| [equilibrium_mps, end]).to_vec(),
         band: Vec::new(),
@@ -76,7 +76,7 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
     let partings = (1..rows.len()).map(|row| parting(row, span)).collect();
     let mut shapes = vec![PlotShape::Pieces { pieces: partings, colour: "#e4e4e4".into(), width: 1.0 }];
     shapes.extend(intervals);
-    let x = Axis::even("mean speed of all cars, m/s", span);
+    let x = Axis::even("mean speed of all vehicles, m/s", span);
     let mut y = Axis::names(rows.iter().map(|row| benchmark.rows[*row].name.clone()).collect());
     // The first row is at the top.
     y.range.reverse();
@@ -85,8 +85,8 @@ fn figure(result: &BenchmarkResult<'_>, road: &Road, equilibrium_mps: f64, hold_
     let chart = Chart { lines, shapes, marks, ..Chart::new(&title, x, y, height) };
     let ring = RingConfig::default();
     let note = format!(
-        "{} rings a dot, seed {}; {} s after {} s of warm-up from a bunched start, transients included; a line is the 95 % interval over \
-         rings and training seeds",
+        "dot: mean of {} rings, seed {}; {} s after {} s of warm-up from a bunched start, transients included; line: \
+         95 % interval over rings and training seeds",
         benchmark.rings, benchmark.seed, ring.horizon_s, ring.warm_up_s
     );
     ChartSheet { charts: &[chart], width: PrintWidth::Page, key: None, note: &note }.svg()

@@ -42,12 +42,12 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
     for (road, state) in benchmark.roads.iter().zip(&result.roads) {
         let _ = writeln!(
             text,
-            "\n{}: an even flow would have {:.2} m/s; a wave grows on {} of {} rings",
+            "\n{}: even flow has {:.2} m/s; a wave grows on {} of {} rings",
             road.name, state.equilibrium_mps, state.unstable, state.rings
         );
         if state.unstable < state.rings {
             let calm = state.rings - state.unstable;
-            let _ = writeln!(text, "!!! {calm} rings are string stable: there is no wave to calm on them");
+            let _ = writeln!(text, "!!! {calm} rings are string stable: no wave forms on them");
         }
         for condition in benchmark.conditions().iter().filter(|condition| std::ptr::eq(condition.road, road)) {
             let driver = condition.driver;
@@ -67,11 +67,17 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
         }
     }
     text.push_str(
-        "\nmean m/s: of all cars. gain: over the same drivers on the same rings without advice. worst: of the training seeds. SD time: of a \
-         car's speed,\nm/s. stops, hard: stops of any car and brakings beyond 3 m/s2, each vehicle kilometre. TTC: least time to collision \
-         of the ego with its\nleader and its follower with it. drove: per cent of the time with advice in which the advice, the distance to \
-         the leader, the guard did.\nG, D: the guard or the distance drove for more than half of the time; such a mean speed is not the \
-         advice's.\n",
+        "\n\
+         mean m/s: mean speed of all vehicles. gain: difference from the same drivers on the same rings without \
+         advice.\n\
+         worst: lowest mean speed of a training seed. SD time: standard deviation of a vehicle's speed over time, \
+         m/s.\n\
+         stops, hard: stops, and brakings beyond 3 m/s2, per vehicle kilometre.\n\
+         TTC: least time to collision of the ego with its leader, and of its follower with the ego.\n\
+         drove: share of the time with advice in which the advice / the distance to the leader / the guard set the \
+         speed, per cent.\n\
+         G, D: the guard or the distance set the speed for more than half of the time; the mean speed is then not due \
+         to the advice.\n",
     );
     let _ = writeln!(text, "{:.0} s", result.wall_s);
     text
