@@ -6,6 +6,7 @@ use super::{
     plan::{Engine, EvaluationCase, EvaluationPlan, FollowingDriver},
 };
 use crate::{
+    analysis::{quoted_cell, text_cell},
     driver::NamedDriver,
     metrics::{EVALUATED, Estimate, EvaluatedValue, EvaluationResult, Measure, SpeedTrace, evaluated, figures},
     private,
@@ -207,8 +208,9 @@ pub fn put_figure(dir: &Path, name: &str, svg: &str) -> Result<(), CliError> {
     Ok(())
 }
 
-fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
-    format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
+/// Returns the first cells of a case's lines: policy, hold, driver and traffic.
+fn key(case: &EvaluationCase, engine: &Engine) -> String {
+    format!("{},{},{},{engine}", text_cell(&case.label()), case.hold_s, quoted_cell(&case.driver.label()))
 }
 
 /// Returns the head of `rings.csv`.
@@ -240,7 +242,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
             let _ = writeln!(
                 text,
                 "{},{},{ring},0,{},{},{},{}",
-                key(row, plan),
+                key(&row.case, &plan.engine),
                 config.seed,
                 config.ring.horizon_s,
                 values.join(","),
@@ -265,7 +267,7 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
         let _ = writeln!(
             text,
             "{},{},{},{calm},0,{},{},{},{}",
-            key(row, plan),
+            key(&row.case, &plan.engine),
             config.seed,
             row.results.len(),
             config.ring.horizon_s,
@@ -468,6 +470,19 @@ fn slug(title: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn commas_and_quotes_of_a_policys_file_stay_in_its_cell() {
+        let case = |policy: &str| EvaluationCase {
+            policy: policy.into(),
+            hold_s: 1.0,
+            driver: super::super::plan::default_driver().expect("a preset"),
+            advised: Default::default(),
+            ignores_advice: false,
+        };
+        assert_eq!(key(&case("runs/pi"), &Engine::FastRing), r#"pi,1,"follow",ring"#);
+        assert_eq!(key(&case(r#"runs/a "b",c.toml"#), &Engine::FastRing), r#""a ""b"",c.toml",1,"follow",ring"#);
+    }
 
     #[test]
     fn a_title_becomes_a_file_name() {
