@@ -10,6 +10,7 @@ use crate::{
     driver::NamedDriver,
     metrics::{EVALUATED, Estimate, EvaluatedValue, EvaluationResult, Measure, SpeedTrace, evaluated, figures},
     private,
+    scenario::AdvisedVehicles,
     train::{TrainConfig, evaluate, trajectories},
 };
 use serde_json::{Value, json};
@@ -77,11 +78,12 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     text
 }
 
-/// Returns the advised vehicles as text: number of all vehicles on a ring, share on a network.
+/// Returns the advised vehicles as text: a number of all vehicles, or a share.
 fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
-    match plan.is_on_network {
-        true => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
-        false => format!("{}/{}", plan.advised_by(&row.case), plan.vehicles),
+    let vehicles = plan.drive.scenario().vehicles;
+    match row.case.advised {
+        AdvisedVehicles::Count(_) => format!("{}/{vehicles}", plan.advised_by(&row.case)),
+        AdvisedVehicles::Share(_) => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
     }
 }
 
@@ -152,7 +154,7 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "traffic": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
-        "policy_speed_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
+        "policy_speed_mps": plan.settings.aim_or_automatic_mps(),
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
     })
@@ -284,20 +286,20 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     let note = note(plan, config);
     let crashes =
         |row: &EvaluationRow| crash_text(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case));
+    let with_crashes = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
     if plan.holds_s.len() > 1 && plan.advised.is_none() {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.ring.circumference_min_m == 250.0
             && config.ring.circumference_max_m == 250.0
             && (config.ring.vehicles_min, config.ring.vehicles_max) == (22, 22);
-        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
-        let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
+        let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &with_crashes);
         out.push(("speed-against-hold.svg".into(), text));
     }
     if plan.advised.is_some() {
-        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash)
+        let note = with_crashes
             + "\n0 %: every car is the traffic's own; the others are driven by simulated drivers and advised one by one, or ignore the advice"
             + &outflows(plan, rows);
-        let even_mps = (!plan.is_on_network).then_some(plan.settings.equilibrium_mps);
+        let even_mps = Some(plan.settings.equilibrium_mps).filter(|even_mps| *even_mps > 0.0);
         let text = figures::against_share(&by_share(plan, rows), even_mps, &note);
         out.push(("speed-against-share.svg".into(), text));
     }
@@ -343,16 +345,15 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
 /// Returns a note on the drives, for the foot of a figure.
 fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
-    let cars = span(f64::from(config.ring.vehicles_min), f64::from(config.ring.vehicles_max));
-    let length = match &plan.engine {
-        Engine::FastRing => format!("{} m", span(config.ring.circumference_min_m, config.ring.circumference_max_m)),
-        Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
+    let (ring, drive) = (&config.ring, &plan.drive);
+    let cars = span(f64::from(ring.vehicles_min), f64::from(ring.vehicles_max));
+    let cars_and_road = match &plan.engine {
+        Engine::FastRing => format!("{cars} cars on {} m", span(ring.circumference_min_m, ring.circumference_max_m)),
+        Engine::Traffic(engine) => format!("{} on {} on {engine}", drive.vehicles_text(), drive.scenario().map),
     };
-    let cars = if plan.is_on_network { "vehicles that come and go".into() } else { cars + " cars" };
     format!(
-        "{cars} on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
-         bootstrap",
-        plan.rings, config.seed, config.ring.horizon_s, config.ring.warm_up_s
+        "{cars_and_road}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by bootstrap",
+        plan.rings, config.seed, ring.horizon_s, ring.warm_up_s
     )
 }
 
