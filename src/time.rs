@@ -12,6 +12,11 @@ const TICK_NS: u64 = 1_000_000_000 / TICKS_PER_S as u64;
 /// Maximum number of ticks that one frame may catch up; the rest of a longer stall is dropped and counted.
 pub const MAX_TICKS_PER_FRAME: u64 = 25;
 
+/// Returns true if a duration in seconds is a whole number of ticks, with a tolerance of a nanosecond.
+pub fn is_whole_ticks(seconds: f64) -> bool {
+    ((seconds / TICK_S).round() * TICK_S - seconds).abs() < 1e-9
+}
+
 /// Time of the simulation, in ticks since the start of the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
 pub struct Tick(pub u64);

@@ -39,7 +39,29 @@ pub struct TomlError {
 /// # Errors
 /// The text is not TOML, has an unknown key, lacks a key, or a value has the wrong type.
 pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError> {
-    toml::from_str(text).map_err(|e| located(text, name, e.span().unwrap_or(0..0), &in_words(e.message())))
+    toml::from_str(text).map_err(|e| {
+        let message = other_kind(text, e.message()).unwrap_or_else(|| in_words(e.message()));
+        located(text, name, e.span().unwrap_or(0..0), &message)
+    })
+}
+
+/// Keys by which a kind of file is known, with its name and its use.
+const KINDS: [(&str, &str, &str); 7] = [
+    ("segment", "a study", "codrive study check FILE"),
+    ("layer", "a policy", "--policy FILE"),
+    ("vehicles_min", "the configuration of a training", "codrive train --config FILE"),
+    ("drives", "the plan of a sweep", "codrive sweep FILE"),
+    ("trainings", "the plan of a sweep", "codrive sweep FILE"),
+    ("rehearsals", "the plan of a sweep", "codrive sweep FILE"),
+    ("map", "a scenario", "codrive run --scenario FILE"),
+];
+
+/// Returns the message on an unknown key of a text that is a file of another kind; `message` is that of serde.
+fn other_kind(text: &str, message: &str) -> Option<String> {
+    let (key, rest) = message.strip_prefix("unknown field `")?.split_once('`')?;
+    let is_known = |mark: &str| rest.contains(&format!("`{mark}`"));
+    let (_, what, way) = KINDS.iter().find(|(mark, ..)| has(text, mark) && has(text, key) && !is_known(mark))?;
+    Some(format!("unknown key `{key}`: the file is {what}\n  remedy: {way}"))
 }
 
 /// Format number of scenario, study and training files, as their key `format` says. A file without the key has format 1.
@@ -110,7 +132,7 @@ fn advice(word: &str, known: &[&str]) -> String {
 }
 
 /// Returns the known word that was most likely meant: within a typing slip of a third of its letters, or with or without an
-/// ending such as its unit.
+/// ending such as its unit. `None` if two known words are equally near.
 pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let bare = |word: &str| word.to_lowercase().replace(['-', ' '], "_");
     let word = bare(word);
@@ -129,7 +151,11 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     // A single letter is within one slip of every other.
     let is_letter = word.rsplit('.').next().is_some_and(|last| last.chars().count() < 2);
     let near = known.iter().filter(|known| !is_letter || bare(known) == word);
-    near.filter_map(|known| Some((slip(known)?, *known))).min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
+    let slips: Vec<(usize, &str)> = near.filter_map(|known| Some((slip(known)?, *known))).collect();
+    let least = slips.iter().map(|(distance, _)| *distance).min()?;
+    let mut nearest = slips.into_iter().filter(|(distance, _)| *distance == least).map(|(_, known)| known);
+    // `kph` is as near to `mph` as to `kmh`: a guess would be wrong half the time.
+    nearest.next().filter(|_| nearest.next().is_none())
 }
 
 /// Returns a serde parser's message in this program's terms, with the nearest word if it lists the expected ones.
@@ -141,7 +167,30 @@ pub fn in_words(message: &str) -> String {
         let known: Vec<&str> = rest.split('`').skip(1).step_by(2).collect();
         return format!("{ours} `{word}`{}", advice(word, &known));
     }
-    message
+    let Some((given, expected)) = message.rsplit_once(", expected ") else { return message };
+    let allowed = match expected {
+        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number from 0",
+        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number",
+        "f32" | "f64" => "a number",
+        "a boolean" => "true or false",
+        "a string" => "a text in quotation marks",
+        "a sequence" => "a list in brackets",
+        "a map" => "a table",
+        table if table.starts_with("struct ") => "a table",
+        _ => return message,
+    };
+    let quoted = given.strip_prefix("invalid type: string \"").and_then(|rest| rest.strip_suffix('"'));
+    let remedy = match quoted {
+        Some(value) if is_number_or_switch(value) && !allowed.contains("text") => {
+            format!("\n  remedy: {value}, without quotation marks")
+        }
+        _ => String::new(),
+    };
+    format!("{given}; allowed: {allowed}{remedy}")
+}
+
+fn is_number_or_switch(value: &str) -> bool {
+    value.parse::<f64>().is_ok_and(f64::is_finite) || matches!(value, "true" | "false")
 }
 
 /// Returns the span of a key or its value in the text, and true; or the span of its nearest existing parent, and false.
@@ -245,6 +294,44 @@ mod tests {
             [suggestion("trial.toml"), suggestion("something-else.toml"), suggestion("no/trial.toml")],
             ["", "", ""]
         );
+    }
+
+    #[test]
+    fn a_file_of_another_kind_is_named_with_the_command_that_reads_it() {
+        #[derive(Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        #[allow(dead_code, reason = "only the error counts")]
+        struct Sheet {
+            vehicles: u32,
+        }
+        let message = |text: &str| parse::<Sheet>(text, "a.toml").unwrap_err().message;
+        let study = "unknown key `segment`: the file is a study\n  remedy: codrive study check FILE";
+        assert_eq!(message("title = \"t\"\n[[segment]]\nkind = \"text\"\n"), study);
+        assert_eq!(message("vehicle = 2"), "unknown key `vehicle`; did you mean `vehicles`? allowed: `vehicles`");
+    }
+
+    #[test]
+    fn no_word_is_suggested_where_two_are_equally_near() {
+        assert_eq!(did_you_mean("kph", &["mph", "kmh"]), "");
+        assert_eq!(did_you_mean("mhp", &["mph", "kmh"]), " (did you mean mph?)");
+    }
+
+    #[test]
+    fn a_wrong_type_is_named_in_plain_words() {
+        #[derive(Debug, serde::Deserialize)]
+        #[allow(dead_code, reason = "only the error counts")]
+        struct Sheet {
+            vehicles: u32,
+            is_on: bool,
+            title: String,
+        }
+        let message = |text: &str| parse::<Sheet>(text, "a.toml").unwrap_err().message;
+        let remedy =
+            "invalid type: string \"22\"; allowed: a whole number from 0\n  remedy: 22, without quotation marks";
+        assert_eq!(message("vehicles = \"22\""), remedy);
+        assert_eq!(message("vehicles = -1"), "invalid value: integer `-1`; allowed: a whole number from 0");
+        assert_eq!(message("is_on = \"many\""), "invalid type: string \"many\"; allowed: true or false");
+        assert_eq!(message("title = 5"), "invalid type: integer `5`; allowed: a text in quotation marks");
     }
 
     #[test]

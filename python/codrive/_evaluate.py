@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from codrive._answers import answers, label
-from codrive._codrive import Configuration, evaluate_answers, evaluate_policy, policy_names
+from codrive._library_policies import actions_of, label
+from codrive._codrive import Configuration, evaluate_actions, evaluate_policy, policy_names
 from codrive._frames import Frames, library
 from codrive._settings import configuration
 from codrive._words import in_words_of_python
@@ -104,7 +104,7 @@ def _results(
         if warning:
             warnings.warn(f"{own}: {warning}", stacklevel=3)
     else:
-        own, text = label(policy), evaluate_answers(case, over, answers(policy, case, over))
+        own, text = label(policy), evaluate_actions(case, over, actions_of(policy, case, over))
         meter.at(over)
     meter.next(over)
     return own, json.loads(text)

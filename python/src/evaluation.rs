@@ -63,7 +63,7 @@ pub fn evaluate_policy(
 /// Evaluates a Python function. `ask` gets the observations of all rings, float32, `(rings, inputs)`, and returns their actions, float32,
 /// `(rings,)`, -1 to 1 or numbers of levels. Returns the results as JSON.
 #[pyfunction]
-pub fn evaluate_answers(
+pub fn evaluate_actions(
     py: Python<'_>,
     configuration: &Configuration,
     rings: usize,

@@ -32,7 +32,7 @@ mod _codrive {
         benchmark::random_steps,
         configuration::{Configuration, data_folder},
         drive::{Drive, DriveConfiguration, sumo_home, try_network},
-        evaluation::{evaluate_answers, evaluate_policy, policy_names},
+        evaluation::{evaluate_actions, evaluate_policy, policy_names},
         folders::{find_drives, measures, recorded_settings, space_time},
         policy_file::{network_description, write_network},
         rings::Rings,

@@ -9,7 +9,7 @@ use crate::{
 };
 use clap::{
     Arg, ArgMatches, Command,
-    builder::{PossibleValue, TypedValueParser},
+    builder::{PathBufValueParser, PossibleValue, TypedValueParser},
     error::ErrorKind,
     value_parser,
 };
@@ -122,6 +122,14 @@ fn argument(field: &Field) -> Arg {
         SettingKind::Choice(words) => arg.value_name("WORD").value_parser(WordParser(words.clone())),
         SettingKind::Text => arg.value_name("NAME").value_parser(value_parser!(String)),
     }
+}
+
+/// Returns a parser of the name of a file to write, which must have this ending: another ending would promise another format.
+pub(super) fn file_with_ending(ending: &'static str) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path| {
+        let is_right = path.extension().is_some_and(|has| has.eq_ignore_ascii_case(ending));
+        if is_right { Ok(path) } else { Err(format!("allowed: a name that ends in .{ending}")) }
+    })
 }
 
 /// Parser of a choice of words. It suggests the nearest word also for short words, unlike clap's own parser.

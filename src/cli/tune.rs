@@ -39,7 +39,7 @@ pub(super) fn command() -> Command {
         .arg(
             option("out", "FILE.toml", "The tuned controller's file; one that is there is not replaced")
                 .required(true)
-                .value_parser(value_parser!(PathBuf)),
+                .value_parser(super::flags::file_with_ending("toml")),
         )
         .arg(
             option(
@@ -139,9 +139,6 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
 /// Checks that the file can be written at the end, which may be hours away. Makes its folder.
 fn claim(path: &Path) -> Result<(), CliError> {
     let refused = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
-    if path.extension().is_none_or(|ending| ending != "toml") {
-        return refused("is no name for it\n  remedy: let it end in .toml, by which --policy knows a file");
-    }
     if path.exists() {
         return refused("is there already\n  remedy: name another file with --out");
     }

@@ -302,3 +302,25 @@ fn not_of_episodes(key: &str) -> Option<&'static str> {
 fn fault(key: &str, message: impl ToString) -> SettingsError {
     SettingsError { key: key.into(), message: message.to_string() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_of_drives_and_training_is_defined_alike_in_both() {
+        let of_drives = Scenario::fields();
+        let of_both: Vec<(Field, &Field)> = fields_of::<TrainConfig>()
+            .into_iter()
+            .filter_map(|field| of_drives.iter().find(|other| other.path == field.path).map(|other| (field, other)))
+            .collect();
+        for (field, other) in &of_both {
+            let [defined, in_drives] = [field, *other]
+                .map(|field| (field.path.clone(), field.doc.clone(), field.unit.clone(), field.kind.clone()));
+            assert_eq!(defined, in_drives);
+        }
+        let mut names: Vec<&str> = of_both.iter().map(|(field, _)| field.path.as_str()).collect();
+        names.retain(|name| !name.starts_with("idm."));
+        assert_eq!(names, ["hold_s", "step_s", "warm_up_s", "range_mph", "seed"]);
+    }
+}

@@ -5,6 +5,8 @@
 pub mod evidence;
 pub mod facts;
 #[cfg(feature = "desktop")]
+mod playback;
+#[cfg(feature = "desktop")]
 mod renderer;
 pub mod snapshot_timeline;
 #[cfg(feature = "desktop")]

@@ -4,7 +4,7 @@
 
 use super::{
     ReplayReport,
-    snapshot_timeline::Playback,
+    playback::Playback,
     verifier::{ReplayHeader, Verifier},
 };
 use crate::{

@@ -6,6 +6,7 @@ use crate::{
     map,
     policy::{self, Hold},
     settings::{self, Field, Settings, SettingsError},
+    time::is_whole_ticks,
     toml_text::{self, did_you_mean},
     traffic::{EngineChoice, FollowingModel},
 };
@@ -100,11 +101,10 @@ pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
 
 impl Settings for Scenario {
     fn check(&self) -> Result<(), (&'static str, String)> {
-        let multiple = |value: f64, of: f64| ((value / of).round() * of - value).abs() < 1e-9;
-        if !multiple(self.step_s, crate::time::TICK_S) {
+        if !is_whole_ticks(self.step_s) {
             return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
         }
-        if !multiple(self.extra_delay_s, crate::time::TICK_S) {
+        if !is_whole_ticks(self.extra_delay_s) {
             let text = format!("extra_delay_s is {}; allowed: a multiple of 0.01 s", self.extra_delay_s);
             return Err(("extra_delay_s", text));
         }

@@ -51,7 +51,7 @@ flat_settings! {
             #[schemars(skip)]
             #[serde(skip_serializing_if = "Demand::is_empty")]
             demand: Demand = Demand::default(),
-            /// Car-following model of the other cars: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
+            /// Car-following model of the other vehicles: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
             /// Car-following model of a share of the other cars, SUMO's own with its own parameters and noise; all but idm need traffic
             /// sumo
@@ -81,7 +81,7 @@ flat_settings! {
             /// Length of the drive, at most 7 days; 0 drives until the window is closed
             #[schemars(range(min = 0.0, max = 604800.0), extend("unit" = "s"))]
             duration_s: f64 = 300.0,
-            /// Seed of all random numbers: noise, simulated driver, trees
+            /// Seed of all random numbers
             #[schemars(range(min = 0, max = 9007199254740991_u64))]
             seed: u64 = 1,
             /// Advising policy: auto (the one shipped for the map, otherwise two-phase), none, constant, two-phase, follower-stopper, pi,

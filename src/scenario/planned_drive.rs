@@ -21,6 +21,18 @@ pub enum PlanError {
     },
 }
 
+/// Settings without effect where vehicles enter and leave, with the reason.
+const ONLY_WITH_FIXED_NUMBER: [(&str, &str); 6] = [
+    ("vehicles", "the demand says which vehicles come"),
+    ("start", "the demand says where vehicles start"),
+    ("other_model", "the demand says which models vehicles have"),
+    ("other_model_share", "the demand says which models vehicles have"),
+    ("lateral_accel_mps2", "SUMO chooses the speeds in bends"),
+    ("wave_sd_mps", "the drive begins when there is room for the ego"),
+];
+/// Settings without effect where the number of vehicles is fixed, with the reason.
+const ONLY_ON_A_PATH: [(&str, &str); 1] = [("path_start_m", "the ego starts at its place among the vehicles")];
+
 /// A scenario resolved with its road. Clones share the road.
 #[derive(Clone, Debug)]
 pub struct PlannedDrive {
@@ -97,6 +109,26 @@ impl PlannedDrive {
         self.fixed_vehicles.is_none()
     }
 
+    /// Returns a sentence for each setting that differs from its default and has no effect on this road.
+    pub fn settings_without_effect(&self) -> Vec<String> {
+        let (settings, road): (&[_], _) = match self.fixed_vehicles {
+            None => (&ONLY_WITH_FIXED_NUMBER, "vehicles enter and leave"),
+            Some(_) => (&ONLY_ON_A_PATH, "the number of vehicles is fixed"),
+        };
+        let [written, default] =
+            [&self.scenario, &Scenario::default()].map(|s| serde_json::to_value(s).unwrap_or_default());
+        let is_changed = |key: &str| written[key] != default[key];
+        let sentence = |(key, why): &(&str, &str)| {
+            let value = written[*key].to_string();
+            format!(
+                "{key} is {}: it has no effect on map {}, where {road}: {why}",
+                value.trim_matches('"'),
+                self.scenario.map
+            )
+        };
+        settings.iter().filter(|(key, _)| is_changed(key)).map(sentence).collect()
+    }
+
     /// Extends the drive by `seconds`; no effect on a drive without an end.
     pub fn extend(&mut self, seconds: f64) {
         if self.scenario.duration_s > 0.0 {
@@ -126,6 +158,19 @@ mod tests {
         let merge = planned("merge");
         let again = PlannedDrive::new(merge.scenario()).expect("its own scenario");
         assert_eq!(again.scenario(), merge.scenario());
+    }
+
+    #[test]
+    fn a_setting_without_effect_on_the_road_is_named() {
+        let said = |map: &str| {
+            let scenario = Scenario { map: map.into(), vehicles: 5, path_start_m: 20.0, ..Scenario::default() };
+            PlannedDrive::new(&scenario).expect("a shipped map").settings_without_effect()
+        };
+        let why = "it has no effect on map merge, where vehicles enter and leave: the demand says which vehicles come";
+        assert_eq!(said("merge"), [format!("vehicles is 5: {why}")]);
+        let on_ring = said("ring-250");
+        assert!(on_ring.len() == 1 && on_ring[0].starts_with("path_start_m is 20.0: it has no effect on map ring-250"));
+        assert!(planned("merge").settings_without_effect().is_empty());
     }
 
     #[test]

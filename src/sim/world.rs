@@ -43,7 +43,11 @@ use crate::{
 };
 use advice::DriveAdvice;
 use observer::Observer;
-use std::{path::PathBuf, sync::Arc};
+use std::{
+    collections::BTreeSet,
+    path::PathBuf,
+    sync::{Arc, Mutex},
+};
 use traffic_coupling::{TOUCHABLE_M, TrafficCoupling};
 
 /// A drive in progress.
@@ -104,6 +108,13 @@ impl World {
         mut advice: DriveAdvice,
         drivers: Option<AgentDrivers>,
     ) -> Result<Self, WorldError> {
+        // Each sentence once, as a study begins hundreds of drives.
+        static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+        for sentence in drive.settings_without_effect() {
+            if SAID.lock().is_ok_and(|mut said| said.insert(sentence.clone())) {
+                log::warn!("{sentence}");
+            }
+        }
         let (scenario, map) = (drive.scenario(), drive.map());
         let mut traffic = TrafficCoupling::start(&drive)?;
         let mut observer = match scenario.participant {

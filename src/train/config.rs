@@ -37,7 +37,7 @@ flat_settings! {
             /// Largest change of speed that an advised acceleration causes within one hold; 0: no bound
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             speed_change_mps: f64 = 0.0,
-            /// Hold of an action, a whole number of steps
+            /// Duration of one advice, a whole number of steps
             #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
             hold_s: f64 = 1.0,
             /// Longest hold: blocks of rings have holds from hold_s to this in a geometric series; 0: hold_s
@@ -62,7 +62,7 @@ flat_settings! {
             /// it
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
-            /// Car-following model of the other vehicles
+            /// Car-following model of the other vehicles: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
             /// Largest relative deviation of a ring's model parameters, in either direction
             #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
@@ -76,10 +76,10 @@ flat_settings! {
             /// Share of rings whose vehicles start close together, so that the wave exists after the warm-up
             #[schemars(range(min = 0.0, max = 1.0), extend("unit" = ""))]
             bunched_share: f64 = 1.0,
-            /// Duration of a step
+            /// Length of a step of traffic and policy, a multiple of 0.01 s
             #[schemars(range(min = 0.01, max = 1.0), extend("unit" = "s"))]
             step_s: f64 = 0.1,
-            /// Duration of traffic before the policy acts
+            /// Time for which traffic runs before the drive; the ego is driven by the same model
             #[schemars(range(min = 0.0, max = 3600.0), extend("unit" = "s"))]
             warm_up_s: f64 = 120.0,
             /// Duration of an episode without the warm-up
@@ -100,8 +100,8 @@ flat_settings! {
             /// Penalty per m/s by which the ego misses the acceptable range of the advised speed
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             range_penalty: f64 = 0.0,
-            /// Half width of the acceptable range
-            #[schemars(range(min = 0.0, max = 50.0), extend("unit" = "mph"))]
+            /// Half width of the acceptable range around the target
+            #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
             // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
             range_mph: f64 = 1.0,
             /// Penalty for a collision, subtracted once; the episode ends, and its vehicles count as stopped forever
@@ -493,6 +493,9 @@ mod tests {
         assert!(refused("seed = 1\n[ring]\n").starts_with("train.toml:2:2: unknown key `ring`; did you mean `rings`?"));
         assert!(refused("kind = \"ego\"").starts_with("train.toml:1:1: unknown key `kind`"));
         assert!(refused("estimator_rounds = 5").contains("estimator_rounds is 5; allowed: 0 where sees names nothing"));
+        assert!(
+            refused("\nstep_s = 0.025").starts_with("train.toml:2:10: step_s is 0.025; allowed: a multiple of 0.01 s")
+        );
         assert!(refused("\nhold_s = 0.25").starts_with("train.toml:2:10: hold_s is 0.25; allowed: a whole number"));
     }
 }

@@ -6,10 +6,14 @@ use crate::{
     policy::{Feature, Hold, NetworkInput, RoadKind},
     settings::Settings,
     space::CAR_LENGTH_M,
+    time::is_whole_ticks,
 };
 
 impl Settings for TrainConfig {
     fn check(&self) -> Result<(), (&'static str, String)> {
+        if !is_whole_ticks(self.ring.step_s) {
+            return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.ring.step_s)));
+        }
         if let Err(fault) = Hold::new(self.advice.hold_s, self.ring.step_s) {
             return Err(("hold_s", fault.to_string()));
         }

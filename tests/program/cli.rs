@@ -468,6 +468,12 @@ fn a_name_with_one_wrong_letter_is_answered_with_the_intended_name() {
             text.lines().find(|line| line.contains("did you mean") || line.contains("similar")).unwrap_or_default();
         assert!(near.contains(meant) && near.is_empty() == meant.is_empty(), "{arguments:?}: {text}");
     }
+    // A unit as near to one as to the other, and a picture in a format that there is not.
+    assert_input_error(
+        &["run", "--units", "kph"],
+        &["invalid value 'kph' for '--units <WORD>'\n  [possible values: mph, kmh]"],
+    );
+    assert_input_error(&["render", "--out", &path("a.bmp")], &["a.bmp", "allowed: a name that ends in .png"]);
     // A participant's code, and a setting of a replay.
     let data = path("data");
     codrive(&["study", "rehearse", &path("good.toml"), "--out", &data]).assert().success();

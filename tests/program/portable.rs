@@ -188,7 +188,7 @@ fn no_command_writes_through_a_planted_link() {
     use std::os::unix::fs::symlink;
     let author = Author::new();
     let recording = author.record();
-    let (victim, link) = (author.at("victim"), author.at("planted.png"));
+    let [victim, link, sound] = ["victim", "planted.png", "planted.wav"].map(|name| author.at(name));
     let refused = |arguments: &[&str]| {
         let output = codrive(arguments).current_dir(author.at("")).output().unwrap();
         let printed = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -202,17 +202,19 @@ fn no_command_writes_through_a_planted_link() {
             fs::remove_file(&victim).unwrap();
         }
         symlink(&victim, &link).unwrap();
+        symlink(&victim, &sound).unwrap();
         let small = ["--size", "64x36"];
         let printed = refused(&[&["replay", text(&recording), "--at", "1", "--png", text(&link)][..], &small].concat());
         assert!(printed.contains("planted.png") && printed.contains("symbolic link"), "{printed}");
         let drive = ["render", "--traffic", "native", "--at", "0", "--out", text(&link)];
         assert!(refused(&[&drive[..], &small].concat()).contains("symbolic link"));
-        for option in ["--frames-dir", "--video", "--wav"] {
-            let printed = refused(&[&["replay", text(&recording), option, text(&link)][..], &small].concat());
-            assert!(printed.contains("planted.png"), "{option}: {printed}");
+        for (option, link) in [("--frames-dir", &link), ("--video", &link), ("--wav", &sound)] {
+            let printed = refused(&[&["replay", text(&recording), option, text(link)][..], &small].concat());
+            assert!(printed.contains("planted."), "{option}: {printed}");
         }
         assert_eq!(fs::read_to_string(&victim).unwrap_or_default(), if there { "mine" } else { "" });
         fs::remove_file(&link).unwrap();
+        fs::remove_file(&sound).unwrap();
     }
 }
 

@@ -62,7 +62,10 @@ fn mistakes_are_reported_before_anything_is_driven() {
         &["--policy", "ring-250-speed", "--out", out],
         &["controller `ring-250-speed` is unknown", "or the FILE.toml"],
     );
-    refused(&["--policy", "pi", "--out", "mine"], &["mine: is no name for it", "end in .toml"]);
+    refused(
+        &["--policy", "pi", "--out", "mine"],
+        &["invalid value 'mine' for '--out", "allowed: a name that ends in .toml"],
+    );
     refused(&["--policy", "pi", "--holds", "0.25", "--out", out], &["hold_s is 0.25", "0.1 s"]);
     refused(&["--policy", "pi", "--driver", "folow", "--out", out], &["did you mean follow"]);
     refused(&["--policy", "pi", "--budget", "1", "--out", out], &["--budget"]);

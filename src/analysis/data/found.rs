@@ -1,12 +1,14 @@
 //! Recordings in a folder. In: a recording, a participant's folder or a whole data set. Out: the recordings to analyse, with
 //! participant, condition and baseline. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
-use super::people::StudyParticipants;
+use super::{
+    people::StudyParticipants,
+    tsv::{MISSING, TsvFile},
+};
 use crate::analysis::error::AnalysisError;
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     record::{self, RecordError},
-    toml_text::did_you_mean,
 };
 use std::path::{Path, PathBuf};
 
@@ -132,49 +134,30 @@ fn study_title(root: &Path) -> String {
     value["Name"].as_str().unwrap_or("Study").to_owned()
 }
 
-/// Returns the drives of one participant.
+/// Returns the drives of one participant; none before the end of their session, which writes the list.
 fn scans(root: &Path, subject: &str) -> Result<Vec<FoundRecording>, AnalysisError> {
     let path = root.join(subject).join(format!("{subject}_scans.tsv"));
-    let Ok(text) = read_text(&path, SETTINGS_BYTES) else { return Ok(Vec::new()) };
-    let mut lines = text.lines().map(|line| line.split('\t').collect::<Vec<_>>());
-    let names = lines.next().unwrap_or_default();
-    let fault = |what: &str| AnalysisError::Input(format!("{}: {what}", path.display()));
-    let column = |name: &str| {
-        names
-            .iter()
-            .position(|n| *n == name)
-            .ok_or_else(|| fault(&format!("there is no column \"{name}\"{}", did_you_mean(name, &names))))
-    };
+    let Some(table) = TsvFile::read(&path)? else { return Ok(Vec::new()) };
+    let column = |name: &str| table.column(name);
     let known = [column("segment")?, column("place")?, column("condition")?, column("recording")?, column("baseline")?];
-    let (seed, condition) = (column("seed")?, known[2]);
-    let sidecar = read_text(&path.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
-    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
-    let order: Vec<&String> =
-        sidecar["condition"]["Levels"].as_object().map(|l| l.keys().collect()).unwrap_or_default();
-    lines
-        .enumerate()
-        .filter_map(|(i, cells)| {
-            if cells.len() != names.len() {
-                let text = format!("line {} has {} cells instead of {}", i + 2, cells.len(), names.len());
-                return Some(Err(fault(&text)));
-            }
-            let cell = |at: usize| if cells[at] == "n/a" { String::new() } else { cells[at].to_owned() };
-            let [segment, place, condition_cell, recording, baseline] = known.map(cell);
-            // Questionnaire rows have no recording.
-            (!recording.is_empty()).then(|| {
-                Ok(FoundRecording {
-                    rank: order.iter().position(|name| **name == condition_cell).unwrap_or(order.len()),
-                    participant: subject.into(),
-                    segment,
-                    place,
-                    condition: condition_cell,
-                    levels: (condition + 1..seed).map(|at| (names[at].to_owned(), cell(at))).collect(),
-                    recording: root.join(recording),
-                    baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
-                })
-            })
+    let levels = known[2] + 1..column("seed")?;
+    let order = table.conditions()?;
+    let drive = |row: &Vec<String>| {
+        let cell = |at: usize| if row[at] == MISSING { String::new() } else { row[at].clone() };
+        let [segment, place, condition, recording, baseline] = known.map(cell);
+        // Questionnaire rows have no recording.
+        (!recording.is_empty()).then(|| FoundRecording {
+            rank: order.iter().position(|name| *name == condition).unwrap_or(order.len()),
+            participant: subject.into(),
+            segment,
+            place,
+            condition,
+            levels: levels.clone().map(|at| (table.names[at].clone(), cell(at))).collect(),
+            recording: root.join(recording),
+            baseline: (!baseline.is_empty()).then(|| root.join(baseline)),
         })
-        .collect()
+    };
+    Ok(table.rows.iter().filter_map(drive).collect())
 }
 
 #[cfg(test)]

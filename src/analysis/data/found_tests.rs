@@ -138,3 +138,19 @@ fn an_empty_folder_and_a_broken_table_are_errors_that_name_the_fault() {
     fs::write(&table, HEAD.replace("recording", "recorded") + "\n").unwrap();
     assert!(fault(place.root()).contains("there is no column \"recording\""), "{}", fault(place.root()));
 }
+
+#[test]
+fn a_list_of_drives_or_a_sidecar_that_cannot_be_read_is_an_error() {
+    let place = StudyFixture::new();
+    place.scans("sub-P01", &["a\ttrial\t1\tloose\tlow\t4\tx\tn/a"]);
+    place.scans("sub-P02", &[]);
+    fs::write(place.root().join("sub-P02/sub-P02_scans.tsv"), b"filename\n\xff\n").unwrap();
+    assert!(
+        fault(place.root()).contains("sub-P02_scans.tsv: cannot be read: it is no UTF-8 text"),
+        "{}",
+        fault(place.root())
+    );
+    place.scans("sub-P02", &[]);
+    fs::write(place.root().join("sub-P02/sub-P02_scans.json"), "no JSON").unwrap();
+    assert!(fault(place.root()).contains("sub-P02_scans.json: is not JSON"), "{}", fault(place.root()));
+}

@@ -2,8 +2,8 @@
 //! participants of a study. Nothing here reads a whole table, so that a drive of days fits into memory. SI units.
 //!
 //! * [`found`]: the recordings in a folder, each with its condition.
-//! * [`trial`]: one recorded drive; [`ego_samples`], [`advice`], [`road_events`], [`traffic_steps`], [`trips`]: its tables;
-//!   [`setup`]: its manifest and scenario.
+//! * [`trial`]: one recorded drive; [`ego_samples`], [`advice`], [`road_events`], [`traffic_steps`], [`trips`],
+//!   [`frame_times`]: its tables; [`setup`]: its manifest and scenario.
 //! * [`trajectories`]: data for the figures of a drive; [`driver_moments`]: data for the fit of its driver; `thinned_values`:
 //!   evenly spaced values out of many.
 //! * [`people`]: participants, and exclusions; [`sickness_ratings`]: their ratings of sickness while driving; `tsv`: tables of
@@ -13,6 +13,7 @@ pub mod advice;
 pub mod driver_moments;
 pub mod ego_samples;
 pub mod found;
+pub mod frame_times;
 pub mod people;
 pub mod road_events;
 pub mod setup;
@@ -28,6 +29,7 @@ pub use advice::{AdviceChange, ChangeFinder, IssuedAdvice};
 pub use driver_moments::DriverStretches;
 pub use ego_samples::EgoSample;
 pub use found::{FolderContents, FoundRecording, find};
+pub use frame_times::FrameTimes;
 pub use people::{StudyParticipant, StudyParticipants};
 pub use road_events::RoadEvents;
 pub use setup::DriveSetup;

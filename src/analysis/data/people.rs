@@ -5,11 +5,7 @@ use super::{
     sickness_ratings::{self, SicknessRating},
     tsv::{MISSING, TsvFile},
 };
-use crate::analysis::error::AnalysisError;
-use crate::{
-    file::{SETTINGS_BYTES, read_text},
-    record,
-};
+use crate::{analysis::error::AnalysisError, record};
 use std::path::Path;
 
 /// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
@@ -198,7 +194,7 @@ impl PhenotypeTable {
             (Some(_), None) => return Ok(None),
             // `trial_2_trust` is `trial_trust` after the second trial.
             (Some((place, condition)), Some(row)) => {
-                (name.replacen(&format!("_{}_", row[place]), "_", 1), conditions(path, &rows, condition))
+                (name.replacen(&format!("_{}_", row[place]), "_", 1), conditions(&table, &rows, condition)?)
             }
         };
         let scores = table.names.iter().enumerate().filter_map(|(i, name)| Some((i, name.strip_prefix("score_")?)));
@@ -215,16 +211,13 @@ impl PhenotypeTable {
     }
 }
 
-/// Returns the conditions of a study: in the order of the table's sidecar, then those found only in the table.
-fn conditions(table: &Path, rows: &[&Vec<String>], at: usize) -> Vec<String> {
-    let sidecar = read_text(&table.with_extension("json"), SETTINGS_BYTES).unwrap_or_default();
-    let sidecar: serde_json::Value = serde_json::from_str(&sidecar).unwrap_or_default();
-    let levels = sidecar["condition"]["Levels"].as_object();
-    let mut found: Vec<String> = levels.map(|levels| levels.keys().cloned().collect()).unwrap_or_default();
+/// Returns the conditions of a study: in the order of the table's sidecar, then those found only in the rows.
+fn conditions(table: &TsvFile, rows: &[&Vec<String>], at: usize) -> Result<Vec<String>, AnalysisError> {
+    let mut found = table.conditions()?;
     for row in rows {
         if row[at] != MISSING && !found.contains(&row[at]) {
             found.push(row[at].clone());
         }
     }
-    found
+    Ok(found)
 }

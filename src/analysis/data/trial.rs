@@ -4,9 +4,9 @@
 use super::{
     advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
     ego_samples::{EGO, EgoSamples},
+    frame_times::{self, FrameTimes},
     road_events::RoadEvents,
     setup::DriveSetup,
-    thinned_values::ThinnedValues,
     traffic_steps::TrafficSteps,
     trips::TripTable,
 };
@@ -21,8 +21,6 @@ use std::{
     sync::Arc,
 };
 
-/// Largest number of latencies that are kept: nine hours at 60 Hz. Of a longer drive every second, fourth, ... is kept.
-const MOST_LATENCIES: usize = 2_000_000;
 /// Time after a contact, or after the car was put back, in which the speed is not the driver's choice, seconds.
 pub const AFTER_CONTACT_S: f64 = 2.0;
 /// Largest number of contacts, red lights and marks that are listed one by one.
@@ -55,10 +53,8 @@ pub struct RecordedTrial {
     pub after_contacts: Vec<[u64; 2]>,
     /// Number of times that the middle of the car left its lane.
     pub left_road: usize,
-    /// Latencies from an input to the frame that showed it, seconds, if the device has time stamps; sorted.
-    pub latencies_s: Vec<f64>,
-    /// Simulated time given up because frames came too late, seconds; `None` if no frame was shown.
-    pub dropped_s: Option<f64>,
+    /// Times of the frames that the participant saw.
+    pub frames: FrameTimes,
     /// Reason of the end, one word.
     pub ended: String,
 }
@@ -121,7 +117,7 @@ impl RecordedTrial {
             }
         }
         trial.changes = finder.changes;
-        (trial.latencies_s, trial.dropped_s) = trial.frame_times()?;
+        trial.frames = FrameTimes::read(trial.parts(Table::Frames, &frame_times::COLUMNS)?)?;
         Ok(trial)
     }
 
@@ -136,19 +132,6 @@ impl RecordedTrial {
 
     fn parts(&self, table: Table, columns: &[&str]) -> Result<TableParts, RecordError> {
         TableReader::parts(&table.parquet(&self.recording), columns)
-    }
-
-    /// Returns the sorted latencies, and the time given up, seconds.
-    fn frame_times(&self) -> Result<(Vec<f64>, Option<f64>), RecordError> {
-        let (mut kept, mut dropped_s) = (ThinnedValues::new(MOST_LATENCIES), None);
-        for part in self.parts(Table::Frames, &["latency_s", "dropped_s"])? {
-            let part = part?;
-            part.numbers("latency_s").into_iter().flatten().for_each(|latency_s| kept.push(latency_s));
-            let dropped = part.numbers("dropped_s").into_iter().flatten();
-            dropped.for_each(|one_s| *dropped_s.get_or_insert(0.0) += one_s);
-        }
-        kept.values.sort_by(f64::total_cmp);
-        Ok((kept.values, dropped_s))
     }
 
     /// Reads the ego's rows at every tick, in order.

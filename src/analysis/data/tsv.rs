@@ -5,7 +5,10 @@ use crate::{
     file::{SETTINGS_BYTES, read_text},
     toml_text::did_you_mean,
 };
-use std::path::{Path, PathBuf};
+use std::{
+    io::ErrorKind,
+    path::{Path, PathBuf},
+};
 
 /// Mark of a missing value in BIDS.
 pub(super) const MISSING: &str = "n/a";
@@ -20,11 +23,7 @@ pub(super) struct TsvFile {
 impl TsvFile {
     /// Reads a table; `None` if there is no such file.
     pub fn read(path: &Path) -> Result<Option<Self>, AnalysisError> {
-        if !path.exists() {
-            return Ok(None);
-        }
-        let text = read_text(path, SETTINGS_BYTES)
-            .map_err(|why| AnalysisError::Input(format!("{}: cannot be read: {why}", path.display())))?;
+        let Some(text) = read_if_there(path)? else { return Ok(None) };
         let mut lines = text.lines().map(|line| line.split('\t').map(str::to_owned).collect::<Vec<_>>());
         let names = lines.next().unwrap_or_default();
         let rows: Vec<Vec<String>> = lines.collect();
@@ -48,5 +47,24 @@ impl TsvFile {
             })
         };
         self.names.iter().position(|n| n == name).ok_or_else(fault)
+    }
+
+    /// Returns the names of the conditions in the order of the table's sidecar; none if it does not list them.
+    pub fn conditions(&self) -> Result<Vec<String>, AnalysisError> {
+        let sidecar = self.path.with_extension("json");
+        let Some(text) = read_if_there(&sidecar)? else { return Ok(Vec::new()) };
+        let value: serde_json::Value = serde_json::from_str(&text)
+            .map_err(|why| AnalysisError::Input(format!("{}: is not JSON: {why}", sidecar.display())))?;
+        let levels = value["condition"]["Levels"].as_object();
+        Ok(levels.map(|levels| levels.keys().cloned().collect()).unwrap_or_default())
+    }
+}
+
+/// Returns the text of a file; `None` if there is no such file.
+fn read_if_there(path: &Path) -> Result<Option<String>, AnalysisError> {
+    match read_text(path, SETTINGS_BYTES) {
+        Ok(text) => Ok(Some(text)),
+        Err(why) if why.kind() == ErrorKind::NotFound => Ok(None),
+        Err(why) => Err(AnalysisError::Input(format!("{}: cannot be read: {why}", path.display()))),
     }
 }

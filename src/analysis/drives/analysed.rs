@@ -36,6 +36,11 @@ impl AnalysedRecording {
     pub fn responses(&self) -> &[AdviceResponse] {
         &self.measures.responses
     }
+
+    /// Returns the time given up because frames came too late, as a share of the drive's length.
+    pub fn dropped_share(&self) -> f64 {
+        self.measures.get("dropped_s").unwrap_or(0.0) / self.duration_s.max(1e-9)
+    }
 }
 
 /// Analyses recordings in parallel; calls `done` after each. Throughput on networks is counted at `lines`, or at the middle of

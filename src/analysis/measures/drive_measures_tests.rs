@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::analysis::{
-    data::{ChangeFinder, EgoSample, IssuedAdvice, StepVehicle, TrafficStep},
+    data::{ChangeFinder, EgoSample, FrameTimes, IssuedAdvice, StepVehicle, TrafficStep},
     measures::totals::SteeringReversals,
     network::NetworkDriveTotals,
     responses::{OnsetFinder, ResponseWatch},
@@ -357,7 +357,8 @@ fn every_measure_has_a_name_with_its_unit_and_a_definition() {
 #[test]
 fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
     let of = |latencies_s: Vec<f64>| {
-        let trial = RecordedTrial { latencies_s, ..RecordedTrial::default() };
+        let frames = FrameTimes { latencies_s, ..FrameTimes::default() };
+        let trial = RecordedTrial { frames, ..RecordedTrial::default() };
         DriveMeasures::of(&trial, &DriveTotals::new(0.1), Vec::new(), None)
     };
     let measured = of((1..=200).map(|ms| f64::from(ms) / 1e3).collect());

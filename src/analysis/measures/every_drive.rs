@@ -76,10 +76,13 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("hand_over_speed_sd_over_vehicles_mps"), |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps)),
     (measure("contact_count"), |s| Some(s.trial.contacts as f64)),
     (measure("left_road"), |s| Some(s.trial.left_road as f64)),
-    (measure("dropped_s"), |s| s.trial.dropped_s),
-    (measure("latency_median_s"), |s| middle(&s.trial.latencies_s)),
+    (measure("dropped_s"), |s| s.trial.frames.dropped_s),
+    (measure("frames_per_s"), |s| s.trial.frames.frames_per_s),
+    (measure("longest_frame_s"), |s| s.trial.frames.longest_frame_s),
+    (measure("latency_median_s"), |s| middle(&s.trial.frames.latencies_s)),
     (measure("latency_p99_s"), |s| {
-        let sorted = &s.trial.latencies_s;
+        let sorted = &s.trial.frames.latencies_s;
         sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
     }),
+    (measure("late_input_share"), |s| s.trial.frames.late_input_share),
 ];

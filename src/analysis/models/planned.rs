@@ -252,7 +252,7 @@ fn sorted_out<'a>(
         }
         let share = drive.duration_s / drive.setup.scenario.duration_s;
         let contacts = drive.measures.get("contact_count").unwrap_or(0.0);
-        let dropped = drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
+        let dropped = drive.dropped_share();
         // A missing step by rounding is not a shorter drive.
         let reason = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
             format!("{:.1} % of the planned length was recorded", 100.0 * share)

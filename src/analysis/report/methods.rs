@@ -147,13 +147,11 @@ fn apparatus(drives: &[&AnalysedRecording]) -> String {
 }
 
 /// Share of a drive's length lost to late frames above which the text mentions slow motion.
-const SLOW_SHARE: f64 = 0.01;
+pub(super) const SLOW_SHARE: f64 = 0.01;
 
 /// Returns the sentence on drives that ran in slow motion; empty if there are none.
 fn slow_motion(drives: &[&AnalysedRecording]) -> String {
-    let share =
-        |drive: &&&AnalysedRecording| drive.measures.get("dropped_s").unwrap_or(0.0) / drive.duration_s.max(1e-9);
-    let slow: Vec<f64> = drives.iter().map(|drive| share(&drive)).filter(|share| *share > SLOW_SHARE).collect();
+    let slow: Vec<f64> = drives.iter().map(|drive| drive.dropped_share()).filter(|share| *share > SLOW_SHARE).collect();
     if slow.is_empty() {
         return String::new();
     }

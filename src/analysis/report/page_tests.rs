@@ -9,7 +9,7 @@ use super::{
     figures, glossary,
     page::{ReportFigure, ReportPage, STYLE, short},
     scores_section::scores,
-    study_report::{FileProof, contacts, report, took_part},
+    study_report::{FileProof, faults, report, took_part},
     words,
 };
 use crate::analysis::{
@@ -341,15 +341,36 @@ fn on_paper_no_figure_is_cut_and_no_heading_stands_alone() {
 }
 
 #[test]
+fn the_page_says_at_its_top_which_drives_were_seen_in_slow_motion() {
+    let mut trials = drives();
+    let k = index("dropped_s");
+    for drive in &mut trials {
+        drive.measures.values[index("contact_count")] = None;
+        drive.measures.values[k] = Some(0.1);
+    }
+    let mut page = ReportPage::default();
+    faults(&mut page, &trials);
+    assert_eq!(page.html, "");
+    // 3 of 12 s.
+    trials[1].measures.values[k] = Some(3.0);
+    faults(&mut page, &trials);
+    let said = "more than 1 % of the time was seen in slow motion in 1 of 4 drives: sub-P01 trial many (25 %).";
+    assert!(page.html.contains(said), "{}", page.html);
+}
+
+#[test]
 fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
     let mut trials = drives();
     let k = index("contact_count");
-    trials.iter_mut().for_each(|drive| drive.measures.values[k] = Some(0.0));
+    for drive in &mut trials {
+        drive.measures.values[index("dropped_s")] = None;
+        drive.measures.values[k] = Some(0.0);
+    }
     let mut page = ReportPage::default();
-    contacts(&mut page, &trials);
+    faults(&mut page, &trials);
     assert_eq!(page.html, "");
     trials[1].measures.values[k] = Some(3.0);
-    contacts(&mut page, &trials);
+    faults(&mut page, &trials);
     assert!(
         page.html.contains("Contacts with other vehicles in 1 of 4 drives: sub-P01 trial many (3)."),
         "{}",

@@ -4,7 +4,9 @@
 use super::{
     by_condition,
     dictionary::dictionary,
-    drive_section, drivers_section, every_drive, methods, models_section,
+    drive_section, drivers_section, every_drive,
+    methods::{self, SLOW_SHARE},
+    models_section,
     page::{ReportPage, STYLE},
     scores_section::scores,
     sickness_section,
@@ -79,7 +81,7 @@ pub fn report(
         page.paragraph("note", &format!("Files: {}.", escaped(signature)));
     }
     took_part(&mut page, study_participants);
-    contacts(&mut page, drives);
+    faults(&mut page, drives);
     if let Some(planned) = planned {
         models_section::section(&mut page, planned);
     }
@@ -115,14 +117,27 @@ pub(super) fn took_part(page: &mut ReportPage, people: &StudyParticipants) {
     }
 }
 
-/// Adds a warning that names the drives with contacts with other vehicles.
-pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
+/// Adds a warning that names the drives with contacts with other vehicles, and one that names those seen in slow motion.
+pub(super) fn faults(page: &mut ReportPage, drives: &[AnalysedRecording]) {
+    let contacts = index("contact_count");
+    let count_of = |drive: &AnalysedRecording| drive.measures.values[contacts].filter(|count| *count > 0.0);
+    named(page, drives, "Contacts with other vehicles", |drive| Some(format!("{:.0}", count_of(drive)?)));
+    let slow = |drive: &AnalysedRecording| (drive.dropped_share() > SLOW_SHARE).then(|| 100.0 * drive.dropped_share());
+    let title = "Pictures came too late, and more than 1 % of the time was seen in slow motion";
+    named(page, drives, title, |drive| Some(format!("{:.0} %", slow(drive)?)));
+}
+
+/// Adds a warning that names the drives with a value; nothing if there is none.
+fn named(
+    page: &mut ReportPage,
+    drives: &[AnalysedRecording],
+    title: &str,
+    value: impl Fn(&AnalysedRecording) -> Option<String>,
+) {
     const MOST: usize = 20;
-    let k = index("contact_count");
-    let of = |drive: &AnalysedRecording| drive.measures.values[k].filter(|count| *count > 0.0);
     let hit: Vec<String> = drives
         .iter()
-        .filter_map(|drive| Some(format!("{} ({:.0})", escaped(&drive.found.title()), of(drive)?)))
+        .filter_map(|drive| Some(format!("{} ({})", escaped(&drive.found.title()), value(drive)?)))
         .collect();
     if hit.is_empty() {
         return;
@@ -131,7 +146,7 @@ pub(super) fn contacts(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.paragraph(
         "warning",
         &format!(
-            "Contacts with other vehicles in {} of {}: {}{more}.",
+            "{title} in {} of {}: {}{more}.",
             hit.len(),
             count(drives.len()),
             hit[..hit.len().min(MOST)].join(", ")

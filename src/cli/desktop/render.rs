@@ -31,7 +31,7 @@ pub(super) fn command() -> Command {
                 .long("out")
                 .value_name("FILE.png")
                 .required(true)
-                .value_parser(value_parser!(PathBuf))
+                .value_parser(flags::file_with_ending("png"))
                 .help("The picture; a file of this name is replaced"),
         )
 }

@@ -2,7 +2,7 @@
 
 use super::render;
 use crate::{
-    cli::{CliError, stop_on_ctrl_c},
+    cli::{CliError, flags, stop_on_ctrl_c},
     private,
     replay::{Replay, ReplayRenderer, ReplayReport, SoundTrack, window},
     time::Tick,
@@ -20,19 +20,22 @@ pub(in crate::cli) const ABOUT: &str =
 pub(in crate::cli) const DRAWS: &str = " Without --png, --frames-dir and --video nothing is drawn.";
 
 pub(in crate::cli) fn arguments() -> Vec<Arg> {
-    let path =
-        |name, value, help| Arg::new(name).long(name).value_name(value).value_parser(value_parser!(PathBuf)).help(help);
+    let named = |name, value, help| Arg::new(name).long(name).value_name(value).help(help);
+    let path = |name, value, help| named(name, value, help).value_parser(value_parser!(PathBuf));
     let mut arguments = vec![
         Arg::new("window")
             .long("window")
             .action(ArgAction::SetTrue)
             .conflicts_with_all(["png", "frames-dir", "video", "what-if"])
             .help("Play it in a window: any view, 0.25 to 16 times as fast, tick by tick, with a timeline to seek on"),
-        path("png", "FILE.png", "One picture, at --at").conflicts_with("what-if"),
+        named("png", "FILE.png", "One picture, at --at")
+            .value_parser(flags::file_with_ending("png"))
+            .conflicts_with("what-if"),
         path("frames-dir", "DIR", "All pictures, numbered, in a new folder").conflicts_with("what-if"),
         path("video", "FILE.mp4", "All pictures as a video, with the sound if --wav is named; needs ffmpeg")
             .conflicts_with("what-if"),
-        path("wav", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive"),
+        named("wav", "FILE.wav", "The drive's sound at its scenario's levels, as long as the drive")
+            .value_parser(flags::file_with_ending("wav")),
         Arg::new("at")
             .long("at")
             .value_name("SECS")

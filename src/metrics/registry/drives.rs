@@ -389,6 +389,8 @@ pub(super) const MEASURES: &[Measure] = &[
         "time of the simulation that was given up as frames came too late: the participant saw the drive in \
          slow motion for as long; sum over the drive",
     ),
+    ego("frames_per_s", "Frame rate", "1/s", "frames shown on the participant's screen, per second of wall time"),
+    ego("longest_frame_s", "Longest frame", "s", "longest time from one frame on the participant's screen to the next"),
     ego(
         "latency_median_s",
         "Median latency",
@@ -402,5 +404,11 @@ pub(super) const MEASURES: &[Measure] = &[
         "s",
         "from the newest input (the kernel's time) to the handing over of the frame that shows it: 99th \
          percentile (nearest rank)",
+    ),
+    ego(
+        "late_input_share",
+        "Share of late inputs",
+        "",
+        "share of the frames with a new input that were handed over more than 0.07 s after it",
     ),
 ];

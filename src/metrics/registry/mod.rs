@@ -57,6 +57,7 @@ mod tests {
         for measure in measures() {
             let suffix = match measure.unit {
                 "" => continue,
+                "1/s" => "per_s",
                 "1/h" => "per_h",
                 "1/min" => "per_min",
                 "1/km" => "per_km",

@@ -19,7 +19,7 @@ def label(policy: Any) -> str:
     return getattr(policy, "__name__", None) or type(policy).__name__
 
 
-def answers(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
+def actions_of(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
     """Returns a function that asks a policy for the actions of all rings and checks them.
 
     Raises:
