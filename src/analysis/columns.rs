@@ -61,9 +61,16 @@ pub(crate) fn cell(value: Option<f64>) -> String {
     value.filter(|v| v.is_finite()).map_or(String::new(), |v| v.to_string())
 }
 
+/// Returns a cell of CSV in quotes (RFC 4180): a quote within it is doubled.
+pub fn quoted_cell(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+/// Returns a cell of CSV, in quotes where its text needs them.
+pub fn text_cell(text: &str) -> String {
+    if text.contains([',', '"', '\n', '\r']) { quoted_cell(text) } else { text.into() }
+}
+
 pub(crate) fn line(cells: impl IntoIterator<Item = String>) -> String {
-    // RFC 4180: a quote within a cell is doubled.
-    let quote = |c: String| format!("\"{}\"", c.replace('"', "\"\""));
-    let quoted = cells.into_iter().map(|c| if c.contains([',', '"', '\n', '\r']) { quote(c) } else { c });
-    quoted.collect::<Vec<_>>().join(",") + "\n"
+    cells.into_iter().map(|cell| text_cell(&cell)).collect::<Vec<_>>().join(",") + "\n"
 }

@@ -28,6 +28,7 @@ mod statistics;
 pub mod tables;
 pub mod text;
 
+pub use columns::{quoted_cell, text_cell};
 pub use data::{
     found::{FolderContents, FoundRecording, find},
     people::StudyParticipants,

@@ -100,9 +100,6 @@ impl EpisodeConfig {
         let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
         let drive = PlannedDrive::new(&scenario).map_err(plan_fault)?;
         let road = Arc::clone(drive.map());
-        if drive.is_open() {
-            learning.network.sees = SEEN_ELSEWHERE.into();
-        }
         if !RINGS.contains(&map) {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
             let limit_mps = limits_mps.fold(0.0, f64::max).clamp(1.0, 60.0);
@@ -119,7 +116,7 @@ impl EpisodeConfig {
         }
         let learning = serde_json::from_value(json).map_err(|error| fault("", error))?;
         let mut whole = Self { scenario, learning, draws_drivers: false, road }.aligned();
-        if whole.length_fault(&drive).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
+        if whole.unseen_fault(&drive).is_some() && !changes.iter().any(|(field, _)| field.path == "sees") {
             whole.learning.network.sees = SEEN_ELSEWHERE.into();
         }
         let whole = match driver {
@@ -228,21 +225,21 @@ impl EpisodeConfig {
                 format!("advised is {advised}; allowed: at least one vehicle, so that the actions have a receiver");
             return Err(("advised", text));
         }
-        let road = road_kind(drive);
-        match self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
-            None => self.length_fault(drive).map_or(Ok(()), |text| Err(("sees", text))),
-            Some(input) => {
-                let kind = if drive.is_open() { "this path through a network" } else { "this closed route" };
-                Err(("sees", format!("sees names `{}`; {kind} has none", input.feature.name())))
-            }
-        }
+        self.unseen_fault(drive).map_or(Ok(()), |text| Err(("sees", text)))
     }
 
-    /// Returns why the length of this closed route, or its share per vehicle, cannot be observed in the scale of the
-    /// settings. `None` for the shipped rings, which the scale is made for.
-    fn length_fault(&self, drive: &PlannedDrive) -> Option<String> {
-        let vehicles = drive.fixed_vehicles().filter(|_| !RINGS.contains(&self.scenario.map.as_str()))?;
-        let circumference_m = drive.map().route.length_m();
+    /// Returns why an input cannot be observed on this road, or not in the scale of the settings: the length of a closed
+    /// route, or its share per vehicle. The shipped rings are what the scale is made for.
+    fn unseen_fault(&self, drive: &PlannedDrive) -> Option<String> {
+        let road = road_kind(drive);
+        if let Some(input) = self.inputs().iter().find(|input| !input.feature.is_seen_on(road)) {
+            let kind = if road.is_network() { "path through a network" } else { "closed route" };
+            return Some(format!("sees names `{}`; this {kind} has none", input.feature.name()));
+        }
+        if RINGS.contains(&self.scenario.map.as_str()) {
+            return None;
+        }
+        let (circumference_m, vehicles) = (drive.map().route.length_m(), drive.scenario().vehicles);
         let road = Observation { circumference_m, vehicles, ..Observation::default() };
         self.inputs()
             .iter()

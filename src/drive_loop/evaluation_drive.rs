@@ -7,7 +7,7 @@ use super::{RunError, offline::OfflineDrive};
 use crate::{
     map::RoadMap,
     metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow},
-    scenario::{PlannedDrive, Scenario},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     sim::{Snapshot, World, WorldError},
     space::CAR_LENGTH_M,
     traffic::VehicleState,
@@ -21,14 +21,18 @@ use std::{collections::BTreeMap, sync::Arc};
 /// The world cannot start or go on, or the driver is unknown.
 pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
     let drive = PlannedDrive::new(scenario).map_err(WorldError::from)?;
-    if drive.is_open() {
-        return on_network(&drive);
+    match drive.advised() {
+        AdvisedVehicles::Share(_) => on_network(&drive),
+        AdvisedVehicles::Count(0) => traffic_alone(&drive),
+        AdvisedVehicles::Count(_) => with_participant(drive),
     }
-    if scenario.advised.is_no_vehicle() {
-        return traffic_alone(&drive);
-    }
+}
+
+/// Evaluates a drive by a simulated participant on a closed route.
+fn with_participant(drive: PlannedDrive) -> Result<EvaluationResult, RunError> {
+    let step_s = drive.scenario().step_s;
     let mut run = OfflineDrive::of(drive, [0.0, f64::INFINITY])?;
-    let mut metrics = EpisodeMetrics::new(scenario.step_s, run.world().map().route.length_m());
+    let mut metrics = EpisodeMetrics::new(step_s, run.world().map().route.length_m());
     while run.world().ended().is_none() {
         run.step()?;
         if has_crashed(&run) {
@@ -153,7 +157,6 @@ fn ahead(cars: &[VehicleState], map: &RoadMap) -> Option<Approach> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::AdvisedVehicles;
     use crate::scenario::DisplaySettings;
     use crate::traffic::EngineChoice;
 

@@ -13,12 +13,8 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     let unit = scenario.display.units;
     let speed = |value: Option<f64>| value.map_or("-".into(), |v| both(v, unit));
     let in_range = summary.time_in_range.map_or("- (no advice)".into(), |share| format!("{:.1} %", 100.0 * share));
-    let cars = match drive.fixed_vehicles() {
-        Some(vehicles) => format!("{vehicles} vehicles"),
-        None => "vehicles that enter and leave".to_owned(),
-    };
     let mut lines = vec![
-        format!("{cars} on {}, {engine}, driver {driver}, policy {policy}", scenario.map),
+        format!("{} on {}, {engine}, driver {driver}, policy {policy}", drive.vehicles_text(), scenario.map),
         format!("window                   {:.1} s to {:.1} s", summary.window_s[0], summary.window_s[1]),
         format!("mean speed, all vehicles {}", speed(summary.mean_speed_mps)),
         format!("SD of all speeds         {}", speed(summary.speed_sd_over_vehicles_and_time_mps)),

@@ -78,8 +78,14 @@ pub struct LanesBeside {
 
 impl RoadKind {
     /// Returns true for a path through a network.
-    pub(super) fn is_network(self) -> bool {
+    pub fn is_network(self) -> bool {
         matches!(self, Self::Network(_))
+    }
+
+    /// Returns gap, m, and speed, m/s, that stand for the leader where there is none. On a closed route of this length a stopped one is a
+    /// full lap ahead, as in training; on a network one is far ahead at the ego's speed.
+    pub fn without_leader(self, route_m: f64, speed_mps: f64) -> (f64, f64) {
+        if self.is_network() { (FAR_M, speed_mps) } else { (route_m, 0.0) }
     }
 
     /// Returns the lanes beside a path; none on rings and closed routes.

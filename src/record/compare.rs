@@ -6,7 +6,7 @@
 //! `checksums.json` has the checksums of those values.
 
 use super::{
-    RecordError, Table,
+    Manifest, RecordError, Table,
     table::{ColumnValue, TableBatches, TableColumn},
     tables::{
         self, ADVICE, ADVISED, ARRIVALS, AdviceRow, AdvisedRow, CARS, CarRow, DEPARTURES, EGO, EVENTS, EgoRow,
@@ -91,13 +91,14 @@ impl TableComparison {
     /// # Errors
     /// A table cannot be read.
     pub fn open(recording: &Path, world: &World) -> Result<Self, RecordError> {
+        let network_tables = Manifest::load(recording)?.network_tables;
         let cursor = |table| TableCursor::open(recording, table);
         Ok(Self {
             ego: cursor(Table::Ego)?,
             cars: cursor(Table::Cars)?,
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
-            network: world.drive().is_open().then(|| NetworkCursors::open(recording)).transpose()?,
+            network: network_tables.then(|| NetworkCursors::open(recording)).transpose()?,
             advised: world.advises_others().then(|| cursor(Table::Advised)).transpose()?,
             observer: NetworkObserver::default(),
             hash: HASH_START,
@@ -111,7 +112,9 @@ impl TableComparison {
     /// A table cannot be read further.
     pub fn start(&mut self, world: &World) -> Result<(), RecordError> {
         let mut rows = NetworkRows::default();
-        self.observer.start(world, &mut rows);
+        if self.network.is_some() {
+            self.observer.start(world, &mut rows);
+        }
         self.compare_network(&rows)
     }
 

@@ -144,9 +144,11 @@ impl Recorder {
         })
     }
 
-    /// Records the network before the first tick; must be called before it.
+    /// Records the network before the first tick, if it has tables; must be called before it.
     pub fn start(&mut self, world: &World) {
-        self.observer.start(world, &mut self.batch.network);
+        if self.manifest.network_tables {
+            self.observer.start(world, &mut self.batch.network);
+        }
     }
 
     /// Sets the torque sent to the wheel's motor, N m, for all ticks from here on; `None` without force feedback.

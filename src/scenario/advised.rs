@@ -53,10 +53,21 @@ impl AdvisedVehicles {
         (1..advised).map(move |k| (u64::from(k) * u64::from(vehicles) / u64::from(advised)) as u32)
     }
 
-    /// Returns the probability that a vehicle that enters a network is advised; 0 for a count, as vehicles are not counted there.
-    pub fn of_those_that_come(self) -> f64 {
+    /// Returns the same vehicles as a number out of a fixed number of vehicles. Among vehicles that enter and leave, which are `None`, it is
+    /// the probability that one is advised: 0 for a count, as they are not counted.
+    #[must_use]
+    pub fn among(self, vehicles: Option<u32>) -> Self {
+        match (vehicles, self) {
+            (Some(vehicles), _) => Self::Count(self.of(vehicles)),
+            (None, Self::Count(_)) => Self::Share(0.0),
+            (None, Self::Share(_)) => self,
+        }
+    }
+
+    /// Returns the share of `vehicles` that is advised, 0 to 1.
+    pub fn share_of(self, vehicles: u32) -> f64 {
         match self {
-            Self::Count(_) => 0.0,
+            Self::Count(_) => f64::from(self.of(vehicles)) / f64::from(vehicles),
             Self::Share(share) => share,
         }
     }
@@ -153,6 +164,15 @@ mod tests {
         assert_eq!(of("advised = \"20%\""), Ok(AdvisedVehicles::Share(0.2)));
         let message = of("seed = 1\nadvised = 1.0").expect_err("one or all").message;
         assert!(message.starts_with("x:2:11: advised is \"1.0\"; allowed: a share"), "{message}");
+    }
+
+    #[test]
+    fn vehicles_are_a_number_where_it_is_fixed_and_a_share_where_they_enter() {
+        let among = |text: &str| [read(text).among(Some(22)), read(text).among(None)];
+        assert_eq!(among("20%"), [AdvisedVehicles::Count(4), AdvisedVehicles::Share(0.2)]);
+        assert_eq!(among("1"), [AdvisedVehicles::Count(1), AdvisedVehicles::Share(0.0)]);
+        assert_eq!(among("0%"), [AdvisedVehicles::Count(0), AdvisedVehicles::Share(0.0)]);
+        assert_eq!(among("20%").map(|advised| advised.share_of(22)), [4.0 / 22.0, 0.2]);
     }
 
     #[test]

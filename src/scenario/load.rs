@@ -145,48 +145,43 @@ impl Scenario {
     /// # Errors
     /// The first fault: its key, and a message with value and remedy.
     pub(super) fn check_on(&self, fixed_vehicles: Option<u32>) -> Result<(), (&'static str, String)> {
+        let is_above = |most: u32| matches!(self.advised, AdvisedVehicles::Count(count) if count > most);
+        let advised = |text: &str| Err(("advised", format!("advised is {}; {text}", self.advised)));
+        match fixed_vehicles {
+            Some(most) if is_above(most) => advised(&format!("allowed: 0 to {most}, as many as there are vehicles"))?,
+            Some(_) => {}
+            None => self.check_on_network(is_above(1))?,
+        }
+        if self.sham_advice && self.advised != AdvisedVehicles::default() && !self.advised.is_no_vehicle() {
+            let why = "sham advice comes from another drive of the participant's vehicle";
+            return advised(&format!("allowed with sham_advice: 1; {why}"));
+        }
+        Ok(())
+    }
+
+    /// Checks the settings that are not for roads where vehicles enter and leave; `is_counted` if several vehicles are advised.
+    fn check_on_network(&self, is_counted: bool) -> Result<(), (&'static str, String)> {
         let (opener, closer) = match self.has_path_or_demand() {
             true => ("with a path or a demand".to_owned(), "neither path nor [demand]"),
             false => {
                 (format!("on map {}, where vehicles enter and leave", self.map), "a closed route such as ring-250")
             }
         };
-        if fixed_vehicles.is_none() && self.traffic != EngineChoice::Sumo {
-            let text = format!(
-                "traffic is {}; allowed {opener}: sumo; only SUMO moves vehicles on a network\n  remedy: traffic sumo, or {closer}",
-                self.traffic
-            );
-            return Err(("traffic", text));
+        let sumo = format!("sumo; only SUMO moves vehicles on a network\n  remedy: traffic sumo, or {closer}");
+        let settings = [
+            ("traffic", self.traffic != EngineChoice::Sumo, self.traffic.to_string(), sumo.as_str()),
+            (
+                "sham_advice",
+                self.sham_advice,
+                "true".into(),
+                "false; sham advice comes from another drive on a closed route",
+            ),
+            ("advised", is_counted, self.advised.to_string(), "a share, such as 20%, or 1, or 0"),
+        ];
+        match settings.into_iter().find(|(_, is_fault, ..)| *is_fault) {
+            Some((key, _, value, allowed)) => Err((key, format!("{key} is {value}; allowed {opener}: {allowed}"))),
+            None => Ok(()),
         }
-        if fixed_vehicles.is_none() && self.sham_advice {
-            let text = format!(
-                "sham_advice is true; allowed {opener}: false; sham advice comes from another drive on a closed route"
-            );
-            return Err(("sham_advice", text));
-        }
-        if let Some(fault) = self.advised_fault(fixed_vehicles, &opener) {
-            return Err(("advised", format!("advised is {}; {fault}", self.advised)));
-        }
-        Ok(())
-    }
-
-    /// Returns the reason why this number of vehicles cannot be advised; `opener` tells why vehicles enter and leave.
-    fn advised_fault(&self, fixed_vehicles: Option<u32>, opener: &str) -> Option<String> {
-        let count = match self.advised {
-            AdvisedVehicles::Count(count) => count,
-            AdvisedVehicles::Share(_) => 0,
-        };
-        match fixed_vehicles {
-            Some(vehicles) if count > vehicles => {
-                return Some(format!("allowed: 0 to {vehicles}, as many as there are vehicles"));
-            }
-            None if count > 1 => return Some(format!("allowed {opener}: a share, such as 20%, or 1, or 0")),
-            _ => {}
-        }
-        let is_alone = self.advised == AdvisedVehicles::default() || self.advised.is_no_vehicle();
-        (self.sham_advice && !is_alone).then(|| {
-            "allowed with sham_advice: 1; sham advice comes from another drive of the participant's vehicle".into()
-        })
     }
 }
 

@@ -257,7 +257,7 @@ impl Scenario {
 
     /// Returns true if no vehicle can be advised: none is to be, or only the participant's in a drive without a participant.
     pub fn advises_no_vehicle(&self) -> bool {
-        let no_other = self.advised.of_those_that_come() == 0.0;
+        let no_other = self.advised.among(None).is_no_vehicle();
         self.advised.is_no_vehicle() || (!self.participant && no_other)
     }
 

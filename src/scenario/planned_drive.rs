@@ -1,7 +1,7 @@
 //! A scenario with its road: all that a drive is started from. In: a [`Scenario`] as written. Out: a [`PlannedDrive`]: the road, loaded
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
-use super::Scenario;
+use super::{AdvisedVehicles, Scenario};
 use crate::map::{MapError, RoadMap};
 use std::sync::Arc;
 
@@ -93,6 +93,16 @@ impl PlannedDrive {
     /// Returns the number of vehicles of a closed route, the ego included; `None` on a network, where vehicles enter and leave.
     pub fn fixed_vehicles(&self) -> Option<u32> {
         self.fixed_vehicles
+    }
+
+    /// Returns the vehicles as text: `22 cars`, or `vehicles that come and go`.
+    pub fn vehicles_text(&self) -> String {
+        self.fixed_vehicles.map_or("vehicles that enter and leave".into(), |vehicles| format!("{vehicles} vehicles"))
+    }
+
+    /// Returns the advised vehicles: a number of a fixed number of vehicles, or a share of those that enter.
+    pub fn advised(&self) -> AdvisedVehicles {
+        self.scenario.advised.among(self.fixed_vehicles)
     }
 
     /// Returns true if vehicles enter and leave; their number is fixed otherwise.

@@ -37,9 +37,9 @@ use crate::{
     ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
-    scenario::{OnContact, PlannedDrive, Scenario},
+    scenario::{AdvisedVehicles, OnContact, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
-    traffic::{EGO, Traffic, TrafficError, VehicleId},
+    traffic::{EGO, Traffic, VehicleId},
 };
 use advice::DriveAdvice;
 use observer::Observer;
@@ -150,13 +150,6 @@ impl World {
     /// # Errors
     /// See [`WorldError`]; also fails where vehicles enter and leave.
     pub fn traffic_alone(drive: &PlannedDrive) -> Result<Box<dyn Traffic>, WorldError> {
-        if drive.is_open() {
-            return Err(WorldError::Traffic(TrafficError::Setup(
-                "traffic without an ego needs a closed route with a fixed number of vehicles; this drive is on a \
-                 network"
-                    .into(),
-            )));
-        }
         Ok(traffic_start::fixed(drive)?.engine)
     }
 
@@ -351,7 +344,7 @@ impl World {
 
     /// Returns true if vehicles other than the participant's are or can become advised.
     pub fn advises_others(&self) -> bool {
-        let can_come = self.drive.is_open() && self.scenario().advised.of_those_that_come() > 0.0;
+        let can_come = matches!(self.drive.advised(), AdvisedVehicles::Share(share) if share > 0.0);
         self.advice.advises() && (can_come || !self.advised.is_empty())
     }
 

@@ -127,6 +127,23 @@ holds_s = [0.1]
     }
 }
 
+#[test]
+fn names_with_commas_and_quotes_stay_in_their_cells() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("small.toml");
+    let named = SMALL
+        .replace("two seeds of one", r#"two \"seeds\", of one"#)
+        .replace("\"people\"\ndriver", "\"all, mixed\"\ndriver");
+    std::fs::write(&file, named.replace("rings = 16", "rings = 2")).unwrap();
+    let out = folder.path().join("out");
+    let mut program = Command::cargo_bin("codrive").unwrap();
+    program.args(["evaluate", "--benchmark"]).arg(&file).arg("--out").arg(&out).assert().success();
+    let text = std::fs::read_to_string(out.join("summary.csv")).unwrap();
+    let starts = |start: &str| text.lines().any(|line| line.starts_with(start));
+    assert!(starts(r#""ring",1,"all, mixed","two ""seeds"", of one",2,"#), "{text}");
+    assert!(starts(r#""ring",1,"all, mixed","no advice",2,"#), "{text}");
+}
+
 /// Collects the source files below a folder, without files of tests.
 fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).unwrap() {

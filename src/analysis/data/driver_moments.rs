@@ -4,6 +4,7 @@
 use super::{ego_samples::EgoSample, thinned_values::ThinnedValues, trial::RecordedTrial};
 use crate::{
     driver::{DriverParams, bend_speed_mps},
+    record::Table,
     space::CAR_LENGTH_M,
     time::TICK_S,
 };
@@ -59,18 +60,18 @@ struct StretchCutter {
     last_tick: Option<u64>,
 }
 
-/// Collects the stretches of a drive from the ego's rows. A drive on a network has none.
+/// Collects the stretches of a drive from the ego's rows. A drive past signals has none.
 pub struct StretchCollector<'a> {
     trial: &'a RecordedTrial,
     usual: DriverParams,
-    /// `None` on a network: the simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
+    /// `None` with a table of signals: the simulated driver of the fit knows advice, bends and a leader, but no signals and no right of way.
     cutter: Option<StretchCutter>,
 }
 
 impl<'a> StretchCollector<'a> {
     /// Starts for a drive.
     pub fn new(trial: &'a RecordedTrial) -> Self {
-        let cutter = (!trial.setup.is_open()).then(StretchCutter::new);
+        let cutter = (!trial.has(Table::Signals)).then(StretchCutter::new);
         Self { trial, usual: DriverParams::default(), cutter }
     }
 

@@ -20,7 +20,6 @@ pub(super) const EGO: [&str; 16] = [
     "mean_speed_mps",
     "s_m",
     "leader_speed_mps",
-    // Read on networks only, where vehicles differ in length.
     "leader",
 ];
 
@@ -63,34 +62,28 @@ pub struct EgoSamples {
     path: PathBuf,
     parts: TableParts,
     samples: IntoIter<EgoSample>,
-    headways: Headways,
+    lengths_m: Option<LengthsM>,
 }
 
-/// Source of the headway to the leader.
-pub(super) enum Headways {
-    /// From the table, which adds the length of a car to the gap: on closed routes all vehicles are cars.
-    Recorded,
-    /// From the gap and the leader's length, metres by vehicle number: on a network.
-    ByLength(BTreeMap<u32, f64>),
-}
+/// Lengths of vehicles by their numbers, metres.
+pub(super) type LengthsM = BTreeMap<u32, f64>;
 
-impl Headways {
-    /// Returns the headway to each row's leader, metres.
-    fn of(&self, part: &TableReader, gap_m: &[Option<f64>]) -> Vec<Option<f64>> {
-        let Self::ByLength(lengths_m) = self else { return part.numbers("headway_m") };
-        let leaders = part.ids("leader");
-        let headway_m = |(i, gap_m): (usize, &Option<f64>)| {
-            let leader = leaders.get(i).copied().flatten()?;
-            Some((*gap_m)? + lengths_m.get(&leader)?)
-        };
-        gap_m.iter().enumerate().map(headway_m).collect()
-    }
+/// Returns the headway to each row's leader, metres: from the gap and the leader's length. Without lengths all vehicles are cars, whose
+/// length the table adds to the gap.
+fn headways_m(part: &TableReader, gap_m: &[Option<f64>], lengths_m: Option<&LengthsM>) -> Vec<Option<f64>> {
+    let Some(lengths_m) = lengths_m else { return part.numbers("headway_m") };
+    let leaders = part.ids("leader");
+    let headway_m = |(i, gap_m): (usize, &Option<f64>)| {
+        let leader = leaders.get(i).copied().flatten()?;
+        Some((*gap_m)? + lengths_m.get(&leader)?)
+    };
+    gap_m.iter().enumerate().map(headway_m).collect()
 }
 
 impl EgoSamples {
-    /// Starts with the parts of the table at `path`.
-    pub(super) fn new(path: PathBuf, parts: TableParts, headways: Headways) -> Self {
-        Self { path, parts, samples: Vec::new().into_iter(), headways }
+    /// Starts with the parts of the table at `path`, and the lengths of vehicles that are no cars.
+    pub(super) fn new(path: PathBuf, parts: TableParts, lengths_m: Option<LengthsM>) -> Self {
+        Self { path, parts, samples: Vec::new().into_iter(), lengths_m }
     }
 }
 
@@ -106,7 +99,7 @@ impl Iterator for EgoSamples {
                 Ok(part) => part,
                 Err(error) => return Some(Err(error)),
             };
-            match samples(&part, &self.headways) {
+            match samples(&part, self.lengths_m.as_ref()) {
                 Ok(samples) => self.samples = samples.into_iter(),
                 Err(column) => {
                     let why = format!("column {column} is not as this program writes it");
@@ -118,7 +111,7 @@ impl Iterator for EgoSamples {
 }
 
 /// Returns the rows of a part of the ego's table, or the name of a column that is missing or has gaps.
-fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'static str> {
+fn samples(part: &TableReader, lengths_m: Option<&LengthsM>) -> Result<Vec<EgoSample>, &'static str> {
     let whole = |name: &'static str| part.numbers(name).into_iter().collect::<Option<Vec<f64>>>().ok_or(name);
     let (tick, in_range) = (part.wholes("tick"), part.flags("in_range"));
     if tick.len() != part.rows() {
@@ -132,9 +125,9 @@ fn samples(part: &TableReader, headways: &Headways) -> Result<Vec<EgoSample>, &'
     let mean_speed_mps = whole("mean_speed_mps")?;
     let [gap_m, ttc_s, target_mps] = ["gap_m", "ttc_s", "target_mps"].map(|name| part.numbers(name));
     let [s_m, leader_speed_mps] = ["s_m", "leader_speed_mps"].map(|name| part.numbers(name));
-    let headway_m = headways.of(part, &gap_m);
+    let headway_m = headways_m(part, &gap_m, lengths_m);
     // Where lanes of a network join, the next vehicle on the path may be beside the ego (a gap below 0): it is not a leader.
-    let is_beside = |i: usize| matches!(headways, Headways::ByLength(_)) && gap_m[i].is_some_and(|gap_m| gap_m < 0.0);
+    let is_beside = |i: usize| lengths_m.is_some() && gap_m[i].is_some_and(|gap_m| gap_m < 0.0);
     let of_leader = |values: &[Option<f64>], i: usize| values[i].filter(|_| !is_beside(i));
     let sample = |i: usize| EgoSample {
         tick: tick[i],

@@ -41,14 +41,9 @@ impl DriveSetup {
         }
     }
 
-    /// Checks whether vehicles entered and left; their number was fixed otherwise.
-    pub fn is_open(&self) -> bool {
-        self.scenario.has_path_or_demand()
-    }
-
     /// Returns the kind of its road.
     pub fn roads(&self) -> RoadKinds {
-        RoadKinds::of_drive(self.is_open())
+        RoadKinds::of_drive(self.scenario.has_path_or_demand())
     }
 
     /// Checks whether a simulated driver drove.

@@ -12,9 +12,8 @@ use std::{
     vec::IntoIter,
 };
 
-/// Columns read from every drive (the first four), and from drives on networks (all).
+/// Columns that are read.
 const CARS: [&str; 6] = ["tick", "car", "s_m", "speed_mps", "lane", "lane_s_m"];
-const OF_EVERY_DRIVE: usize = 4;
 
 /// A vehicle at the end of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,8 +68,7 @@ impl TrafficSteps {
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
     pub(super) fn open(path: &Path, network: Option<Arc<Network>>) -> Result<Self, RecordError> {
-        let columns = if network.is_some() { &CARS[..] } else { &CARS[..OF_EVERY_DRIVE] };
-        let parts = TableReader::parts(path, columns)?;
+        let parts = TableReader::parts(path, &CARS)?;
         Ok(Self { path: path.into(), parts, network, rows: Vec::new().into_iter(), begun: None })
     }
 

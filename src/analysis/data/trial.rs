@@ -3,7 +3,7 @@
 
 use super::{
     advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
-    ego_samples::{EGO, EgoSamples, Headways},
+    ego_samples::{EGO, EgoSamples},
     frame_times::{self, FrameTimes},
     road_events::RoadEvents,
     setup::DriveSetup,
@@ -141,15 +141,23 @@ impl RecordedTrial {
     /// The table cannot be read, or does not have this program's format; each row can fail in the same way.
     pub fn ego(&self) -> Result<EgoSamples, RecordError> {
         let path = Table::Ego.parquet(&self.recording);
-        let columns = if self.setup.is_open() { &EGO[..] } else { &EGO[..EGO.len() - 1] };
-        let headways = if !self.setup.is_open() {
-            Headways::Recorded
-        } else {
-            let vehicles = TripTable::read(&self.recording)?.trips;
-            Headways::ByLength(vehicles.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?))).collect())
-        };
-        let parts = TableReader::parts(&path, columns)?;
-        Ok(EgoSamples::new(path, parts, headways))
+        let lengths = |table: TripTable| table.trips.into_iter().filter_map(|(id, trip)| Some((id, trip.length_m?)));
+        let lengths_m = self.trips()?.map(|table| lengths(table).collect());
+        let parts = TableReader::parts(&path, &EGO)?;
+        Ok(EgoSamples::new(path, parts, lengths_m))
+    }
+
+    /// Reads the trips of the vehicles that entered and left; `None` if the recording has no tables of them.
+    ///
+    /// # Errors
+    /// A table cannot be read, or does not have this program's format.
+    pub fn trips(&self) -> Result<Option<TripTable>, RecordError> {
+        self.has(Table::Departures).then(|| TripTable::read(&self.recording)).transpose()
+    }
+
+    /// Returns true if the recording has this table.
+    pub fn has(&self, table: Table) -> bool {
+        Table::of(&self.setup.manifest).contains(&table)
     }
 
     /// Reads all vehicles with a row, at every step in order.
@@ -157,7 +165,7 @@ impl RecordedTrial {
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
-        let map = self.map.as_ref().filter(|_| self.setup.is_open());
-        TrafficSteps::open(&Table::Cars.parquet(&self.recording), map.map(|map| Arc::clone(&map.network)))
+        let network = self.map.as_ref().map(|map| Arc::clone(&map.network));
+        TrafficSteps::open(&Table::Cars.parquet(&self.recording), network)
     }
 }

@@ -45,7 +45,7 @@ impl Drive {
         self.ego.iter().for_each(|row| onsets.add(row));
         let mut responses = ResponseWatch::new(0.1, onsets.finish(), None);
         let mut totals = DriveTotals::new(0.1).on(&self.trial);
-        if self.trial.setup.is_open() {
+        if self.trial.setup.roads().networks {
             totals = totals.on_network(NetworkDriveTotals::default());
         }
         for row in &self.ego {

@@ -150,8 +150,8 @@ impl DriveTotals {
     ) -> Result<(Self, Vec<AdviceResponse>), AnalysisError> {
         let step_s = trial.setup.scenario.step_s;
         let mut totals = Self::new(step_s).on(trial);
-        if trial.setup.is_open() {
-            totals = totals.on_network(NetworkDriveTotals::open(trial, lines)?);
+        if let Some(trips) = trial.trips()? {
+            totals = totals.on_network(NetworkDriveTotals::open(trial, trips, lines)?);
         }
         let mut onsets = OnsetFinder::new(trial.changes.clone());
         for ego in trial.ego()? {

@@ -59,9 +59,8 @@ impl NetworkDriveTotals {
     /// Opens the sums of a drive; `lines` are the lines that were asked for, else the default line of its path is taken.
     ///
     /// # Errors
-    /// A table cannot be read, or a line is not on the network.
-    pub fn open(trial: &RecordedTrial, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
-        let table = TripTable::read(&trial.recording)?;
+    /// A line is not on the network.
+    pub fn open(trial: &RecordedTrial, table: TripTable, lines: &[LinePlace]) -> Result<Self, AnalysisError> {
         let mut totals = Self { trips: table.trips, ..Self::default() };
         if table.stray_arrivals > 0 {
             totals.missing.push(format!(

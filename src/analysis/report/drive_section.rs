@@ -12,7 +12,7 @@ use crate::analysis::{
     error::AnalysisError,
     network::PathTraces,
 };
-use crate::plot::escaped;
+use crate::{plot::escaped, record::Table};
 use std::path::Path;
 
 /// Adds the drives one by one: all drives of the first participant, and in a comparison only those with a baseline.
@@ -85,7 +85,7 @@ fn one(drive: &AnalysedRecording, title: &str, number: usize) -> Result<(Vec<Rep
 /// The folder holds no recording, or one that cannot be read.
 pub fn space_time(recording: &Path) -> Result<Option<String>, AnalysisError> {
     let trial = RecordedTrial::open(recording)?;
-    Ok(match trial.setup.is_open() {
+    Ok(match trial.has(Table::Path) {
         true => PathTraces::of(&trial)?.map(|traces| network_figures::space_time("", &traces, None)),
         false => DriveTrajectories::of(&trial)?.map(|traces| figures::space_time("", &traces, None)),
     })

@@ -255,7 +255,7 @@ fn whole(
     ring: usize,
 ) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
-        map: plan.map.clone(),
+        map: plan.drive.scenario().map.clone(),
         traffic,
         vehicles: config.ring.vehicles_min,
         idm: config.ring.idm,

@@ -198,19 +198,15 @@ pub struct EvaluationPlan {
     pub drivers: Vec<FollowingDriver>,
     /// Advised numbers or shares of a curve, starting at 0; `None` if only the ego is advised.
     pub advised: Option<Vec<AdvisedVehicles>>,
-    /// Number of vehicles on a ring, including the ego.
-    pub vehicles: u32,
     /// Engine that simulates the drives.
     pub engine: Engine,
     /// Other vehicles with a different car-following model, in whole drives.
     pub mixture: ModelMixture,
-    /// Map of whole drives.
-    pub map: String,
-    /// True if the map is a network, where vehicles enter and leave.
-    pub is_on_network: bool,
+    /// Road and vehicles of whole drives.
+    pub drive: PlannedDrive,
     /// Number of rings for each case.
     pub rings: usize,
-    /// Settings of the built-in policies.
+    /// Settings of the built-in policies; the equilibrium speed is 0 where vehicles enter and leave.
     pub settings: PolicySettings,
     /// Policies by name, each read once.
     pub(super) sources: BTreeMap<String, PolicySource>,
@@ -230,29 +226,32 @@ impl EvaluationPlan {
         let engine = engine(matches)?;
         let drivers = drivers(matches, config, &engine)?;
         let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
-        let drive =
-            PlannedDrive::new(&Scenario { map: map.clone(), ..Scenario::default() }).map_err(WorldError::from)?;
-        let is_on_network = drive.is_open();
-        if is_on_network {
-            check_network(matches, &map, &engine)?;
-        }
-        let vehicles = config.ring.vehicles_min;
-        let advised = advised_curve(matches, &engine, (!is_on_network).then_some(vehicles))?;
+        let scenario = Scenario { map, vehicles: config.ring.vehicles_min, ..Scenario::default() };
+        let drive = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+        let aim_mps = matches.get_one::<f64>("policy-speed").copied().unwrap_or_default();
+        let mut settings = config.policy_settings(aim_mps);
+        let read = if drive.is_open() {
+            check_network(matches, &scenario.map, &engine)?;
+            settings.equilibrium_mps = 0.0;
+            PolicySource::read
+        } else {
+            PolicySource::for_rings
+        };
+        let advised = advised_curve(matches, &engine, &drive)?;
         let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
-        let settings = config.policy_settings(matches.get_one::<f64>("policy-speed").copied().unwrap_or_default());
+        let source = |name: &String| Ok((name.clone(), read(name, &settings)?));
+        let sources = policies.iter().map(source).collect::<Result<_, PolicyError>>();
         Ok(Self {
-            sources: sources(&policies, &settings, is_on_network).map_err(|e| CliError::Input(e.to_string()))?,
+            sources: sources.map_err(|e| CliError::Input(e.to_string()))?,
             settings,
             policies,
             resolved,
             holds_s,
             drivers,
             advised,
-            vehicles,
             mixture: mixture(matches, &engine)?,
             engine,
-            map,
-            is_on_network,
+            drive,
             rings: matches.get_one::<u32>("over").copied().unwrap_or(20) as usize,
             out: matches.get_one::<PathBuf>("out").cloned(),
             adherence: matches.get_flag("adherence"),
@@ -317,16 +316,12 @@ impl EvaluationPlan {
 
     /// Returns the number of vehicles that a case advises on a ring.
     pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
-        if case.policy == "none" { 0 } else { case.advised.of(self.vehicles) }
+        if case.policy == "none" { 0 } else { case.advised.of(self.drive.scenario().vehicles) }
     }
 
     /// Returns the share of vehicles that a case advises, 0 to 1; on a network, of the vehicles that enter.
     pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
-        match self.is_on_network {
-            true if case.policy == "none" => 0.0,
-            true => case.advised.of_those_that_come(),
-            false => f64::from(self.advised_by(case)) / f64::from(self.vehicles),
-        }
+        if case.policy == "none" { 0.0 } else { case.advised.share_of(self.drive.scenario().vehicles) }
     }
 }
 
@@ -385,16 +380,6 @@ fn policies(matches: &ArgMatches, road: &RoadMap, needs_baseline: bool) -> (Vec<
     (names, resolved)
 }
 
-/// Reads each policy once.
-fn sources(
-    policies: &[String],
-    settings: &PolicySettings,
-    is_on_network: bool,
-) -> Result<BTreeMap<String, PolicySource>, PolicyError> {
-    let read = if is_on_network { PolicySource::read } else { PolicySource::for_rings };
-    policies.iter().map(|name| Ok((name.clone(), read(name, settings)?))).collect()
-}
-
 /// Fails if an evaluation on a network lacks a setting for which only rings have a default.
 fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
     let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
@@ -411,13 +396,13 @@ fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(),
     Err(CliError::Input(format!("map {map} is a network that vehicles enter and leave: {lacks}")))
 }
 
-/// Returns the numbers or shares of a curve of advised vehicles, from none upwards; `None` if only the ego is advised. `vehicles` is the
-/// number of vehicles on a closed route, `None` on a network.
+/// Returns the numbers or shares of a curve of advised vehicles, from none upwards; `None` if only the ego is advised.
 fn advised_curve(
     matches: &ArgMatches,
     engine: &Engine,
-    vehicles: Option<u32>,
+    drive: &PlannedDrive,
 ) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
+    let (vehicles, most) = (drive.fixed_vehicles(), drive.scenario().vehicles);
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     if *engine == Engine::FastRing {
         return Err(CliError::Input(
@@ -438,13 +423,10 @@ fn advised_curve(
         };
         return Err(CliError::Input(format!("--advised is {wrong}; {allowed}")));
     }
-    let amount = |advised: &AdvisedVehicles| match vehicles {
-        Some(vehicles) => advised.of(vehicles).into(),
-        None => advised.of_those_that_come(),
-    };
-    advised.sort_by(|a, b| amount(a).total_cmp(&amount(b)));
-    advised.dedup_by_key(|advised| amount(advised));
-    advised.insert(0, AdvisedVehicles::Count(0));
+    advised.push(AdvisedVehicles::Count(0));
+    let mut advised: Vec<AdvisedVehicles> = advised.into_iter().map(|advised| advised.among(vehicles)).collect();
+    advised.sort_by(|a, b| a.share_of(most).total_cmp(&b.share_of(most)));
+    advised.dedup();
     Ok(Some(advised))
 }
 

@@ -6,9 +6,11 @@ use super::{
     plan::{Engine, EvaluationCase, EvaluationPlan, FollowingDriver},
 };
 use crate::{
+    analysis::{quoted_cell, text_cell},
     driver::NamedDriver,
     metrics::{EVALUATED, Estimate, EvaluatedValue, EvaluationResult, Measure, SpeedTrace, evaluated, figures},
     private,
+    scenario::AdvisedVehicles,
     train::{TrainConfig, evaluate, trajectories},
 };
 use serde_json::{Value, json};
@@ -77,11 +79,12 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     text
 }
 
-/// Returns the advised vehicles as text: number of all vehicles on a ring, share on a network.
+/// Returns the advised vehicles as text: a number of all vehicles, or a share.
 fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
-    match plan.is_on_network {
-        true => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
-        false => format!("{}/{}", plan.advised_by(&row.case), plan.vehicles),
+    let vehicles = plan.drive.scenario().vehicles;
+    match row.case.advised {
+        AdvisedVehicles::Count(_) => format!("{}/{vehicles}", plan.advised_by(&row.case)),
+        AdvisedVehicles::Share(_) => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
     }
 }
 
@@ -153,7 +156,7 @@ pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
         "program": concat!("codrive ", env!("CARGO_PKG_VERSION")),
         "traffic": plan.engine.to_string(),
         "resolved": plan.resolved.iter().filter_map(|r| Some(json!({ "name": r.name, "why": r.why.as_ref()? }))).collect::<Vec<_>>(),
-        "policy_speed_mps": if plan.is_on_network { plan.settings.aim_mps } else { plan.settings.aim_or_automatic_mps() },
+        "policy_speed_mps": plan.settings.aim_or_automatic_mps(),
         "config": config,
         "rows": rows.iter().map(row).collect::<Vec<_>>(),
     })
@@ -209,8 +212,9 @@ pub fn put_figure(dir: &Path, name: &str, svg: &str) -> Result<(), CliError> {
     Ok(())
 }
 
-fn key(row: &EvaluationRow, plan: &EvaluationPlan) -> String {
-    format!("{},{},\"{}\",{}", row.case.label(), row.case.hold_s, row.case.driver.label(), plan.engine)
+/// Returns the first cells of a case's lines: policy, hold, driver and traffic.
+fn key(case: &EvaluationCase, engine: &Engine) -> String {
+    format!("{},{},{},{engine}", text_cell(&case.label()), case.hold_s, quoted_cell(&case.driver.label()))
 }
 
 /// Returns the head of `rings.csv`.
@@ -242,7 +246,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
             let _ = writeln!(
                 text,
                 "{},{},{ring},0,{},{},{},{}",
-                key(row, plan),
+                key(&row.case, &plan.engine),
                 config.seed,
                 config.ring.horizon_s,
                 values.join(","),
@@ -267,7 +271,7 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
         let _ = writeln!(
             text,
             "{},{},{},{calm},0,{},{},{},{}",
-            key(row, plan),
+            key(&row.case, &plan.engine),
             config.seed,
             row.results.len(),
             config.ring.horizon_s,
@@ -284,22 +288,22 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
     let note = note(plan, config);
     let crashes =
         |row: &EvaluationRow| crash_text(row).map_or(String::new(), |words| format!("\n{}: {words}", row.case));
+    let with_crashes = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
     if plan.holds_s.len() > 1 && plan.advised.is_none() {
         let equilibrium_mps = plan.settings.equilibrium_mps;
         let is_paper_ring = config.ring.circumference_min_m == 250.0
             && config.ring.circumference_max_m == 250.0
             && (config.ring.vehicles_min, config.ring.vehicles_max) == (22, 22);
-        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash);
-        let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &note);
+        let text = figures::against_hold(&by_hold(plan, rows), equilibrium_mps, is_paper_ring, &with_crashes);
         out.push(("speed-against-hold.svg".into(), text));
     }
     if plan.advised.is_some() {
-        let note = rows.iter().map(crashes).fold(note.clone(), |note, crash| note + &crash)
+        let note = with_crashes
             + "\n\
                 0 %: traffic alone. In the other rows simulated drivers drive the advised vehicles; each vehicle has \
                 its own advice, or its driver ignores it"
             + &outflows(plan, rows);
-        let even_mps = (!plan.is_on_network).then_some(plan.settings.equilibrium_mps);
+        let even_mps = Some(plan.settings.equilibrium_mps).filter(|even_mps| *even_mps > 0.0);
         let text = figures::against_share(&by_share(plan, rows), even_mps, &note);
         out.push(("speed-against-share.svg".into(), text));
     }
@@ -345,16 +349,17 @@ fn pictures(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow])
 /// Returns a note on the drives, for the foot of a figure.
 fn note(plan: &EvaluationPlan, config: &TrainConfig) -> String {
     let span = |a: f64, b: f64| if a == b { format!("{a}") } else { format!("{a} to {b}") };
-    let cars = span(f64::from(config.ring.vehicles_min), f64::from(config.ring.vehicles_max));
-    let length = match &plan.engine {
-        Engine::FastRing => format!("{} m", span(config.ring.circumference_min_m, config.ring.circumference_max_m)),
-        Engine::Traffic(engine) => format!("{} on {engine}", plan.map),
+    let (ring, drive) = (&config.ring, &plan.drive);
+    let cars = span(f64::from(ring.vehicles_min), f64::from(ring.vehicles_max));
+    let cars_and_road = match &plan.engine {
+        Engine::FastRing => {
+            format!("{cars} vehicles on {} m", span(ring.circumference_min_m, ring.circumference_max_m))
+        }
+        Engine::Traffic(engine) => format!("{} on {} on {engine}", drive.vehicles_text(), drive.scenario().map),
     };
-    let cars = if plan.is_on_network { "vehicles that enter and leave".into() } else { cars + " vehicles" };
     format!(
-        "{cars} on {length}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by \
-         bootstrap",
-        plan.rings, config.seed, config.ring.horizon_s, config.ring.warm_up_s
+        "{cars_and_road}, {} rings, seed {}; {} s after {} s of warm-up, transients included; bands: 95 % by bootstrap",
+        plan.rings, config.seed, ring.horizon_s, ring.warm_up_s
     )
 }
 
@@ -475,6 +480,19 @@ fn slug(title: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn commas_and_quotes_of_a_policys_file_stay_in_its_cell() {
+        let case = |policy: &str| EvaluationCase {
+            policy: policy.into(),
+            hold_s: 1.0,
+            driver: super::super::plan::default_driver().expect("a preset"),
+            advised: Default::default(),
+            ignores_advice: false,
+        };
+        assert_eq!(key(&case("runs/pi"), &Engine::FastRing), r#"pi,1,"follow",ring"#);
+        assert_eq!(key(&case(r#"runs/a "b",c.toml"#), &Engine::FastRing), r#""a ""b"",c.toml",1,"follow",ring"#);
+    }
 
     #[test]
     fn a_title_becomes_a_file_name() {

@@ -168,21 +168,19 @@ pub(in crate::record) struct NetworkRows {
 pub(in crate::record) struct NetworkObserver {
     /// Vehicles at the end of the last step, by ascending id, without the ego.
     vehicles: Vec<(VehicleId, Option<LanePosition>)>,
-    /// Signal states at the end of the last step; `None` before the start and on closed routes.
+    /// Signal states at the end of the last step; `None` before the start.
     signals: Option<SignalStates>,
 }
 
 impl NetworkObserver {
-    /// Adds the rows of a world before its first tick; none on a closed route with a fixed number of vehicles.
+    /// Adds the rows of a world before its first tick.
     pub fn start(&mut self, world: &World, rows: &mut NetworkRows) {
-        if world.drive().is_open() {
-            let map = world.map();
-            rows.path.extend((0..map.route.lanes().len()).map(|order| PathRow::of(map, order)));
-            self.observe(world.snapshot(), &world.map().network, rows);
-        }
+        let map = world.map();
+        rows.path.extend((0..map.route.lanes().len()).map(|order| PathRow::of(map, order)));
+        self.observe(world.snapshot(), &map.network, rows);
     }
 
-    /// Adds the rows of a world after a tick. Vehicles enter and leave, and signals change, at the end of a step.
+    /// Adds the rows of a world after a tick, if it was started. Vehicles enter and leave, and signals change, at the end of a step.
     pub fn tick(&mut self, world: &World, rows: &mut NetworkRows) {
         let snapshot = world.snapshot();
         if self.signals.is_some() && snapshot.tick.0.is_multiple_of(world.scenario().step_ticks()) {

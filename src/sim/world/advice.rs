@@ -34,6 +34,7 @@ pub(super) struct DriveAdvice {
     /// Name of the policy, and the reason if it differs from the request.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
+    road: RoadKind,
     /// True if the policy observes the lanes beside; computing them takes memory, which other drives save.
     sees_lanes_beside: bool,
     /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
@@ -44,6 +45,8 @@ pub(super) struct DriveAdvice {
 
 /// Advice of one vehicle.
 pub(super) struct VehicleAdvice {
+    /// Kind of road that the policy sees.
+    pub road: RoadKind,
     /// True if observations include the lanes beside.
     pub sees_lanes_beside: bool,
     advisor: Advisor,
@@ -55,9 +58,9 @@ impl DriveAdvice {
     /// Builds the scenario's policy for this road.
     pub fn new(drive: &PlannedDrive) -> Result<Self, WorldError> {
         let (scenario, map) = (drive.scenario(), drive.map());
-        let settings = policy_settings(drive);
-        let resolved = resolve(drive);
-        let source = read(&resolved.name, drive, &settings)?;
+        let (settings, road) = (policy_settings(drive), road_kind(drive));
+        let resolved = resolve(drive, road);
+        let source = read(&resolved.name, drive, road, &settings)?;
         let policy = source.engage();
         if policy.as_deref().is_some_and(Policy::needs_driver_traits) {
             return Err(PolicyError::MustBeTold { name: resolved.name }.into());
@@ -75,6 +78,7 @@ impl DriveAdvice {
         Ok(Self {
             policy: resolved,
             expected: expected_speeds(drive, &settings),
+            road,
             sees_lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
             source: Some(source),
             sham: None,
@@ -85,7 +89,7 @@ impl DriveAdvice {
     pub fn from_outside(drive: &PlannedDrive, sees_lanes_beside: bool) -> Self {
         let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
         let expected = expected_speeds(drive, &policy_settings(drive));
-        Self { policy, expected, sees_lanes_beside, source: None, sham: None }
+        Self { policy, expected, road: road_kind(drive), sees_lanes_beside, source: None, sham: None }
     }
 
     /// Returns the advice of the participant's vehicle.
@@ -106,7 +110,7 @@ impl DriveAdvice {
     }
 
     fn advised_by(&self, advisor: Advisor) -> VehicleAdvice {
-        VehicleAdvice { sees_lanes_beside: self.sees_lanes_beside, advisor, next: None }
+        VehicleAdvice { road: self.road, sees_lanes_beside: self.sees_lanes_beside, advisor, next: None }
     }
 
     /// Returns true if the policy is not `none`.
@@ -152,7 +156,7 @@ fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedS
 }
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
-fn resolve(drive: &PlannedDrive) -> policy::ResolvedPolicy {
+fn resolve(drive: &PlannedDrive, road: RoadKind) -> policy::ResolvedPolicy {
     let scenario = drive.scenario();
     if scenario.advises_no_vehicle() && scenario.policy != "none" {
         let alone =
@@ -160,34 +164,31 @@ fn resolve(drive: &PlannedDrive) -> policy::ResolvedPolicy {
         let why = format!("{}: no vehicle is advised (advised is {}{alone})", scenario.policy, scenario.advised);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
-    if !drive.is_open() {
-        return policy::resolve(&scenario.policy, drive.map());
-    }
-    if scenario.policy == policy::AUTO {
+    if road.is_network() && scenario.policy == policy::AUTO {
         let why = format!("{}: no policy is shipped for networks", policy::AUTO);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
-    policy::ResolvedPolicy { name: scenario.policy.clone(), why: None }
+    policy::resolve(&scenario.policy, drive.map())
 }
 
 /// Reads the policy of this name; fails if the scenario's road lacks a property that the policy needs.
-fn read(name: &str, drive: &PlannedDrive, settings: &PolicySettings) -> Result<PolicySource, WorldError> {
+fn read(
+    name: &str,
+    drive: &PlannedDrive,
+    road: RoadKind,
+    settings: &PolicySettings,
+) -> Result<PolicySource, WorldError> {
     let source = PolicySource::read(name, settings)?;
-    let road = road_kind(drive);
-    let lacks = source.lacks(road);
-    if road == RoadKind::ClosedRoute {
-        return match lacks {
-            Some(why) => Err(WorldError::PolicyNeedsNetwork { policy: name.into(), why }),
-            None => Ok(source),
-        };
-    }
     // Without a set speed these controllers aim for a ring's equilibrium speed.
     let aims =
         matches!(name, "constant" | "follower-stopper" | "linear-feedback") && drive.scenario().policy_speed_mps <= 0.0;
-    match lacks.or_else(|| aims.then(|| "aims for the equilibrium speed of a ring".to_owned())) {
-        Some(why) => Err(WorldError::PolicyNeedsRing { policy: name.into(), why }),
-        None => Ok(source),
-    }
+    let aim = (aims && road.is_network()).then(|| "aims for the equilibrium speed of a ring".to_owned());
+    let Some(why) = source.lacks(road).or(aim) else { return Ok(source) };
+    let policy = name.into();
+    Err(match road.is_network() {
+        true => WorldError::PolicyNeedsRing { policy, why },
+        false => WorldError::PolicyNeedsNetwork { policy, why },
+    })
 }
 
 /// Returns the kind of road that policies see in this drive.

@@ -2,7 +2,7 @@
 
 use crate::{
     rng,
-    scenario::{PlannedDrive, Scenario},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     traffic::VehicleId,
 };
 
@@ -21,10 +21,10 @@ pub(super) enum AdvisedSelection {
 impl AdvisedSelection {
     /// Returns the choice of a drive, out of a fixed number of vehicles or of those that enter.
     pub fn new(drive: &PlannedDrive) -> Self {
-        let Scenario { advised, seed, .. } = *drive.scenario();
-        match drive.fixed_vehicles() {
-            Some(vehicles) => Self::Numbers(advised.others(vehicles).collect()),
-            None => Self::Share { share: advised.of_those_that_come(), seed },
+        let Scenario { vehicles, seed, .. } = *drive.scenario();
+        match drive.advised() {
+            advised @ AdvisedVehicles::Count(_) => Self::Numbers(advised.others(vehicles).collect()),
+            AdvisedVehicles::Share(share) => Self::Share { share, seed },
         }
     }
 

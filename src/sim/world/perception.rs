@@ -6,7 +6,7 @@ use crate::{
     controls::LaneHint,
     driver::{Perception, SeenLeader, SimulatedDriver, manoeuvres::lane_beside},
     map::network::Side,
-    policy::{FAR_M, Observation, RoadAhead},
+    policy::{Observation, RoadAhead},
     scenario::PlannedDrive,
     space::{CAR_LENGTH_M, wrap_angle},
 };
@@ -34,9 +34,7 @@ impl Agent {
     pub(super) fn observe(&self, drive: &PlannedDrive) -> Observation {
         let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
-        // Without a leader: on a closed route, a stopped one a full lap ahead, as in training; on a network, one far ahead at the ego's
-        // speed.
-        let without_leader = if drive.is_open() { (FAR_M, speed_mps) } else { (length_m, 0.0) };
+        let without_leader = self.advice.road.without_leader(length_m, speed_mps);
         let (gap_m, leader_speed_mps) = self.view.leader.map_or(without_leader, |l| (l.gap_m, l.speed_mps));
         Observation {
             speed_mps,

@@ -91,10 +91,7 @@ impl TrafficCoupling {
         let _starting = TrafficStart::begin();
         let (scenario, map) = (drive.scenario(), drive.map());
         let lanes = PathLanes::new(map);
-        let StartedTraffic { engine, ego, hand_over } = match drive.fixed_vehicles() {
-            Some(_) => traffic_start::fixed(drive)?,
-            None => traffic_start::with_demand(drive, &lanes)?,
-        };
+        let StartedTraffic { engine, ego, hand_over } = traffic_start::start(drive, &lanes)?;
         let mut coupling = Self {
             engine_name: engine.name_and_version(),
             engine: Some(engine),

@@ -34,12 +34,24 @@ pub(super) struct StartedTraffic {
     pub hand_over: HandOver,
 }
 
+/// Starts the traffic of a drive and runs it until the ego is put in.
+pub(super) fn start(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
+    match drive.fixed_vehicles() {
+        Some(_) => Ok(fixed(drive)?),
+        None => with_demand(drive, lanes),
+    }
+}
+
 /// Starts a fixed number of vehicles in the scenario's layout, runs the warm-up and waits until traffic meets the scenario's conditions for
 /// the hand-over.
 pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError> {
     let (scenario, map) = (drive.scenario(), drive.map());
+    let Some(vehicles) = drive.fixed_vehicles() else {
+        let text = "traffic alone is that of a closed route with a fixed number of cars; this drive is on a network";
+        return Err(TrafficError::Setup(text.into()));
+    };
     let setup = FixedSetup {
-        cars: start_cars(scenario, map)?,
+        cars: start_cars(vehicles, scenario, map)?,
         map: Arc::clone(map),
         idm: scenario.idm,
         mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
@@ -67,7 +79,7 @@ pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError
 
 /// Starts SUMO with the scenario's demand, runs the warm-up without the ego, and waits until there is room for it at its start. Without a
 /// participant SUMO has no ego, and the path does not matter.
-pub(super) fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
+fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
     let (scenario, map) = (drive.scenario(), drive.map());
     let ego = if scenario.participant { Some(ego_place(scenario, map, lanes)?) } else { None };
     let before_s = scenario.warm_up_s + if ego.is_some() { scenario.wave_wait_s } else { 0.0 };
@@ -110,10 +122,10 @@ fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f
 }
 
 /// Returns the initial places of all vehicles of a fixed number.
-fn start_cars(scenario: &Scenario, map: &RoadMap) -> Result<Vec<InitialVehicle>, TrafficError> {
+fn start_cars(vehicles: u32, scenario: &Scenario, map: &RoadMap) -> Result<Vec<InitialVehicle>, TrafficError> {
     let layout = match scenario.start {
         StartLayout::Even => traffic::start::even,
         StartLayout::Bunched => traffic::start::bunched,
     };
-    layout(scenario.vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)
+    layout(vehicles as usize, map.route.length_m(), scenario.idm.s0, 0.0)
 }

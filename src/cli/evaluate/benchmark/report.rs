@@ -2,7 +2,12 @@
 //! depend on.
 
 use super::{BenchmarkResult, Cell, CliError, SEALED_STREAM};
-use crate::{metrics::evaluated, policy, rng::fnv_1a};
+use crate::{
+    analysis::{quoted_cell, text_cell},
+    metrics::evaluated,
+    policy,
+    rng::fnv_1a,
+};
 use serde_json::{Value, json};
 use std::{collections::BTreeMap, fmt::Write};
 
@@ -146,11 +151,11 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
             MEASURES.iter().map(|name| cell.mean(name).map_or(String::new(), |x| x.to_string())).collect();
         let _ = writeln!(
             text,
-            "\"{}\",{},{},\"{}\",{},{},{},{},{},{gain},{},{},{}",
-            cell.condition.road.name,
+            "{},{},{},{},{},{},{},{},{},{gain},{},{},{}",
+            quoted_cell(&cell.condition.road.name),
             cell.condition.hold_s,
-            cell.condition.driver.name,
-            result.benchmark.rows[cell.row].name,
+            text_cell(&cell.condition.driver.name),
+            quoted_cell(&result.benchmark.rows[cell.row].name),
             result.benchmark.rings,
             cell.results.len(),
             speed.mean,
