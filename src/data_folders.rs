@@ -281,7 +281,7 @@ mod tests {
 
     #[test]
     fn embedded_files_equal_the_shipped_ones_and_are_written_once() {
-        let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let project = Path::new(env!("CODRIVE_ROOT"));
         for (name, bytes) in EMBEDDED {
             assert!(fs::read(project.join(name)).unwrap() == *bytes, "{name}");
         }

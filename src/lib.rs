@@ -31,7 +31,8 @@
 //!   ([`scenario::Scenario`]). **planned drive**: a scenario with its road, loaded once ([`scenario::PlannedDrive`]).
 //!
 //! # Layers, bottom first
-//! A module names only modules of lower rows (`tests/layers.rs` checks `src/`):
+//! A module names only modules of lower rows (`tests/layers.rs` checks `src/`). The rows up to `hud` are a package of their own,
+//! `codrive-core` (`src/core.rs`, `src/Cargo.toml`), so that an edit above them does not build them again (docs/decisions.md: 17):
 //! ```text
 //! space  time  units  rng      frames of reference / Tick, Clock, Pace / SI inside, mph outside / seeded streams
 //! idm  controls  plot  file    car-following model / pedals, wheel, selector / figures as SVG and PNG / bounded reading of files
@@ -39,17 +40,17 @@
 //! native_code                  places of libraries and of other programs (these four lines are one row)
 //! temporary  lsl               folders for temporary files / Lab Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       folders of maps, policies, questionnaires / a struct as file, flags and widgets
-//! triggers  signing  sumo_xml  bytes on a serial port, for amplifiers / signatures by a key of the lab / checks of SUMO's input files
-//!                              (these two lines are one row)
+//! triggers  sumo_xml           bytes on a serial port, for amplifiers / checks of SUMO's input files (in one row with the line above)
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
-//! input  traffic  metrics      devices -> Controls / trait Traffic: SUMO, native IDM / results of a drive, means with intervals, figures
+//! traffic  metrics             trait Traffic: SUMO, native IDM / results of a drive, means with intervals, figures
 //! snapshot                     the world at one tick, seen from one vehicle
 //! driver                       simulated drivers: perception, pedals, steering, decisions on networks
 //! scenario                     everything that defines a drive, as a file, flags and widgets
 //! sim  train                   World::tick(&Controls) -> Events, Snapshot / TRPO on the fast ring
-//! hud                          the dial as data
+//! hud                          the dial as data; the last row of the package codrive-core
 //! scene  record  audio         contents of the picture, on the CPU / every tick on disk: journal, tables, manifest / sound
+//! input  signing               devices -> Controls / signatures by a key of the lab (in one row with the line above)
 //! render  analysis             wgpu passes / plan of the analysis, measures, mixed models, power, figures, report
 //! study                        study files, orders, sessions, questionnaires, data set, preregistration
 //! panel  doctor  drive_loop    egui: panels and pages / fitness of a rig for a study / the loop without a window: off-line drives,
@@ -73,6 +74,8 @@
 // println! panics if its reader has gone; `cli::out` prints instead.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+pub use codrive_core::*;
+
 pub mod analysis;
 #[cfg(feature = "desktop")]
 pub mod audio;
@@ -80,8 +83,6 @@ pub mod audio;
 pub mod bench;
 #[cfg(feature = "command")]
 pub mod cli;
-pub mod controls;
-pub mod data_folders;
 #[cfg(feature = "desktop")]
 pub mod desktop;
 #[cfg(feature = "desktop")]
@@ -89,49 +90,22 @@ pub mod doctor;
 pub mod drive_loop;
 #[cfg(feature = "desktop")]
 pub mod drive_window;
-pub mod driver;
-pub mod ego;
-pub mod file;
-pub mod foreign;
-pub mod hud;
-pub mod idm;
 #[cfg(feature = "desktop")]
 pub mod input;
 #[cfg(feature = "desktop")]
 pub mod live_drive;
-pub mod lsl;
-pub mod map;
-pub mod metrics;
-pub mod native_code;
 #[cfg(feature = "desktop")]
 pub mod panel;
-pub mod plot;
-pub mod policy;
-pub mod private;
 pub mod record;
 #[cfg(feature = "desktop")]
 pub mod render;
 #[cfg(feature = "command")]
 pub mod replay;
-pub mod rng;
-pub mod scenario;
 #[cfg(feature = "desktop")]
 pub mod scene;
 #[cfg(feature = "desktop")]
 pub mod session;
-pub mod settings;
 #[cfg(feature = "command")]
 pub mod signing;
-pub mod sim;
-pub mod snapshot;
-pub mod space;
 pub mod study;
-pub mod sumo_xml;
 pub mod sweep;
-pub mod temporary;
-pub mod time;
-pub mod toml_text;
-pub mod traffic;
-pub mod train;
-pub mod triggers;
-pub mod units;

@@ -27,7 +27,7 @@ pub fn program() -> Option<PathBuf> {
 
 /// Returns the checkout that the program was built in, if the program lies in it or where that build put it.
 pub fn checkout() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(env!("CODRIVE_ROOT"));
     checkout_around(&program()?, root, built_into(Path::new(env!("CODRIVE_SHIM_DIR"))))
 }
 

@@ -9,7 +9,7 @@ use crate::{
 };
 use clap::{
     Arg, ArgMatches, Command,
-    builder::{PathBufValueParser, PossibleValue, TypedValueParser},
+    builder::{PossibleValue, TypedValueParser},
     error::ErrorKind,
     value_parser,
 };
@@ -125,8 +125,9 @@ fn argument(field: &Field) -> Arg {
 }
 
 /// Returns a parser of the name of a file to write, which must have this ending: another ending would promise another format.
+#[cfg(any(feature = "desktop", feature = "tune"))]
 pub(super) fn file_with_ending(ending: &'static str) -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(move |path| {
+    clap::builder::PathBufValueParser::new().try_map(move |path| {
         let is_right = path.extension().is_some_and(|has| has.eq_ignore_ascii_case(ending));
         if is_right { Ok(path) } else { Err(format!("allowed: a name that ends in .{ending}")) }
     })

@@ -181,7 +181,7 @@ pub enum MapError {
     PathPoint {
         /// File of the network.
         file: PathBuf,
-        /// Point as written.
+        /// Text `X,Y` of the point.
         point: String,
     },
     /// Two places of a path without a way between them.

@@ -17,7 +17,7 @@ fn message(text: &str) -> String {
 }
 
 fn fixture(name: &str) -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)).unwrap()
+    fs::read_to_string(Path::new(env!("CODRIVE_ROOT")).join("tests/data").join(name)).unwrap()
 }
 
 #[test]

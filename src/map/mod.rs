@@ -45,6 +45,7 @@ pub use route::{
     LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
     stop_lines,
 };
+pub use write::{RoadEdge, net_xml};
 
 use glam::DVec2;
 use network::Network;
@@ -107,18 +108,4 @@ fn listed(names: &[&str]) -> String {
         n if n > SHOWN => format!("{} and {} more", names[..SHOWN].join(", "), n - SHOWN),
         _ => names.join(", "),
     }
-}
-
-/// A closed road of one lane along these points, the last of which is the first, for tests.
-#[cfg(all(test, feature = "desktop"))]
-pub(crate) fn closed_road(shape: Vec<DVec2>, width_m: f64) -> RoadMap {
-    let half = shape.len() / 2;
-    let edge = |shape: &[DVec2]| write::RoadEdge {
-        length_m: shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum(),
-        speed_limit_mps: 30.0,
-        width_m,
-        shape: shape.to_vec(),
-    };
-    let text = write::net_xml("A road of the tests.", &[edge(&shape[..=half]), edge(&shape[half..])]);
-    RoadMap::read(std::path::Path::new("test.net.xml"), &text, None).unwrap_or_else(|fault| panic!("{fault}"))
 }

@@ -7,7 +7,7 @@ use std::{fs, path::Path};
 const FIXTURES: [&str; 2] = ["junctions-inside.net.xml", "junctions-none.net.xml"];
 
 fn fixture(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
+    Path::new(env!("CODRIVE_ROOT")).join("tests/data").join(name)
 }
 
 fn load(path: &Path) -> Result<RoadMap, MapError> {
@@ -228,7 +228,7 @@ fn a_large_grid_is_searched_in_bounded_time_with_the_same_result() {
 #[test]
 fn osm_opendrive_and_sumo_files_are_imported_whole_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
-    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    let sumo = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo");
     let netconvert = sumo.join("bin/netconvert");
     assert!(netconvert.is_file(), "{}: run scripts/setup first", netconvert.display());
     let maps = folder.path().join("maps");
@@ -252,7 +252,7 @@ fn osm_opendrive_and_sumo_files_are_imported_whole_or_not_at_all() {
     assert_drivable(&map);
     assert_eq!(map.title, "block");
 
-    let ring = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/ring-250/net.xml")).unwrap();
+    let ring = fs::read_to_string(Path::new(env!("CODRIVE_ROOT")).join("maps/ring-250/net.xml")).unwrap();
     let (net, xodr) = (folder.path().join("ring.net.xml"), folder.path().join("ring.xodr"));
     fs::write(&net, ring).unwrap();
     assert_eq!(import(&net, "copy").unwrap().route.length_m(), 250.0);
@@ -289,7 +289,7 @@ fn osm_opendrive_and_sumo_files_are_imported_whole_or_not_at_all() {
 #[test]
 fn heights_that_an_open_street_map_states_are_kept() {
     let folder = tempfile::tempdir().unwrap();
-    let netconvert = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo/bin/netconvert");
+    let netconvert = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo/bin/netconvert");
     let osm = folder.path().join("hill.osm");
     let node = |id, lat, lon, ele: &str| format!("<node id=\"{id}\" lat=\"{lat}\" lon=\"{lon}\">{ele}</node>");
     let write = |ele: &dyn Fn(f64) -> String| {

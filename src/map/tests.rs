@@ -4,7 +4,7 @@ use super::{ring::RingShape, *};
 use std::{fs, path::Path};
 
 fn shipped(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("maps").join(name)
+    Path::new(env!("CODRIVE_ROOT")).join("maps").join(name)
 }
 
 fn shipped_ring(name: &str) -> RingShape {
@@ -194,7 +194,7 @@ fn the_merge_has_the_dimensions_of_flow_and_its_main_road_yields() {
 
 #[test]
 fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
-    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    let sumo = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo");
     assert!(sumo.join("bin/sumo").is_file(), "{}: run scripts/setup first", sumo.display());
     let folder = tempfile::tempdir().unwrap();
     let written_here = list().into_iter().filter(|map| map.name != "merge");

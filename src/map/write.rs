@@ -10,7 +10,7 @@ use std::{fmt::Write, path::Path};
 
 /// Edge of a closed road with one lane.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct RoadEdge {
+pub struct RoadEdge {
     /// Declared length of edge and lane, metres.
     pub length_m: f64,
     /// Speed limit, m/s.
@@ -22,7 +22,7 @@ pub(super) struct RoadEdge {
 }
 
 /// Returns the text of a network in which edge `e0` leads from junction `n0` to `n1`, and the last edge back to `n0`.
-pub(super) fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
+pub fn net_xml(comment: &str, edges: &[RoadEdge]) -> String {
     let mut low = DVec2::INFINITY;
     let mut high = DVec2::NEG_INFINITY;
     for point in edges.iter().flat_map(|edge| &edge.shape) {

@@ -47,7 +47,7 @@ fn both_read(text: &str) -> bool {
 
 #[test]
 fn networks_have_the_elements_and_values_of_a_general_parser() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = Path::new(env!("CODRIVE_ROOT"));
     let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let networks = files("tests/data").chain(files("tests/data/networks"));
     let networks: Vec<_> = networks.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();

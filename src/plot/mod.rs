@@ -1,6 +1,6 @@
 //! Figures: charts as SVG, and any such SVG as PNG. In: lines, bands, shapes and marks in the units of their axes. Out:
 //! pictures for a report, a paper, a slide, as wide as a journal's column or page. The content of figures is defined in
-//! [`metrics::figures`](crate::metrics::figures) and [`analysis`](crate::analysis).
+//! [`metrics::figures`](crate::metrics::figures) and `analysis`.
 
 mod axis;
 mod chart;

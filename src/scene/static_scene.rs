@@ -109,9 +109,25 @@ fn models_of_vehicles() -> Vec<CarModel> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::map::closed_road;
+    use crate::map::{RoadEdge, net_xml};
     use glam::{DVec2, dvec2};
     use std::f64::consts::TAU;
+
+    /// Creates a closed road of one lane along these points, the last of which is the first.
+    fn closed_road(shape: Vec<DVec2>, width_m: f64) -> RoadMap {
+        let half = shape.len() / 2;
+        let edge = |shape: &[DVec2]| RoadEdge {
+            length_m: shape.windows(2).map(|pair| pair[0].distance(pair[1])).sum(),
+            speed_limit_mps: 30.0,
+            width_m,
+            shape: shape.to_vec(),
+        };
+        let text = net_xml("A road of the tests.", &[edge(&shape[..=half]), edge(&shape[half..])]);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("test.net.xml");
+        std::fs::write(&file, text).unwrap();
+        RoadMap::load(file.to_str().unwrap()).unwrap_or_else(|fault| panic!("{fault}"))
+    }
 
     /// Creates a ring of this circumference, driven counter-clockwise, 3.2 m wide.
     pub fn ring(circumference_m: f64) -> RoadMap {

@@ -487,19 +487,3 @@ fn a_name_with_one_wrong_letter_is_answered_with_the_intended_name() {
         &["there is no setting polcy (did you mean policy?)"],
     );
 }
-
-#[test]
-fn auto_does_not_warn_about_defaults() {
-    for map in ["ring-250", "ring-641", "practice"] {
-        let arguments = run(&["--map", map]);
-        let (code, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-        assert_eq!((code, text.as_str()), (0, ""), "{map}");
-        let short = ["--warm-up", "1", "--horizon", "2", "--over", "2"];
-        let (code, text) = failure(&[&["evaluate", "--policy", "auto", "--map", map][..], &short].concat());
-        assert_eq!((code, text.as_str()), (0, ""), "{map}");
-    }
-    // A hold that the user set is reported.
-    let arguments = run(&["--map", "ring-641", "--hold", "2"]);
-    let (_, text) = failure(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
-    assert!(text.contains("the hold is 2 s; the policy was trained for holds of 4 to 30 s"), "{text}");
-}

@@ -9,6 +9,7 @@ mod film;
 mod hostile_texts;
 mod interrupts;
 mod portable;
+mod roads;
 mod sweep;
 #[cfg(feature = "tune")]
 mod tune;

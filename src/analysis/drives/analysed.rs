@@ -105,9 +105,7 @@ fn practice(found: &[FoundRecording]) -> Result<BTreeMap<&str, PedalNoise>, Anal
     Ok(list)
 }
 
-impl RoadKinds {
-    /// Returns the kinds of roads of these drives.
-    pub fn of<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> Self {
-        drives.into_iter().fold(Self::default(), |kinds, drive| kinds.and(drive.setup.roads()))
-    }
+/// Returns the kinds of roads of these drives.
+pub fn road_kinds<'a>(drives: impl IntoIterator<Item = &'a AnalysedRecording>) -> RoadKinds {
+    drives.into_iter().fold(RoadKinds::default(), |kinds, drive| kinds.and(drive.setup.roads()))
 }

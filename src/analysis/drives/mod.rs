@@ -6,7 +6,7 @@ mod by_condition;
 #[cfg(test)]
 pub(super) mod test_drives;
 
-pub use analysed::{AnalysedRecording, analyse};
+pub use analysed::{AnalysedRecording, analyse, road_kinds};
 
 pub(super) use by_condition::is_of_several_people;
 pub use by_condition::{StatisticalPower, conditions, participants, per_participant, power, values};

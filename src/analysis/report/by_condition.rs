@@ -7,11 +7,12 @@ use super::{
     words::{BESIDE, NONE, estimate, interval, verb},
 };
 use crate::analysis::{
-    drives::{AnalysedRecording, StatisticalPower, conditions, participants, per_participant, power, values},
+    drives::{
+        AnalysedRecording, StatisticalPower, conditions, participants, per_participant, power, road_kinds, values,
+    },
     measures::{MEASURES, index},
     text::{count, joined_with_and, people},
 };
-use crate::metrics::RoadKinds;
 
 /// Measures with a figure by condition.
 const DRAWN: [&str; 11] = [
@@ -93,7 +94,7 @@ pub(super) fn study(page: &mut ReportPage, drives: &[AnalysedRecording]) {
 fn means(page: &mut ReportPage, conditions: &[(String, Vec<&AnalysedRecording>)]) {
     let has_value = |k: &usize| conditions.iter().any(|(_, of)| !values(of, *k).is_empty());
     let measured: Vec<usize> = (0..MEASURES.len()).filter(has_value).collect();
-    let roads = RoadKinds::of(conditions.iter().flat_map(|(_, of)| of.iter().copied()));
+    let roads = road_kinds(conditions.iter().flat_map(|(_, of)| of.iter().copied()));
     let is_missing = |k: &usize| MEASURES[*k].is_on(roads) && !has_value(k);
     let without: Vec<String> = (0..MEASURES.len()).filter(is_missing).map(|k| MEASURES[k].title.to_owned()).collect();
     let parts = conditions.chunks(BESIDE).len();

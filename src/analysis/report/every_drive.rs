@@ -6,11 +6,10 @@ use super::{
     words::{BESIDE, NONE, verb},
 };
 use crate::analysis::{
-    drives::{AnalysedRecording, is_of_several_people, participants},
+    drives::{AnalysedRecording, is_of_several_people, participants, road_kinds},
     measures::{MEASURES, index},
     text::{count, people},
 };
-use crate::metrics::RoadKinds;
 
 /// Measures listed drive by drive: subject and names, one table each.
 const LISTED: [(&str, &[&str]); 3] = [
@@ -47,7 +46,7 @@ const LISTED: [(&str, &[&str]); 3] = [
 /// Adds the measures of every drive: up to [`BESIDE`] drives as columns with all measures, more as rows with some of them.
 pub(super) fn every(page: &mut ReportPage, drives: &[AnalysedRecording]) {
     page.put(if drives.len() == 1 { "<h2>The drive in numbers</h2>" } else { "<h2>All drives</h2>" });
-    let roads = RoadKinds::of(drives);
+    let roads = road_kinds(drives);
     let may_be = |name: &str| MEASURES[index(name)].is_on(roads);
     let listed: Vec<_> = LISTED.iter().filter(|(_, names)| names.iter().any(|name| may_be(name))).collect();
     let tables = if drives.len() <= BESIDE { 1 } else { listed.len() };

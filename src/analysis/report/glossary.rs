@@ -3,10 +3,9 @@
 
 use crate::analysis::{
     columns::{ColumnDefinition, TableColumns},
-    drives::AnalysedRecording,
+    drives::{AnalysedRecording, road_kinds},
     tables as csv,
 };
-use crate::metrics::RoadKinds;
 use serde_json::{Map, Value, json};
 
 /// Returns all tables with their columns, for these drives.
@@ -21,7 +20,7 @@ pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
         csv::scores_columns(),
         csv::sickness_columns(),
     ];
-    if RoadKinds::of(drives).networks {
+    if road_kinds(drives).networks {
         tables.extend([csv::trips_columns(drives), csv::lines_columns(drives)]);
     }
     tables

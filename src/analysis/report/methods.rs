@@ -10,11 +10,11 @@ use super::{
 use crate::analysis::{
     data::{StudyParticipants, people::STATES},
     drivers::ParticipantDriver,
-    drives::{AnalysedRecording, conditions, is_of_several_people},
+    drives::{AnalysedRecording, conditions, is_of_several_people, road_kinds},
     measures::MEASURES,
     text::{count, joined_with_and, number_text},
 };
-use crate::metrics::{Measure, RoadKinds, registry::unit_text};
+use crate::metrics::{Measure, registry::unit_text};
 use crate::{sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -379,7 +379,7 @@ fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
 
 fn measures(drives: &[&AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
-    let roads = RoadKinds::of(drives.iter().copied());
+    let roads = road_kinds(drives.iter().copied());
     let each = |(k, measure): (usize, &Measure)| {
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
         has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition(roads)))

@@ -4,10 +4,10 @@
 use super::key::{key, key_columns};
 use crate::analysis::{
     columns::{ColumnDefinition, ColumnTexts, TableColumns, cell, columns, line},
-    drives::AnalysedRecording,
+    drives::{AnalysedRecording, road_kinds},
     measures::MEASURES,
 };
-use crate::metrics::{RoadKinds, registry::measure};
+use crate::metrics::registry::measure;
 
 const DRIVE: [ColumnTexts; 2] = [
     measure("duration_s").texts(),
@@ -37,7 +37,7 @@ const SPEED: [ColumnTexts; 3] = [
 
 /// Returns the columns of `trials.csv`.
 pub(crate) fn trials_columns(drives: &[AnalysedRecording]) -> TableColumns {
-    let roads = RoadKinds::of(drives);
+    let roads = road_kinds(drives);
     let measures = MEASURES.iter().filter(|measure| measure.has_column(roads)).map(|measure| ColumnDefinition {
         name: measure.name.into(),
         title: measure.title.into(),
@@ -50,7 +50,7 @@ pub(crate) fn trials_columns(drives: &[AnalysedRecording]) -> TableColumns {
 
 /// Returns `trials.csv`: a row per drive.
 pub fn trials(drives: &[AnalysedRecording]) -> String {
-    let roads = RoadKinds::of(drives);
+    let roads = road_kinds(drives);
     let row = |drive: &AnalysedRecording| {
         let facts = [cell(Some(drive.duration_s)), drive.ended.clone()];
         let measured = MEASURES.iter().zip(&drive.measures.values).filter(|(measure, _)| measure.has_column(roads));

@@ -11,7 +11,7 @@ fn bounds() -> ImportBounds<'static> {
 }
 
 fn sumos_netconvert() -> PathBuf {
-    let program = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo/bin/netconvert");
+    let program = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo/bin/netconvert");
     assert!(program.is_file(), "{}: run scripts/setup first", program.display());
     program
 }

@@ -138,7 +138,7 @@ fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
         "the policy sees latent_3, which its estimator does not estimate; it estimates latent_1, latent_2"
     ));
     assert!(fault(&latents, &[Feature::SpeedBias]).unwrap_err().starts_with("the policy sees speed_bias, "));
-    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/benchmarks/ring/variational/seed-1.toml");
+    let file = concat!(env!("CODRIVE_ROOT"), "/assets/benchmarks/ring/variational/seed-1.toml");
     let text = std::fs::read_to_string(file).unwrap();
     assert!(Network::from_toml(&text).is_ok());
     let message = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();

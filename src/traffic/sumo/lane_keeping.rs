@@ -68,7 +68,7 @@ mod tests {
         }
         // Vehicles enter edge ab on the left lane, and only its right lane leads on to bc.
         let folder = tempfile::tempdir().unwrap();
-        let net = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/junctions-inside.net.xml");
+        let net = Path::new(env!("CODRIVE_ROOT")).join("tests/data/junctions-inside.net.xml");
         std::fs::copy(net, folder.path().join("net.xml")).unwrap();
         let map_file = "title = \"T\"\nroute = [\"ab\", \"bc\", \"cd\", \"da\"]\n";
         std::fs::write(folder.path().join("map.toml"), map_file).unwrap();

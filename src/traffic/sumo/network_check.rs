@@ -304,7 +304,7 @@ mod tests {
 
     #[test]
     fn every_network_in_maps_is_known_as_ours() {
-        let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
+        let maps = Path::new(env!("CODRIVE_ROOT")).join("maps");
         let nets: Vec<_> =
             std::fs::read_dir(&maps).unwrap().map(|folder| folder.unwrap().path().join("net.xml")).collect();
         assert_eq!(nets.len(), 4);
@@ -326,7 +326,7 @@ mod tests {
     #[test]
     fn a_trial_is_known_by_the_bytes_of_network_and_demand_together() {
         let folder = tempfile::tempdir().unwrap();
-        let net = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps/merge/net.xml");
+        let net = Path::new(env!("CODRIVE_ROOT")).join("maps/merge/net.xml");
         let hash = |files: &[&str], has_ego: bool| {
             let write = |(k, text): (usize, &&str)| {
                 let file = folder.path().join(format!("{k}.rou.xml"));

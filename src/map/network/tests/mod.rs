@@ -14,7 +14,7 @@ use std::{
 };
 
 fn root() -> &'static FilePath {
-    FilePath::new(env!("CARGO_MANIFEST_DIR"))
+    FilePath::new(env!("CODRIVE_ROOT"))
 }
 
 fn networks_folder() -> PathBuf {

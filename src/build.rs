@@ -12,12 +12,14 @@ use std::{
 const SHIM: &str = "src/traffic/sumo/shim.cpp";
 
 fn main() {
-    println!("cargo:rerun-if-changed={SHIM}");
+    let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
+    let root = package.parent().expect("the package lies in src").to_owned();
+    println!("cargo:rustc-env=CODRIVE_ROOT={}", root.display());
+    println!("cargo:rerun-if-changed={}", root.join(SHIM).display());
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-env=CODRIVE_SHIM_DIR={}", out.display());
-    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
     let home = find_home(&root);
     // A missing path makes cargo check again at every build, as is needed while SUMO is missing.
     let header = home.clone().unwrap_or_else(|| root.join(".sumo/sumo")).join("include/libsumo/libsumo.h");
@@ -26,7 +28,7 @@ fn main() {
     let built = home
         .as_ref()
         .ok_or("SUMO is not here; run scripts/setup or set SUMO_HOME".to_string())
-        .and_then(|home| build_shim(&out, home));
+        .and_then(|home| build_shim(&root.join(SHIM), &out, home));
     if let Err(reason) = &built {
         println!("cargo:warning=built without SUMO: {reason}");
     }
@@ -59,7 +61,7 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
         ("assets/questionnaires", &["json"]),
         ("assets/studies", &["toml"]),
     ] {
-        println!("cargo:rerun-if-changed={folder}");
+        println!("cargo:rerun-if-changed={}", root.join(folder).display());
         list(&root.join(folder), endings, &mut files)?;
     }
     files.sort();
@@ -102,7 +104,7 @@ fn library_folder(home: &Path) -> Option<PathBuf> {
     ["lib64", "lib"].iter().map(|d| home.join(d)).find(|d| names.iter().any(|n| d.join(n).exists()))
 }
 
-fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
+fn build_shim(source: &Path, out: &Path, home: &Path) -> Result<(), String> {
     let folder = library_folder(home).ok_or("SUMO's libraries are not here")?;
     let mut build = cc::Build::new();
     // Optimised in every profile, as it runs in each step. Without debug symbols, as it is embedded in the program.
@@ -117,7 +119,7 @@ fn build_shim(out: &Path, home: &Path) -> Result<(), String> {
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
     let file = out.join(shim_name());
-    command.args(["-shared", "-fvisibility=hidden"]).arg(SHIM).arg("-o").arg(file);
+    command.args(["-shared", "-fvisibility=hidden"]).arg(source).arg("-o").arg(file);
     command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
     command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
