@@ -1,4 +1,4 @@
-//! Tables and notes of an evaluation: labels that need quotation marks, and the vehicles and road of the drives.
+//! Cells of the tables of an evaluation, and names of its figures.
 
 use super::*;
 
