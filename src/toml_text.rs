@@ -153,8 +153,10 @@ pub fn nearest<'a>(word: &str, known: &[&'a str]) -> Option<&'a str> {
     let is_letter = word.rsplit('.').next().is_some_and(|last| last.chars().count() < 2);
     let near = known.iter().filter(|known| !is_letter || bare(known) == word);
     let slips: Vec<(usize, &str)> = near.filter_map(|known| Some((slip(known)?, *known))).collect();
-    let least = slips.iter().map(|(distance, _)| *distance).min()?;
-    let mut nearest = slips.into_iter().filter(|(distance, _)| *distance == least).map(|(_, known)| known);
+    let begins_alike = |known: &str| word.starts_with(&bare(known)) || bare(known).starts_with(&word);
+    let rank = |(distance, known): &(usize, &str)| (*distance, !begins_alike(known));
+    let best = slips.iter().map(rank).min()?;
+    let mut nearest = slips.iter().filter(|slip| rank(slip) == best).map(|(_, known)| *known);
     // `kph` is as near to `mph` as to `kmh`: a guess would be wrong half the time.
     nearest.next().filter(|_| nearest.next().is_none())
 }
@@ -322,6 +324,7 @@ mod tests {
     fn no_word_is_suggested_where_two_are_equally_near() {
         assert_eq!(did_you_mean("kph", &["mph", "kmh"]), "");
         assert_eq!(did_you_mean("mhp", &["mph", "kmh"]), " (did you mean mph?)");
+        assert_eq!(did_you_mean("g290", &["g29", "g920"]), " (did you mean g29?)");
     }
 
     #[test]

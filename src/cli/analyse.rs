@@ -172,8 +172,7 @@ fn changes(contents: &FolderContents) -> Result<Vec<String>, CliError> {
 /// Returns the refusal to analyse, with the remedy.
 fn refusal(folder: &Path, changed: &[String]) -> String {
     const MOST: usize = 20;
-    let mut lines =
-        vec![format!("{}: {} not as written or not where it belongs", folder.display(), things(changed.len()))];
+    let mut lines = vec![format!("{}: {} not as written or misplaced", folder.display(), things(changed.len()))];
     lines.extend(changed.iter().take(MOST).cloned());
     if changed.len() > MOST {
         lines.push(format!("and {} more", changed.len() - MOST));

@@ -59,6 +59,7 @@ pub const SHOULDER_M: f64 = 0.4;
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::map::RoadMap;
 ///
 /// let map = RoadMap::load("ring-250")?;

@@ -17,6 +17,7 @@ pub enum Action {
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::{
 ///     policy::{Action, Advice, Hold},
 ///     time::Tick,
@@ -70,6 +71,7 @@ impl Advice {
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::policy::{Action, Observation, Policy};
 ///
 /// struct CloseUp;

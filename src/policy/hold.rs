@@ -6,6 +6,7 @@
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::policy::Hold;
 ///
 /// let hold = Hold::new(2.5, 0.5)?;

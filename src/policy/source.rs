@@ -92,6 +92,7 @@ impl PolicySource {
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::policy::{self, Action, Observation, PolicySettings};
 ///
 /// let settings = PolicySettings { aim_mps: 4.3, equilibrium_mps: 4.362, step_s: 0.1 };

@@ -45,6 +45,7 @@ impl Scenario {
     /// # Examples
     ///
     /// ```
+    /// # extern crate codrive_core as codrive;
     /// use codrive::scenario::Scenario;
     ///
     /// let scenario = Scenario::from_toml("format = 1\nvehicles = 12\n", "short.toml")?;
@@ -68,6 +69,7 @@ impl Scenario {
     /// # Examples
     ///
     /// ```
+    /// # extern crate codrive_core as codrive;
     /// use codrive::scenario::Scenario;
     ///
     /// let field = |path: &str| Scenario::fields().into_iter().find(|field| field.path == path).expect("a setting");

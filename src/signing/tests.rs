@@ -53,7 +53,7 @@ fn a_signature_of_other_bytes_key_or_purpose_is_refused() {
     let why = refused(&other, b"abc", &good);
     assert!(why.contains(FINGERPRINT) && why.contains("which is not in") && why.contains("other-key.pub"), "{why}");
     let why = refused(&lab, b"abc", &text("mail.txt.sig"));
-    assert!(why.contains("made for \"file\"; allowed is \"codrive\""), "{why}");
+    assert!(why.contains("made for \"file\"; allowed: \"codrive\""), "{why}");
     let why = refused(&lab, b"abc", "no signature");
     assert!(why.contains("cannot be read"), "{why}");
     // A change of any single byte of the signature must be detected.

@@ -81,8 +81,8 @@ fn a_spoken_text_starts_with_its_page_repeats_and_ends_with_it() {
     assert_eq!(notes(&rig).last().unwrap(), "welcome.wav was cut");
     // Without a sound device the page is silent, the experimenter is warned, and the session goes on.
     let warning = hears(&mut rig, VoiceStatus::Failed("no sound card".into())).unwrap();
-    assert_eq!(warning, "trial.wav is not heard: no sound card; the page shows the same text");
-    assert_eq!(notes(&rig).last().unwrap(), "trial.wav is not heard: no sound card");
+    assert_eq!(warning, "trial.wav cannot be played: no sound card; the page shows the same text");
+    assert_eq!(notes(&rig).last().unwrap(), "trial.wav cannot be played: no sound card");
     rig.drive_off();
     rig.pass(8.1);
     rig.next();

@@ -94,7 +94,7 @@ fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
     assert_eq!(refused.status.code(), Some(2));
     assert!(
-        printed(&refused).contains("there is no home folder") && printed(&refused).contains("--out DIR"),
+        printed(&refused).contains("no home folder is set") && printed(&refused).contains("--out DIR"),
         "{}",
         printed(&refused)
     );

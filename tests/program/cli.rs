@@ -287,7 +287,7 @@ fn a_network_is_counted_with_what_its_closed_route_leaves_out() {
     };
     // A loop of four streets, the first with two lanes, a dead end and an island.
     let text = shown("one-way");
-    for part in ["6, in 2 parts", "lanes          7,", "none: flat", "leaves out 3 of 7 lanes"] {
+    for part in ["6, in 2 unconnected parts", "lanes          7,", "none: flat", "leaves out 3 of 7 lanes"] {
         assert!(text.contains(part), "{part:?} is not in:\n{text}");
     }
     assert!(shown("ramps").contains("open path      1300 m; it leaves out 9 of 14 lanes"), "{}", shown("ramps"));

@@ -45,6 +45,6 @@ fn a_path_between_places_is_printed_and_can_be_driven() {
     assert!(text.contains("path           eend ende ec cw wn\n"), "{text}");
     let (code, text) = run(&["--map", town, "--path", "eend ... wn"]);
     assert_eq!((code, text.as_str()), (0, ""));
-    let (code, _, text) = printed(&["map", "path", town, "--from", "eend", "--to", "wm"]);
-    assert!(code == 2 && text.contains("edge \"wm\" does not exist (did you mean wn?)"), "{code}: {text}");
+    let (code, _, text) = printed(&["map", "path", town, "--from", "eend", "--to", "wnn"]);
+    assert!(code == 2 && text.contains("edge \"wnn\" does not exist (did you mean wn?)"), "{code}: {text}");
 }

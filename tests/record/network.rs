@@ -39,7 +39,7 @@ fn a_network_drive_has_its_vehicles_in_the_tables_and_replays_to_the_bit() {
             let drive = folder.path().join(name);
             let arguments = ["run", "--scenario", scenario.to_str().unwrap(), "--out", drive.to_str().unwrap()];
             let (code, text) = printed(&mut codrive(&arguments));
-            assert!(code == 0 && text.contains("vehicles that come and go on"), "{text}");
+            assert!(code == 0 && text.contains("vehicles that enter and leave on"), "{text}");
             Manifest::load(&drive).unwrap().hash
         })
         .into();

@@ -389,10 +389,10 @@ fn unsuitable_settings_are_refused_with_the_allowed_values() {
     assert!(fault_message("rnig-250", json!({})).contains("rnig-250"));
     assert!(fault_message("ring-250", json!({ "path": "nowhere" })).contains("nowhere"));
     for (key, word) in [
-        ("residual_over", "no controller"),
-        ("residual_mps", "no controller"),
-        ("policy", "outside"),
-        ("sham_advice", "outside"),
+        ("residual_over", "the action is the whole advice"),
+        ("residual_mps", "the action is the whole advice"),
+        ("policy", "the actions of an episode are its advice"),
+        ("sham_advice", "the actions of an episode are its advice"),
         ("duration_s", "horizon_s"),
         ("truck_share", "rings"),
     ] {
@@ -448,7 +448,7 @@ fn the_circumference_is_an_input_if_its_scale_suits_the_road() {
     assert_eq!(seen("practice", json!({})), "speed,leader_speed,gap,speed_limit");
     let why = config("practice", json!({ "sees": "speed,circumference" })).expect_err("beyond the scale").message;
     assert!(why.starts_with("sees names `circumference`, which is 17") && why.contains("200 to 300 m"), "{why}");
-    assert!(why.contains("remedy: scaling.circumference_from_m"), "{why}");
+    assert!(why.contains("remedy: set scaling.circumference_from_m"), "{why}");
     let about_it = json!({ "scaling.circumference_from_m": 1500.0, "scaling.circumference_to_m": 2000.0 });
     assert_eq!(seen("practice", about_it), "speed,leader_speed,gap,circumference");
 }

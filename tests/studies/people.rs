@@ -125,7 +125,10 @@ fn questionnaires_after_trials_have_trial_and_condition_everywhere() {
             || mine.join("sourcedata/sub-R02/trial-1-wide/manifest.json").exists()
     );
     let (code, words) = printed(&["study", "erase", &file, "R01", "--from", out, "--reason", "withdrew consent"]);
-    assert!(code == 0 && words.contains("participant R01 erased"), "{words}");
+    assert!(
+        code == 0 && words.contains("participant R01 and all results of codrive analyse there are erased"),
+        "{words}"
+    );
     assert!(!data.join("sub-R01").exists() && !data.join("sourcedata/sub-R01").exists());
     assert_eq!(table(&data.join("erased.tsv"))[0]["reason"], "withdrew consent");
     let (code, words) = printed(&["analyse", out]);

@@ -176,7 +176,7 @@ fn tables_that_contradict_the_log_are_found() {
     let of_people =
         |from: &'static str, to: &'static str| misplaced(|root| edit(&root.join("participants.tsv"), from, to));
     let found = of_people("sub-R01\t1\t", "sub-R01\t2\t");
-    assert!(found.contains("number of sub-R01 is 2; sourcedata/sub-R01/session.json says 1"), "{found}");
+    assert!(found.contains("number of sub-R01 is 2; sourcedata/sub-R01/session.json has 1"), "{found}");
     let found = of_people("complete", "excluded");
     assert!(found.contains("state of sub-R01 is excluded; sourcedata/sub-R01/session.json has complete"), "{found}");
     let found = misplaced(|root| {
@@ -254,7 +254,11 @@ fn a_signed_data_set_and_each_of_its_recordings_are_authentic() {
     let list = fs::read_to_string(root.join("SHA256SUMS")).unwrap();
     fs::write(root.join("SHA256SUMS"), list.lines().rev().map(|line| format!("{line}\n")).collect::<String>()).unwrap();
     let (code, printed) = run(&["analyse", path, "--signer", &signers]);
-    assert!(code == Some(1) && printed.contains("SHA256SUMS: was changed after lab signed it"), "{printed}");
+    assert!(
+        code == Some(1)
+            && printed.contains("SHA256SUMS: the signature does not match: the file was changed after lab signed it"),
+        "{printed}"
+    );
     fs::write(root.join("SHA256SUMS"), list).unwrap();
     // A recording that the list does not have.
     let manifest = drive.join("manifest.json");

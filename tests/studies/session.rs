@@ -258,7 +258,7 @@ fn a_changed_data_set_is_analysed_only_on_request_and_the_report_says_so() {
     fs::write(&session, changed).unwrap();
     let (code, text) = analyse(&[]);
     assert!(code == 1 && text.contains("sourcedata/sub-R01/session.json: is not as it was written"), "{text}");
-    assert!(text.contains("state of sub-R01 is complete; sourcedata/sub-R01/session.json says partial"), "{text}");
+    assert!(text.contains("state of sub-R01 is complete; sourcedata/sub-R01/session.json has partial"), "{text}");
     // Publishing again does not repair the change.
     assert_eq!(rehearse(&file, &out, "2").0, 0);
     let (code, text) = analyse(&[]);

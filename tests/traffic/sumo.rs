@@ -73,7 +73,7 @@ fn engines_without_other_models_refuse_them() {
     let mixture = ModelMixture { model: FollowingModel::Krauss, share: 0.5 };
     let error = traffic::start(EngineChoice::Native, FixedSetup { mixture, ..ring(0.0) }).err().expect("it has none");
     assert!(matches!(error, TrafficError::NoSuchModel(FollowingModel::Krauss)), "{error}");
-    assert!(error.to_string().contains("remedy: --traffic sumo"), "{error}");
+    assert!(error.to_string().contains("remedy: set --traffic sumo"), "{error}");
 }
 
 #[test]

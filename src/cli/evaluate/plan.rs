@@ -74,7 +74,7 @@ const WHO: [&str; 15] = [
 pub enum FollowingDriverError {
     /// Name of neither a driver nor a population.
     #[error(
-        "there is no driver {name:?}{near}\n  remedy: use one of {}; or a population, with another driver in each \
+        "no driver is called {name:?}{near}\n  remedy: use one of {}; or a population, with another driver in each \
          ring: {}; or parameters: reaction=1,error=0.5,speed_bias=0,deadband=0",
         known_drivers().join(", "),
         Population::NAMES.join(", ")
@@ -453,7 +453,7 @@ mod tests {
     #[test]
     fn an_unknown_driver_is_refused_with_the_known_drivers_and_populations() {
         let message = driver("peple").map_err(|e| e.to_string()).expect_err("nobody is called so");
-        assert!(message.starts_with("there is no driver \"peple\" (did you mean people?)\n"), "{message}");
+        assert!(message.starts_with("no driver is called \"peple\" (did you mean people?)\n"), "{message}");
         for known in driver::PRESETS.iter().chain(&driver::MACHINES).chain(&Population::NAMES) {
             assert!(message.contains(known), "{known}: {message}");
         }

@@ -64,6 +64,7 @@ pub enum Side {
 /// # Examples
 ///
 /// ```
+/// # extern crate codrive_core as codrive;
 /// use codrive::map::network::{LanePosition, Network};
 ///
 /// let network = Network::load("ring-250")?;

@@ -153,7 +153,7 @@ fn weights_elsewhere_or_of_other_sizes_are_refused() {
                 .for_each(|entry| entry.value = value.into());
         }
     };
-    assert!(message("w", &place("offset", "1000000")).contains("it holds "), "beyond its end");
+    assert!(message("w", &place("offset", "1000000")).contains("the file has "), "beyond its end");
     assert!(message("w", &place("offset", "-1")).contains("have the offset `-1`"));
     assert!(message("w", &place("length", "8")).contains("that is 256 bytes, but say 8"));
     assert!(message("w", &|tensor| tensor.dims = vec![1 << 40]).contains("allowed: at most"));
