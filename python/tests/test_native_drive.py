@@ -21,7 +21,7 @@ def begun(driver="follow", seed=7, **settings):
 
 def test_a_drive_in_python_is_that_of_rust():
     drive = begun("late")
-    text = "hold, reward of the first and of the last agent, FNV-1a of the observations (f32), of all states so far\n"
+    text = "hold, reward of the first and of the last agent, FNV-1a of the observations (f32); hash of all states so far\n"
     for hold in range(HOLDS):
         # Same actions as in the Rust test, in float32.
         drive.hold(((np.arange(AGENTS) * 7 + hold * 3) % 11).astype(np.float32) / np.float32(5.0) - np.float32(1.0))

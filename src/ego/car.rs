@@ -112,8 +112,10 @@ impl EgoCar {
         }
         self.steering_wheel_rad = controls.steering_wheel_rad;
         self.steer(controls.steering_wheel_rad / STEERING_RATIO);
+        // Once a tick, as the power costs as much as a tyre.
+        let brake = controls.brake.powf(self.params.brakes.pedal_exponent as f32);
         for substep in 1..=SUBSTEPS {
-            self.substep(&controls);
+            self.substep(&controls, brake);
             self.body.step(obstacles, f64::from(substep) / f64::from(SUBSTEPS));
         }
         self.body.end_tick(&before, obstacles, &mut self.contacts);
@@ -159,11 +161,12 @@ impl EgoCar {
         }
     }
 
-    /// Applies the forces of one sub-step: springs, air, engine, brakes, tyres.
-    fn substep(&mut self, controls: &Controls) {
+    /// Applies the forces of one sub-step: springs, air, engine, brakes, tyres. `brake` is the share of the full brake force that the pedal
+    /// asks for.
+    fn substep(&mut self, controls: &Controls, brake: f32) {
         let p = &self.params;
         let lag = if p.brakes.lag_s > 0.0 { (SUBSTEP_S / p.brakes.lag_s as f32).min(1.0) } else { 1.0 };
-        self.brake += (controls.brake.powf(p.brakes.pedal_exponent as f32) - self.brake) * lag;
+        self.brake += (brake - self.brake) * lag;
         let rays = self.body.springs();
         let axes = self.axes();
         let chassis = self.body.chassis();

@@ -38,16 +38,17 @@ pub(super) struct NetworkGround<'a> {
     pub height_m: f64,
     /// Ground along the ego's route.
     pub way: RoadGround<'a>,
+    /// Circle in which all is asphalt: its middle and its radius, metres.
+    pub clear: (DVec2, f64),
 }
+
+/// Circle without a point, for [`NetworkGround::clear`].
+pub(super) const NONE_CLEAR: (DVec2, f64) = (DVec2::ZERO, -1.0);
 
 impl NetworkGround<'_> {
     /// Returns true if a point is on the lane found near `hint` or on the shoulder of that lane.
     fn is_on_lane(&self, at: DVec3, hint: Option<LaneId>) -> bool {
-        self.network.locate(at, hint).is_some_and(|found| {
-            let beyond_m = self.network.pose(found).position.truncate().distance(at.truncate());
-            let half_m = self.network.lane(found.lane).half_width_m();
-            found.offset_m.abs() <= half_m + SHOULDER_M && beyond_m <= SHOULDER_M
-        })
+        self.network.is_on_lane(at, SHOULDER_M, hint)
     }
 
     /// Returns true if a point is in the junction that the ego is in, approaches or leaves. Without a lane of the ego, the lane nearest to
@@ -63,6 +64,9 @@ impl NetworkGround<'_> {
 
 impl GroundModel for NetworkGround<'_> {
     fn surface(&self, point: DVec2) -> GroundSurface {
+        if point.distance(self.clear.0) <= self.clear.1 {
+            return GroundSurface::Asphalt;
+        }
         let at = point.extend(self.height_m);
         let is_road = self.is_on_lane(at, self.near) || self.is_in_junction(point) || self.is_on_lane(at, None);
         if is_road { GroundSurface::Asphalt } else { self.way.surface(point) }
@@ -126,7 +130,7 @@ mod tests {
         let near = Some(lane);
         let elsewhere = far_away();
         let way = RoadGround { route: &elsewhere, near_s_m: 1.0 };
-        let ground = NetworkGround { network: &net, near, height_m: 0.0, way };
+        let ground = NetworkGround { network: &net, near, height_m: 0.0, way, clear: NONE_CLEAR };
         let line = net.pose(LanePosition { lane, s_m: 40.0, offset_m: 0.0 });
         let (middle, left) = (line.position.truncate(), DVec2::from_angle(line.yaw_rad).perp());
         let at = |offset_m: f64| ground.surface(middle + left * offset_m);
@@ -154,7 +158,7 @@ mod tests {
         let net = Network::load("tests/data/networks/random-8.net.xml").expect("a network");
         let elsewhere = far_away();
         let way = || RoadGround { route: &elsewhere, near_s_m: 1.0 };
-        let seen = |near| NetworkGround { network: &net, near, height_m: 0.0, way: way() };
+        let seen = |near| NetworkGround { network: &net, near, height_m: 0.0, way: way(), clear: NONE_CLEAR };
         let bare = net.junctions().iter().filter(|junction| {
             let middle = junction.position.truncate();
             junction.covers(middle) && !seen(None).is_on_lane(junction.position, None)
@@ -194,7 +198,7 @@ mod tests {
         let net = Network::read(std::path::Path::new("t.net.xml"), &text).expect("a network");
         let route = way_along(vec![DVec2::ZERO, DVec2::new(94.0, 0.0)]);
         let way = RoadGround { route: &route, near_s_m: 45.0 };
-        let ground = NetworkGround { network: &net, near: None, height_m: 0.0, way };
+        let ground = NetworkGround { network: &net, near: None, height_m: 0.0, way, clear: NONE_CLEAR };
         // The lane is 3.2 m wide and each shoulder 0.4 m.
         let at = |y: f64| ground.surface(DVec2::new(47.0, y));
         assert_eq!([0.0, 1.9, -1.9].map(at), [GroundSurface::Asphalt; 3]);

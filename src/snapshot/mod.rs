@@ -114,7 +114,7 @@ pub fn is_in_lane(lane_offset_m: f64) -> bool {
     lane_offset_m.abs() < CAR_WIDTH_M
 }
 
-/// Start value of a chain of [`Snapshot::hash`] (FNV-1a's offset).
+/// Start value of a chain of [`Snapshot::hash`].
 pub const HASH_START: u64 = rng::FNV_START;
 
 impl Snapshot {
@@ -144,7 +144,7 @@ impl Snapshot {
     /// every number that matters to a drive is equal.
     pub fn hash(&self, before: u64) -> u64 {
         let mut hash = before;
-        self.visit(&mut |_, _, value| hash = rng::fnv_1a(hash, &value.to_bits().to_le_bytes()));
+        self.visit(&mut |_, _, value| hash = rng::chained(hash, value.to_bits()));
         hash
     }
 
@@ -165,7 +165,7 @@ impl Snapshot {
     }
 
     /// Visits every number that a drive depends on, with its name and the vehicle's id (0 for the ego).
-    fn visit(&self, put: &mut dyn FnMut(&'static str, u32, f64)) {
+    fn visit(&self, put: &mut impl FnMut(&'static str, u32, f64)) {
         let ego = &self.ego;
         put("tick", 0, self.tick.seconds());
         for (name, value) in [("x", ego.position.x), ("y", ego.position.y), ("z", ego.position.z)] {
@@ -185,14 +185,14 @@ impl Snapshot {
                 put("place", car.id.0, s_m);
             }
             if car.lane.is_some() || car.s_m.is_none() {
-                let (place, lamps) = (car.pose, car.lamps);
-                let numbers = [("x", place.position.x), ("y", place.position.y), ("heading", place.yaw_rad)];
+                let Pose { position, yaw_rad } = car.pose;
+                let numbers = [("x", position.x), ("y", position.y), ("heading", yaw_rad)];
                 numbers.iter().for_each(|(name, value)| put(name, car.id.0, *value));
-                put("indicators", car.id.0, f64::from(u8::from(lamps.left) + 2 * u8::from(lamps.right)));
             }
             put("speed", car.id.0, car.speed_mps);
             put("acceleration", car.id.0, car.accel_mps2);
-            put("brake lamps", car.id.0, f64::from(u8::from(car.lamps.brake)));
+            let VehicleLamps { brake, left, right, .. } = car.lamps;
+            put("lamps", car.id.0, f64::from(u8::from(brake) + 2 * u8::from(left) + 4 * u8::from(right)));
         }
         self.signals.all_letters().iter().for_each(|letter| put("signal", 0, (*letter).into()));
         if let Some(advice) = self.advice {

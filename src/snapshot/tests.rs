@@ -71,10 +71,14 @@ fn the_first_difference_is_named_with_its_vehicle_and_both_values() {
 }
 
 #[test]
-fn hashes_are_fnv_1a_chained_over_every_number() {
-    // The offset, and eight bytes of zero: the authors' test vectors for 64 bits (isthe.com/chongo, "FNV hash").
+fn hashes_are_chained_over_every_number() {
+    // The offset of FNV-1a, and eight bytes of zero: the authors' test vectors for 64 bits (isthe.com/chongo, "FNV hash").
     assert_eq!(HASH_START, 0xcbf2_9ce4_8422_2325);
     assert_eq!(rng::fnv_1a(HASH_START, &[0; 8]), 0xa8c7_f832_281a_39c5);
+    // The first three numbers of SplitMix64 with seed 0 (prng.di.unimi.it/splitmix64.c), whose state grows by its constant.
+    let state = |k: u64| 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(k);
+    let outputs = [0xe220_a839_7b1d_cdaf, 0x6e78_9e6a_a1b9_65f4, 0x06c4_5d18_8009_454f];
+    assert_eq!([1, 2, 3].map(|k| rng::chained(0, state(k))), outputs);
     let one = snapshot(2);
     assert_eq!(one.hash(HASH_START), one.clone().hash(HASH_START));
     assert_ne!(one.hash(HASH_START), one.hash(one.hash(HASH_START)), "what was before counts");

@@ -416,7 +416,7 @@ fn the_drive_of_python_is_that_of_rust() {
     let config = config_of("ring-250", Some("late"), Demand::default(), set).expect("settings");
     let mut episode = begin(&config, 7);
     let mut text = String::from(
-        "hold, reward of the first and of the last agent, FNV-1a of the observations (f32), of all states so far\n",
+        "hold, reward of the first and of the last agent, FNV-1a of the observations (f32); hash of all states so far\n",
     );
     for hold in 0..10 {
         let drawn = |k: usize| ((k * 7 + hold * 3) % 11) as f32 / 5.0 - 1.0;

@@ -56,9 +56,32 @@ impl Network {
     }
 
     fn locate_heading(&self, point: DVec3, yaw_rad: Option<f64>, hint: Option<LaneId>) -> Option<LanePosition> {
-        let near_hint = hint.and_then(|hint| self.near_lane(hint, point, yaw_rad));
-        let (lane, foot) = near_hint.or_else(|| self.anywhere(point, yaw_rad))?;
+        let (lane, foot) = self.foot(point, yaw_rad, hint)?;
         Some(LanePosition { lane, s_m: foot.s_m, offset_m: foot.offset_m })
+    }
+
+    /// Returns true if a point is at most `beside_m` beside, or beyond an end of, the lane that [`Network::locate`] finds for it.
+    pub fn is_on_lane(&self, point: DVec3, beside_m: f64, hint: Option<LaneId>) -> bool {
+        self.foot(point, None, hint).is_some_and(|(lane, foot)| {
+            foot.offset_m.abs() <= self.lane(lane).half_width_m() + beside_m && foot.miss_m <= beside_m
+        })
+    }
+
+    /// Returns the radius of a circle around a point on the ground, metres, in which each point is at most `beside_m` beside a lane found
+    /// near the lane `hint`; negative if there is none.
+    pub fn clear_m(&self, point: DVec3, beside_m: f64, hint: Option<LaneId>) -> f64 {
+        let Some((lane, foot)) = hint.and_then(|hint| self.near_lane(hint, point, None)) else { return -1.0 };
+        let (line, border_m) = (&self.lane(lane).line, self.lane(lane).half_width_m() + beside_m);
+        let points = line.points();
+        let to_end_m = [points[0], points[points.len() - 1]].map(|end| (end - point).truncate().length());
+        // Within it, no distance from the line differs by more than the radius, and no end of the line is nearest.
+        let aside_m = line.most_rough * foot.offset_m.abs() + foot.miss_m;
+        (border_m - aside_m).min(to_end_m[0].min(to_end_m[1]) - border_m)
+    }
+
+    fn foot(&self, point: DVec3, yaw_rad: Option<f64>, hint: Option<LaneId>) -> Option<(LaneId, Foot)> {
+        let near_hint = hint.and_then(|hint| self.near_lane(hint, point, yaw_rad));
+        near_hint.or_else(|| self.anywhere(point, yaw_rad))
     }
 
     fn near_lane(&self, hint: LaneId, point: DVec3, yaw_rad: Option<f64>) -> Option<(LaneId, Foot)> {

@@ -75,26 +75,26 @@ impl PathLanes {
     }
 
     /// Returns the lane of the ego's front: the route's lane if the front is in it, otherwise the lane near `last` that the ego points
-    /// along. `None` off all lanes. `height_m` is the road's height, `near_s_m` the approximate position on the route.
+    /// along. `None` off all lanes. `height_m` is the road's height, `front_s_m` the front's position on the route.
     pub fn ego_lane(
         &self,
         map: &RoadMap,
         pose: &Pose,
         height_m: f64,
-        near_s_m: f64,
+        front_s_m: f64,
         last: Option<LaneId>,
     ) -> Option<LanePosition> {
         let net = &map.network;
         let front = pose.front(CAR_LENGTH_M);
         let at = Pose3 { position: front.extend(height_m), yaw_rad: pose.yaw_rad, grade: 0.0 };
-        let s_m = map.route.project(front, Some(near_s_m)).s_m;
-        let own = self.lanes[map.route.lane_at(s_m).0];
+        let own = self.lanes[map.route.lane_at(front_s_m).0];
         let on_path = own.and_then(|own| {
             let found = net.locate(at.position, Some(own))?;
             let is_own_edge = net.lane(found.lane).edge == net.lane(own).edge;
-            (is_own_edge && is_in(net, found, &at) && !is_against(net, found, pose)).then_some(found)
+            let road = net.pose(found);
+            (is_own_edge && is_in(net, found, &road, &at) && !points_back(&road, pose)).then_some(found)
         });
-        on_path.or_else(|| net.locate_pose(&at, last).filter(|found| is_in(net, *found, &at)))
+        on_path.or_else(|| net.locate_pose(&at, last).filter(|found| is_in(net, *found, &net.pose(*found), &at)))
     }
 
     /// Returns the lane of a vehicle in a junction's area and in none of its lanes: the path's lane there, otherwise the last one. `None`
@@ -142,15 +142,19 @@ impl PathLanes {
 }
 
 /// Returns true if a part of the car's body is in the lane, as on a ring.
-fn is_in(net: &Network, found: LanePosition, at: &Pose3) -> bool {
+fn is_in(net: &Network, found: LanePosition, road: &Pose3, at: &Pose3) -> bool {
     let lane = net.lane(found.lane);
-    let beyond_m = net.pose(found).position.truncate().distance(at.position.truncate());
+    let beyond_m = road.position.truncate().distance(at.position.truncate());
     found.offset_m.abs() <= (lane.width_m + CAR_WIDTH_M) / 2.0 && beyond_m < CAR_LENGTH_M
 }
 
 /// Returns true if a car heads against the direction of its lane.
 pub fn is_against(net: &Network, at: LanePosition, pose: &Pose) -> bool {
-    (pose.yaw_rad - net.pose(at).yaw_rad).cos() < 0.0
+    points_back(&net.pose(at), pose)
+}
+
+fn points_back(road: &Pose3, pose: &Pose) -> bool {
+    (pose.yaw_rad - road.yaw_rad).cos() < 0.0
 }
 
 #[cfg(test)]

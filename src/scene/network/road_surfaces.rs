@@ -169,7 +169,9 @@ impl RoadSurfaces {
     /// Returns the distance from the nearest paved surface, metres; 0 inside.
     pub fn border_m(&self, point: Vec2) -> f32 {
         let mut best_m = f32::INFINITY;
-        let rings = (NEAR_M / self.cell_m).ceil() as i32;
+        // Beyond the circle around all surfaces, none is within NEAR_M: most of the land.
+        let may_be_near = point.distance(self.centre) <= self.radius_m + NEAR_M;
+        let rings = if may_be_near { (NEAR_M / self.cell_m).ceil() as i32 } else { -1 };
         for ring in 0..=rings {
             // No member of this ring can be nearer than the best one so far.
             if best_m <= (ring - 1).max(0) as f32 * self.cell_m {

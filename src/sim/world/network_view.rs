@@ -8,13 +8,13 @@ use crate::{
         manoeuvres::{LaneChanging, RightOfWay},
     },
     map::{
-        PathLanes, RoadMap, StopLine, Turns,
+        PathLanes, RoadMap, SHOULDER_M, StopLine, Turns,
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,
     sim::{
         Snapshot, VehicleSnapshot,
-        ground::{NetworkGround, RoadGround},
+        ground::{NONE_CLEAR, NetworkGround, RoadGround},
     },
     space::{CAR_LENGTH_M, Pose},
 };
@@ -77,8 +77,9 @@ impl NetworkView {
     pub fn reported_place(&self, snapshot: &Snapshot, map: &RoadMap, pose: &Pose) -> (Option<LanePosition>, Pose) {
         let (net, last) = (&map.network, snapshot.ego_lane.map(|at| at.lane));
         let height_m = snapshot.ego.position.z;
-        let found = self.lanes.ego_lane(map, pose, height_m, snapshot.ego_s_m, last);
         let front = pose.front(CAR_LENGTH_M);
+        let front_s_m = map.route.project(front, Some(snapshot.ego_s_m)).s_m;
+        let found = self.lanes.ego_lane(map, pose, height_m, front_s_m, last);
         let lane = found.or_else(|| {
             let lane = self.lanes.in_junction(map, front, snapshot.ego_s_m, last)?;
             Some(net.place_in(lane, front.extend(height_m)))
@@ -97,16 +98,17 @@ impl NetworkView {
 
     /// Returns the ground around the ego.
     pub fn ground<'a>(&self, map: &'a RoadMap, snapshot: &Snapshot) -> NetworkGround<'a> {
-        let lane = snapshot.ego_lane.map(|at| at.lane);
+        let (near, ego) = (snapshot.ego_lane.map(|at| at.lane), snapshot.ego.position);
         let way = RoadGround { route: &map.route, near_s_m: snapshot.ego_s_m };
-        NetworkGround { network: &map.network, near: lane, height_m: snapshot.ego.position.z, way }
+        let clear = (ego.truncate(), map.network.clear_m(ego, SHOULDER_M, near));
+        NetworkGround { network: &map.network, near, height_m: ego.z, way, clear }
     }
 
     /// Returns the ground at a position of the route, before the ego is there.
     pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
         let near = map.route.lanes()[map.route.lane_at(s_m).0].lane;
         let way = RoadGround { route: &map.route, near_s_m: s_m };
-        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way }
+        NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way, clear: NONE_CLEAR }
     }
 
     /// Returns the distance from the ego's front bumper to the nearest line of its path that must not be crossed now, metres. It is the

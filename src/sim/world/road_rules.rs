@@ -116,7 +116,7 @@ impl RoadRules {
     fn others(&mut self, snapshot: &Snapshot, map: &RoadMap, ego: &Pose, put: &mut impl FnMut(EventKind)) {
         let ego = MovingEgo::of(snapshot, map, ego, self.is_wrong_way);
         for car in &snapshot.cars {
-            let ttc_s = ego.time_to_collision_s(map, car);
+            let ttc_s = ego.time_to_collision_s(car);
             match (self.near.binary_search(&car.id), ttc_s) {
                 (Err(at), Some(ttc_s)) if ttc_s < NEAR_MISS_S => {
                     self.near.insert(at, car.id);

@@ -15,10 +15,15 @@ use crate::{
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 use glam::{DVec2, DVec3};
+use std::cell::OnceCell;
 
 /// Largest time to collision considered, s.
 const HORIZON_S: f64 = 3.0;
+/// Moments considered in a second, and in all from now to [`HORIZON_S`].
 const STEPS_PER_S: f64 = 10.0;
+const STEPS: usize = (HORIZON_S * STEPS_PER_S) as usize + 1;
+/// Largest speed of a vehicle's centre, as a multiple of the speed along its lane: on the outside of the tightest bend it is 1.3.
+const OUTSIDE: f64 = 1.5;
 /// Largest lateral offset at which the ego follows its route, metres; beyond, it goes straight on or along its lane.
 const ON_ROUTE_M: f64 = 1.0;
 /// Cosine of the largest angle to its lane at which an ego off its route follows the lane: 0.3 rad, a little more than in a lane change
@@ -29,10 +34,13 @@ const LONGEST_M: f64 = 20.0;
 
 /// The ego and its assumed motion.
 pub(super) struct MovingEgo<'a> {
+    map: &'a RoadMap,
     /// The ego as a vehicle of the traffic; it has a lane if it heads along it.
     vehicle: VehicleSnapshot,
-    /// Route and position of the front on it, metres, if the ego follows the route.
-    on_route: Option<(&'a RoadMap, f64)>,
+    /// Position of the front on the route, metres, if the ego follows the route.
+    route_s_m: Option<f64>,
+    /// Outline at each moment, found once for all vehicles.
+    boxes: [OnceCell<VehicleBox>; STEPS],
 }
 
 /// Outline of a vehicle on the road.
@@ -49,37 +57,50 @@ impl<'a> MovingEgo<'a> {
     /// Returns the ego of a snapshot; `now` is the pose of its centre.
     pub fn of(snapshot: &Snapshot, map: &'a RoadMap, now: &Pose, is_wrong_way: bool) -> Self {
         let follows = snapshot.ego_lane.is_some() && !is_wrong_way && snapshot.lane_offset_m.abs() < ON_ROUTE_M;
-        let on_route = follows.then_some((map, snapshot.ego_s_m));
         let heads_along = |at: &LanePosition| (now.yaw_rad - map.network.pose(*at).yaw_rad).cos() > ALONG_LANE;
         let lane = snapshot.ego_lane.filter(heads_along);
         let (speed_mps, height_m) = (snapshot.ego.speed_mps, snapshot.ego.position.z);
+        let vehicle = VehicleSnapshot { pose: *now, lane, speed_mps, height_m, ..VehicleSnapshot::default() };
         Self {
-            vehicle: VehicleSnapshot { pose: *now, lane, speed_mps, height_m, ..VehicleSnapshot::default() },
-            on_route,
+            map,
+            vehicle,
+            route_s_m: follows.then_some(snapshot.ego_s_m),
+            boxes: std::array::from_fn(|_| OnceCell::new()),
         }
     }
 
     /// Returns the seconds until both touch; `None` if they do not touch within [`HORIZON_S`].
-    pub fn time_to_collision_s(&self, map: &RoadMap, car: &VehicleSnapshot) -> Option<f64> {
+    pub fn time_to_collision_s(&self, car: &VehicleSnapshot) -> Option<f64> {
         let own = &self.vehicle;
-        let reach_m = (own.speed_mps.abs() + car.speed_mps) * HORIZON_S + LONGEST_M;
-        if own.pose.position.distance(car.pose.position) > reach_m || (own.speed_mps == 0.0 && car.speed_mps == 0.0) {
+        let closing_mps = own.speed_mps.abs() + car.speed_mps;
+        let reach_m = closing_mps * HORIZON_S + LONGEST_M;
+        if own.pose.position.distance(car.pose.position) > reach_m || closing_mps == 0.0 {
             return None;
         }
-        let steps = (HORIZON_S * STEPS_PER_S).round() as u32;
-        let times = (0..=steps).map(|step| f64::from(step) / STEPS_PER_S);
-        times
-            .into_iter()
-            .find(|after_s| self.after(&map.network, *after_s).overlaps(&car_after(&map.network, car, *after_s)))
+        let mut step = 0;
+        while let Some(own) = self.boxes.get(step) {
+            let after_s = step as f64 / STEPS_PER_S;
+            let own = own.get_or_init(|| self.after(after_s));
+            let other = car_after(&self.map.network, car, after_s);
+            if own.overlaps(&other) {
+                return Some(after_s);
+            }
+            // Until the vehicles can have met, no outline is computed.
+            let between_m = own.pose.position.distance(other.pose.position) - own.radius_m() - other.radius_m();
+            step += ((between_m / (OUTSIDE * closing_mps) * STEPS_PER_S) as usize).max(1);
+        }
+        None
     }
 
-    fn after(&self, net: &Network, after_s: f64) -> VehicleBox {
-        let way_m = self.vehicle.speed_mps * after_s;
-        let on_route = self.on_route.filter(|(map, s_m)| map.route.is_closed() || s_m + way_m < map.route.length_m());
-        let Some((map, s_m)) = on_route.filter(|_| way_m > 0.0) else { return car_after(net, &self.vehicle, after_s) };
-        let front_s_m = map.route.wrap(s_m + way_m);
-        let pose = map.route.pose_of_front(front_s_m, CAR_LENGTH_M);
-        VehicleBox { pose, height_m: map.route.height_m(front_s_m), length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
+    fn after(&self, after_s: f64) -> VehicleBox {
+        let (route, way_m) = (&self.map.route, self.vehicle.speed_mps * after_s);
+        let on_route = self.route_s_m.filter(|s_m| route.is_closed() || s_m + way_m < route.length_m());
+        let Some(s_m) = on_route.filter(|_| way_m > 0.0) else {
+            return car_after(&self.map.network, &self.vehicle, after_s);
+        };
+        let front_s_m = route.wrap(s_m + way_m);
+        let pose = route.pose_of_front(front_s_m, CAR_LENGTH_M);
+        VehicleBox { pose, height_m: route.height_m(front_s_m), length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M }
     }
 }
 
@@ -122,6 +143,11 @@ fn front_after(net: &Network, mut at: LanePosition, way_m: f64) -> DVec3 {
 }
 
 impl VehicleBox {
+    /// Returns the distance from the centre to a corner, metres.
+    fn radius_m(&self) -> f64 {
+        DVec2::new(self.length_m, self.width_m).length() / 2.0
+    }
+
     /// Returns half the extent of the box along a unit vector, metres.
     fn half_along(&self, axis: DVec2) -> f64 {
         let (along, across) = (self.pose.forward(), self.pose.left());
@@ -154,12 +180,48 @@ mod tests {
     fn a_moving_vehicle_hits_a_stopped_ego_and_a_stopped_one_does_not() {
         let map = RoadMap::load("ring-250").expect("a shipped map");
         let standing = |x: f64| VehicleSnapshot { pose: Pose::new(dvec2(x, 900.0), 0.0), ..VehicleSnapshot::default() };
-        let ego = MovingEgo { vehicle: standing(0.0), on_route: None };
+        let ego = MovingEgo {
+            map: &map,
+            vehicle: standing(0.0),
+            route_s_m: None,
+            boxes: std::array::from_fn(|_| OnceCell::new()),
+        };
         // The centres are 25 m apart and both vehicles are 5 m long: 20 m at 10 m/s, checked every tenth of a second.
         let comes = VehicleSnapshot { speed_mps: 10.0, ..standing(-25.0) };
-        let found_s = ego.time_to_collision_s(&map, &comes).expect("it comes");
+        let found_s = ego.time_to_collision_s(&comes).expect("it comes");
         assert!((found_s - 2.0).abs() < 0.11, "{found_s}");
-        assert_eq!(ego.time_to_collision_s(&map, &standing(-4.0)), None);
+        assert_eq!(ego.time_to_collision_s(&standing(-4.0)), None);
+    }
+
+    #[test]
+    fn a_search_that_leaves_moments_out_finds_the_first_at_which_boxes_overlap() {
+        let mut stream = crate::rng::stream(1, "meeting");
+        for map in [RoadMap::load("ring-250").expect("a ring"), RoadMap::load("practice").expect("a circuit")] {
+            let (mut meet, mut pass) = (0, 0);
+            let mut vehicle = |near_s_m: f64| {
+                let s_m = map.route.wrap(near_s_m + stream.uniform(-40.0, 40.0));
+                let (front, lane) =
+                    (map.route.pose_of_front(s_m, CAR_LENGTH_M), map.route.lanes()[map.route.lane_at(s_m).0].lane);
+                let lane = lane.map(|lane| map.network.place_in(lane, front.front(CAR_LENGTH_M).extend(0.0)));
+                let speed_mps = stream.uniform(0.0, 20.0);
+                (s_m, VehicleSnapshot { pose: front, lane, speed_mps, ..VehicleSnapshot::default() })
+            };
+            for _ in 0..500 {
+                let (s_m, own) = vehicle(100.0);
+                let (_, other) = vehicle(s_m);
+                let ego = MovingEgo {
+                    map: &map,
+                    vehicle: own,
+                    route_s_m: Some(s_m),
+                    boxes: std::array::from_fn(|_| OnceCell::new()),
+                };
+                let moments = (0..STEPS).map(|step| step as f64 / STEPS_PER_S);
+                let first = moments.into_iter().find(|s| ego.after(*s).overlaps(&car_after(&map.network, &other, *s)));
+                assert_eq!(ego.time_to_collision_s(&other), first, "{own:?} {other:?}");
+                *(if first.is_some() { &mut meet } else { &mut pass }) += 1;
+            }
+            assert!(meet > 50 && pass > 50, "both happen: {meet}, {pass}");
+        }
     }
 
     #[test]

@@ -51,9 +51,10 @@ pub(super) struct TrafficCoupling {
     start: StartPlace,
     /// Number of vehicles, the ego included, where it is fixed.
     fixed: Option<usize>,
-    /// All other vehicles at the last step and at the next, by ascending id.
-    from: Vec<PlacedVehicle>,
-    to: Vec<PlacedVehicle>,
+    /// Ways of all other vehicles from the last step to the next, by ascending id.
+    ways: Vec<Way>,
+    /// Ways of the step before; a buffer.
+    ways_before: Vec<Way>,
     /// States of the signals at the next step.
     signals: SignalStates,
     /// The other vehicles in the last tick.
@@ -74,6 +75,20 @@ pub(super) struct TrafficCoupling {
 struct PlacedVehicle {
     vehicle: VehicleState,
     s_m: Option<f64>,
+}
+
+/// Way of a vehicle from the last step to the next.
+#[derive(Clone, Copy, Debug)]
+struct Way {
+    id: VehicleId,
+    /// The vehicle at the last step; `None` if it departs in this one.
+    from: Option<PlacedVehicle>,
+    /// The vehicle at the next step; `None` if it arrives in this one.
+    to: Option<PlacedVehicle>,
+    /// True if the engine moves the vehicle at once.
+    jumps: bool,
+    /// Distance along the ego's route, metres; `None` if it cannot have been driven.
+    route_way_m: Option<f64>,
 }
 
 /// A vehicle interpolated within a step.
@@ -100,8 +115,8 @@ impl TrafficCoupling {
             step_s: scenario.step_s,
             start: ego,
             fixed: drive.fixed_vehicles().map(|vehicles| vehicles as usize),
-            from: Vec::new(),
-            to: Vec::new(),
+            ways: Vec::new(),
+            ways_before: Vec::new(),
             signals: SignalStates::default(),
             before: Vec::new(),
             obstacles: Vec::new(),
@@ -113,7 +128,7 @@ impl TrafficCoupling {
         };
         coupling.take(ego.s_m);
         if coupling.advised.can_be_others() {
-            coupling.new.extend(coupling.to.iter().map(|placed| placed.vehicle.id));
+            coupling.new.extend(coupling.ways.iter().map(|way| way.id));
         }
         Ok(coupling)
     }
@@ -193,9 +208,8 @@ impl TrafficCoupling {
 
     /// Takes over a vehicle as an agent if it is a car of the ego's length and its path can be driven.
     fn take_over(&mut self, id: VehicleId) -> Result<Option<NewAgent>, TrafficError> {
-        let (Some(engine), Some(at)) = (&mut self.engine, self.to.iter().find(|placed| placed.vehicle.id == id)) else {
-            return Ok(None);
-        };
+        let at = self.ways.iter().find(|way| way.id == id).and_then(|way| way.to);
+        let (Some(engine), Some(at)) = (&mut self.engine, at) else { return Ok(None) };
         let vehicle = &at.vehicle;
         let is_like_ego = vehicle.body.kind == VehicleKind::Car && (vehicle.body.length_m - CAR_LENGTH_M).abs() < 0.01;
         let Some(lane) = vehicle.lane.filter(|_| is_like_ego) else { return Ok(None) };
@@ -212,23 +226,31 @@ impl TrafficCoupling {
         Ok(Some(NewAgent { id, map: Arc::new(map), start }))
     }
 
-    /// Begins the step that was asked for.
+    /// Begins the step that was asked for: takes the engine's present state as the next step.
     pub fn begin_step(&mut self, snapshot: &Snapshot) {
-        std::mem::swap(&mut self.from, &mut self.to);
         self.take(snapshot.ego_s_m);
     }
 
-    /// Takes the engine's present state as the next step.
     fn take(&mut self, ego_s_m: f64) {
         let Some(engine) = &mut self.engine else { return };
-        self.to.clear();
-        let (lanes, map, fixed) = (&self.lanes, &self.map, self.fixed);
+        std::mem::swap(&mut self.ways, &mut self.ways_before);
+        self.ways.clear();
+        let (lanes, map, fixed, step_s) = (&self.lanes, &self.map, self.fixed, self.step_s);
         let s_of = |vehicle: &VehicleState| match fixed {
             Some(_) => map.route.s_on(vehicle.lane?, vehicle.s_m),
             None => vehicle.s_on(map, lanes, ego_s_m),
         };
-        let others = engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO);
-        self.to.extend(others.map(|vehicle| PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) }));
+        // Both lists are sorted by id, so that one pass over them suffices.
+        let mut before = self.ways_before.iter().filter_map(|way| way.to).peekable();
+        for vehicle in engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO) {
+            while let Some(arrived) = before.next_if(|before| before.vehicle.id < vehicle.id) {
+                self.ways.push(Way::of(Some(arrived), None, &map.route, step_s));
+            }
+            let from = before.next_if(|before| before.vehicle.id == vehicle.id);
+            let to = PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) };
+            self.ways.push(Way::of(from, Some(to), &map.route, step_s));
+        }
+        self.ways.extend(before.map(|arrived| Way::of(Some(arrived), None, &map.route, step_s)));
         let (letters, starts) = engine.signals();
         self.signals.set(letters, starts);
     }
@@ -242,18 +264,15 @@ impl TrafficCoupling {
         std::mem::swap(&mut self.before, &mut snapshot.cars);
         snapshot.cars.clear();
         self.obstacles.clear();
-        let (shown, others) = if is_end { (&self.to, &self.from) } else { (&self.from, &self.to) };
-        // All lists are sorted by id, so that one pass over them suffices.
-        let (mut others, mut before) = (others.iter().peekable(), self.before.iter().peekable());
-        for here in shown {
-            let id = here.vehicle.id;
-            while others.next_if(|other| other.vehicle.id < id).is_some() {}
+        let mut before = self.before.iter().peekable();
+        for way in &self.ways {
+            let id = way.id;
+            let Some(here) = (if is_end { way.to } else { way.from }) else { continue };
+            let (from, to) = (way.from.unwrap_or(here), way.to.unwrap_or(here));
             while before.next_if(|other| other.id < id).is_some() {}
-            let other = others.next_if(|other| other.vehicle.id == id);
             let before = before.next_if(|other| other.id == id);
-            let (from, to) = if is_end { (other.unwrap_or(here), here) } else { (here, other.unwrap_or(here)) };
-            let mut at = self.between(from, to, fraction);
-            if other.is_none() && !is_end {
+            let mut at = way.between(&from, &to, &self.map.route, fraction);
+            if way.to.is_none() {
                 // A vehicle that has arrived goes on until the step's end.
                 at.pose.position += at.pose.forward() * (from.vehicle.speed_mps * fraction * self.step_s);
             }
@@ -290,32 +309,6 @@ impl TrafficCoupling {
         }
     }
 
-    fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, fraction: f64) -> Shown {
-        let (a, b) = (&from.vehicle, &to.vehicle);
-        let farthest_m = 2.0 * a.speed_mps.max(b.speed_mps) * self.step_s + JUMP_M;
-        let fronts = [a, b].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
-        let jumps = is_jump(&fronts[0], &fronts[1], farthest_m);
-        let mix = |a: f64, b: f64| a + (b - a) * fraction;
-        let nearer = if fraction < 0.5 { from } else { to };
-        let lane = match (a.lane_position(), b.lane_position()) {
-            (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
-                lane: to.lane,
-                s_m: mix(from.s_m, to.s_m),
-                offset_m: mix(from.offset_m, to.offset_m),
-            }),
-            _ => nearer.vehicle.lane_position(),
-        };
-        let on_route = from.s_m.zip(to.s_m).filter(|_| !jumps);
-        let s_m = on_route.and_then(|ends| s_between(&self.map.route, ends, farthest_m, fraction)).or(nearer.s_m);
-        Shown {
-            pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
-            height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
-            s_m,
-            lane,
-            speed_mps: mix(a.speed_mps, b.speed_mps),
-        }
-    }
-
     /// Returns where a vehicle's front is along the drive's route, metres; `None` off the route.
     pub fn s_of(&self, car: &VehicleSnapshot) -> Option<f64> {
         self.lanes.s_at(&self.map, car.lane?, car.pose.front(car.body.length_m), 0.0)
@@ -334,8 +327,10 @@ impl TrafficCoupling {
     /// Returns the other vehicles' speeds at the last step and at the next, m/s.
     #[cfg(test)]
     pub fn speeds_mps(&self) -> (Vec<f64>, Vec<f64>) {
-        let of = |placed: &[PlacedVehicle]| placed.iter().map(|placed| placed.vehicle.speed_mps).collect();
-        (of(&self.from), of(&self.to))
+        let of = |placed: Option<PlacedVehicle>| placed.map(|placed| placed.vehicle.speed_mps);
+        let (from, to) =
+            (self.ways.iter().filter_map(|way| of(way.from)), self.ways.iter().filter_map(|way| of(way.to)));
+        (from.collect(), to.collect())
     }
 
     /// Returns true after a call of [`TrafficCoupling::stop`].
@@ -349,6 +344,43 @@ impl TrafficCoupling {
     }
 }
 
+impl Way {
+    /// Returns the way between two steps of `step_s` seconds; at least one of both ends is known.
+    fn of(from: Option<PlacedVehicle>, to: Option<PlacedVehicle>, route: &Route, step_s: f64) -> Self {
+        let id = from.or(to).map_or(EGO, |placed| placed.vehicle.id);
+        let Some((a, b)) = from.zip(to) else { return Self { id, from, to, jumps: false, route_way_m: None } };
+        let farthest_m = 2.0 * a.vehicle.speed_mps.max(b.vehicle.speed_mps) * step_s + JUMP_M;
+        let [begin, end] =
+            [&a.vehicle, &b.vehicle].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
+        let jumps = is_jump(&begin, &end, farthest_m);
+        let ends = a.s_m.zip(b.s_m).filter(|_| !jumps);
+        Self { id, from, to, jumps, route_way_m: ends.and_then(|ends| driven_m(route, ends, farthest_m)) }
+    }
+
+    /// Returns the vehicle at `fraction` of the step.
+    fn between(&self, from: &PlacedVehicle, to: &PlacedVehicle, route: &Route, fraction: f64) -> Shown {
+        let (a, b, jumps) = (&from.vehicle, &to.vehicle, self.jumps);
+        let mix = |a: f64, b: f64| a + (b - a) * fraction;
+        let nearer = if fraction < 0.5 { from } else { to };
+        let lane = match (a.lane_position(), b.lane_position()) {
+            (Some(from), Some(to)) if from.lane == to.lane && !jumps => Some(LanePosition {
+                lane: to.lane,
+                s_m: mix(from.s_m, to.s_m),
+                offset_m: mix(from.offset_m, to.offset_m),
+            }),
+            _ => nearer.vehicle.lane_position(),
+        };
+        let on_route = from.s_m.zip(self.route_way_m);
+        Shown {
+            pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
+            height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
+            s_m: on_route.map(|(from_s_m, way_m)| route.wrap(from_s_m + way_m * fraction)).or(nearer.s_m),
+            lane,
+            speed_mps: mix(a.speed_mps, b.speed_mps),
+        }
+    }
+}
+
 /// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its
 /// heading. The chord of an arc points midway between the headings at its ends. (In SUMO the front drives: the rear of a long vehicle
 /// swings out when it begins a lane change after a bend.)
@@ -358,11 +390,10 @@ fn is_jump(from: &Pose, to: &Pose, farthest_m: f64) -> bool {
     way.length() > farthest_m || sideways_m > JUMP_M.max(SIDEWAYS * way.length())
 }
 
-/// Returns a vehicle's position along the route between two steps, metres. `None` if the distance is too long to have been driven: where a
-/// route passes twice, a vehicle has two positions.
-fn s_between(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64, fraction: f64) -> Option<f64> {
-    let way_m = route.difference(from_s_m, to_s_m);
-    (way_m.abs() <= farthest_m).then(|| route.wrap(from_s_m + way_m * fraction))
+/// Returns the distance along the route between two steps, metres. `None` if it is too long to have been driven: where a route passes
+/// twice, a vehicle has two positions.
+fn driven_m(route: &Route, (from_s_m, to_s_m): (f64, f64), farthest_m: f64) -> Option<f64> {
+    Some(route.difference(from_s_m, to_s_m)).filter(|way_m| way_m.abs() <= farthest_m)
 }
 
 #[cfg(test)]
@@ -394,7 +425,7 @@ mod tests {
         let again_m =
             map.route.lanes().iter().rfind(|lane| lane.edge_id(&map.network) == "B0B1").expect("twice").start_s_m;
         assert!(again_m > 300.0);
-        assert_eq!(s_between(&map.route, (10.0, 12.0), 7.0, 0.5), Some(11.0));
-        assert_eq!(s_between(&map.route, (10.0, again_m + 12.0), 7.0, 0.5), None);
+        assert_eq!(driven_m(&map.route, (10.0, 12.0), 7.0), Some(2.0));
+        assert_eq!(driven_m(&map.route, (10.0, again_m + 12.0), 7.0), None);
     }
 }

@@ -1,7 +1,7 @@
 //! Positions in lanes and points in the world are each other's inverse, and overlapping lanes are resolved by hint, heading and height.
 
 use super::*;
-use crate::{map::RoadMap, space::wrap_angle};
+use crate::{map::RoadMap, rng, space::wrap_angle};
 use glam::{DVec2, DVec3, dvec3};
 
 /// Largest error of a position mapped to the world and back: 1 mm, as promised.
@@ -91,6 +91,50 @@ fn corner() -> CentreLine {
     let rise = 100f64.sqrt() / 10.0;
     let shape = [dvec3(0.0, 0.0, 0.0), dvec3(10.0, 0.0, rise), dvec3(10.0, 10.0, 2.0 * rise)];
     CentreLine::new(&shape, 2.0 * 2.0 * 101f64.sqrt(), DVec2::X)
+}
+
+#[test]
+fn the_nearest_place_of_a_winding_line_is_the_best_of_all_its_pieces() {
+    let mut stream = rng::stream(1, "winding");
+    for _ in 0..50 {
+        let mut at = DVec3::ZERO;
+        let shape: Vec<DVec3> = (0..40)
+            .map(|_| {
+                at += dvec3(stream.normal() * 6.0, stream.normal() * 6.0, stream.normal() * 0.3);
+                at
+            })
+            .collect();
+        let line = CentreLine::new(&shape, 500.0, DVec2::X);
+        for _ in 0..40 {
+            let point = shape[stream.index(40)] + dvec3(stream.normal() * 5.0, stream.normal() * 5.0, 0.0);
+            let pieces = (0..line.points().len() - 1).map(|k| line.foot(k, point));
+            let best = pieces.min_by(|a, b| a.distance_m.total_cmp(&b.distance_m)).expect("pieces");
+            assert_eq!(line.nearest(point), best, "{point}");
+        }
+    }
+}
+
+#[test]
+fn all_points_of_a_clear_circle_are_on_a_lane() {
+    const BESIDE_M: f64 = 0.4;
+    let mut stream = rng::stream(1, "circles");
+    for file in ["tests/data/networks/grid-signals.net.xml", "tests/data/networks/roundabout.net.xml"] {
+        let net = Network::load(file).expect("a network");
+        let mut circles = 0;
+        for lane in net.lane_ids().filter(|lane| !is_walking_area(&net, *lane)) {
+            for at in places(&net, lane) {
+                let middle = net.pose(at).position;
+                let radius_m = net.clear_m(middle, BESIDE_M, Some(lane));
+                circles += usize::from(radius_m > 0.5);
+                for _ in 0..5 {
+                    let way = DVec2::from_angle(stream.uniform(0.0, 7.0)) * radius_m * stream.uniform(0.9, 1.0);
+                    let point = middle + way.extend(0.0);
+                    assert!(radius_m < 0.0 || net.is_on_lane(point, BESIDE_M, Some(lane)), "{at:?} {point}");
+                }
+            }
+        }
+        assert!(circles > 100, "{file}: {circles} circles");
+    }
 }
 
 #[test]
