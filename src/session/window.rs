@@ -135,7 +135,7 @@ fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> 
 
 /// Refuses a session whose first drive this computer draws less often than the study asks for: a participant would drive in slow motion.
 fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow) -> Result<(), RunError> {
-    let asked = study.file.min_frames_per_s;
+    let asked = study.file.least_frames_per_s;
     let first_drive = session.plan().items.iter().find_map(|planned| match &planned.item {
         PlanItem::Drive { scenario, .. } => Some(scenario.clone()),
         _ => None,
@@ -150,7 +150,7 @@ fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow
     let [width, height] = size;
     Err(SessionError::Refused(format!(
         "this computer draws {frames_per_s:.1} frames a second at {width}x{height}; the study asks for {asked} \
-         (min_frames_per_s)\n  remedy: a computer with a faster graphics card, a smaller window (--size), or quality = \
+         (least_frames_per_s)\n  remedy: a computer with a faster graphics card, a smaller window (--size), or quality = \
          \"low\" in the study's [base]; no page was shown, and the same command goes on with participant {}",
         session.log().participant
     ))

@@ -54,9 +54,9 @@ pub struct StudyFile {
     #[schemars(range(min = 0.0, max = 60.0))]
     pub countdown_s: f64,
     /// Least number of frames per second that a computer must draw for a session with a person, 1/s; 0 asks for none.
-    #[serde(default = "min_frames_per_s")]
+    #[serde(default = "least_frames_per_s")]
     #[schemars(range(min = 0.0, max = 240.0))]
-    pub min_frames_per_s: f64,
+    pub least_frames_per_s: f64,
     /// Settings of every drive that differ from the program's defaults (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
@@ -114,7 +114,7 @@ fn countdown_s() -> f64 {
 }
 
 /// Returns the least rate at which latency can stay below 50 ms (docs/references.md: display).
-fn min_frames_per_s() -> f64 {
+fn least_frames_per_s() -> f64 {
     30.0
 }
 
@@ -395,9 +395,9 @@ impl Study {
             let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
             return wrong("countdown_s".into(), text);
         }
-        if !(0.0..=240.0).contains(&file.min_frames_per_s) {
-            let text = format!("min_frames_per_s is {}; allowed: a number from 0 to 240", file.min_frames_per_s);
-            return wrong("min_frames_per_s".into(), text);
+        if !(0.0..=240.0).contains(&file.least_frames_per_s) {
+            let text = format!("least_frames_per_s is {}; allowed: a number from 0 to 240", file.least_frames_per_s);
+            return wrong("least_frames_per_s".into(), text);
         }
         for (key, text) in file.lines() {
             let commands =
