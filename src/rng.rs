@@ -20,7 +20,7 @@ pub fn fnv_1a(before: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(before, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Returns the hash of a number of 64 bits, chained to the hash of earlier ones: the output of SplitMix64 (Steele, Lea and Flood 2014) for
+/// Returns the hash of a number of 64 bits, chained to the hash of earlier ones: the output of SplitMix64 (Steele et al. 2014) for
 /// both. No bit is lost, as each of its steps can be undone. It hashes the numbers of each tick, for which [`fnv_1a`] takes three times as
 /// long.
 #[inline]

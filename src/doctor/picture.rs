@@ -2,7 +2,6 @@
 
 use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
 use crate::{
-    drive_loop::RunError,
     input::TimeStamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
     scenario::{QualityLevel, Scenario},
@@ -41,7 +40,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     } else {
         Finding::ok("graphics", gpu.description())
     };
-    let times = match first_moment(scenario).map(|world| frames(&gpu, &world, size)) {
+    let times = match first_moment(scenario).map(|world| frames(&gpu, &world, size, scenario.display.quality)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
         Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
         Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
@@ -91,31 +90,34 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
     }
 }
 
-/// Returns the number of pictures of a scenario's first moment that are drawn in a second, by the median of some seconds. A quality that
-/// follows the computer counts as low, its last resort.
+/// Returns the number of pictures of a world that are drawn in a second, by the median of some seconds. A quality that follows the computer
+/// counts as low, its last resort.
 ///
 /// # Errors
-/// The scenario cannot be driven, or the device is lost.
-pub fn frames_per_s(gpu: &Gpu, scenario: &Scenario, size: [u32; 2]) -> Result<f64, RunError> {
-    let mut scenario = scenario.clone();
-    if scenario.display.quality == QualityLevel::Auto {
-        scenario.display.quality = QualityLevel::Low;
-    }
-    let times_ms = frames(gpu, &first_moment(&scenario)?, size)?;
+/// The device is lost.
+pub fn frames_per_s(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<f64, GpuError> {
+    let level = match world.scenario().display.quality {
+        QualityLevel::Auto => QualityLevel::Low,
+        level => level,
+    };
+    let times_ms = frames(gpu, world, size, level)?;
     Ok(1000.0 / times_ms[times_ms.len() / 2])
 }
 
 /// Returns the world at the beginning of a drive. The native engine cannot run a network; then the scenario's own engine is used.
-fn first_moment(scenario: &Scenario) -> Result<World, WorldError> {
+///
+/// # Errors
+/// The scenario cannot be driven.
+pub fn first_moment(scenario: &Scenario) -> Result<World, WorldError> {
     let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
     native.or_else(|_| World::new(scenario))
 }
 
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.
-fn frames(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<Vec<f64>, GpuError> {
+fn frames(gpu: &Gpu, world: &World, size: [u32; 2], level: QualityLevel) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
     let static_scene = StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize);
-    let quality = match scenario.display.quality {
+    let quality = match level {
         QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
         QualityLevel::Low => Quality::LOW,
         QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,

@@ -142,7 +142,7 @@ fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow
     });
     let Some(scenario) = first_drive.filter(|_| asked > 0.0) else { return Ok(()) };
     let size = picture.size();
-    let frames_per_s = doctor::frames_per_s(picture.gpu(), &scenario, size)?;
+    let frames_per_s = doctor::frames_per_s(picture.gpu(), &doctor::first_moment(&scenario)?, size)?;
     session.set_frames_per_s(frames_per_s)?;
     if frames_per_s >= asked {
         return Ok(());

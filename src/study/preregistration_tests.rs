@@ -43,7 +43,7 @@ fn the_text_states_design_order_rules_model_and_power() {
         "1. Mean speed of all vehicles is less in `wide` than in `narrow`.",
         "2. Mean speed of all vehicles differs between `middle` and `narrow`; no direction is expected.",
         "* Road: `ring-250`, a closed route of 250 m, with 22 vehicles (the participant's included).",
-        // The ring study's model (docs/references.md: traffic).
+        // The ring study's model (docs/references.md: idm).
         "v0 = 30 m/s, time gap T = 1 s, acceleration a = 1 m/s2, deceleration b = 1.5 m/s2, exponent δ = 4, minimum gap s0 = 2 m",
         "each advice stands for 1 s; the acceptable range is the target +-1 mph",
         "* `narrow` of range: `range_mph` = 0.5",

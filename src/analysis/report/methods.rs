@@ -14,7 +14,7 @@ use crate::analysis::{
     measures::MEASURES,
     text::{count, joined_with_and, number_text},
 };
-use crate::metrics::{Measure, registry::unit_text};
+use crate::metrics::registry::unit_text;
 use crate::{sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -34,7 +34,6 @@ pub fn paragraphs(
     let mut text =
         vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_text::traffic(main), advice(main)];
     text.push(design(drives, main, &others));
-    text.push(measures(&all));
     text.push(sickness_section::paragraph(people));
     text.push(drivers_section::paragraph(drivers));
     text.push(statistics(drives, people));
@@ -377,18 +376,20 @@ fn by_place(drives: &[AnalysedRecording]) -> BTreeMap<&str, Vec<(&str, &str)>> {
     orders
 }
 
-fn measures(drives: &[&AnalysedRecording]) -> String {
+/// Returns the file's text: the paragraphs, and the measures that a drive has as a table in Markdown.
+pub fn text(paragraphs: &[String], drives: &[AnalysedRecording]) -> String {
     let has_value = |k: usize| drives.iter().any(|drive| drive.measures.values.get(k).copied().flatten().is_some());
-    let roads = road_kinds(drives.iter().copied());
-    let each = |(k, measure): (usize, &Measure)| {
-        let unit = if measure.unit.is_empty() { String::new() } else { format!(" ({})", unit_text(measure.unit)) };
-        has_value(k).then(|| format!("{}{unit}: {}.", measure.title, measure.definition(roads)))
-    };
-    let defined: Vec<String> = MEASURES.iter().enumerate().filter_map(each).collect();
+    let roads = road_kinds(drives);
+    let row = |cells: [&str; 3]| format!("| {} |\n", cells.map(|cell| cell.replace('|', "\\|")).join(" | "));
+    let measures = MEASURES.iter().enumerate().filter(|(k, _)| has_value(*k));
+    let defined: String = measures
+        .map(|(_, measure)| row([measure.title, &unit_text(measure.unit), &measure.definition(roads)]))
+        .collect();
+    let text = paragraphs.join("\n\n") + "\n";
     if defined.is_empty() {
-        return String::new();
+        return text;
     }
-    format!("The measures of a drive were defined as follows. {}", defined.join(" "))
+    text + "\nMeasures of a drive:\n\n" + &row(["Measure", "Unit", "Definition"]) + &row(["---"; 3]) + &defined
 }
 
 fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {

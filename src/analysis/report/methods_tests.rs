@@ -24,7 +24,8 @@ fn made() -> Vec<AnalysedRecording> {
 fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
     let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
     let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
-    let text = paragraphs(&made(), &StudyParticipants { all, ..StudyParticipants::default() }, &[]).join("\n");
+    let found = paragraphs(&made(), &StudyParticipants { all, ..StudyParticipants::default() }, &[]);
+    let text = text(&found, &made());
     for part in [
         "4 drives of 2 simulated participants were analysed.",
         "no person took part",
@@ -40,7 +41,7 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
         "(few & <fast>: half width of the advised range 0.5 mph; many: half width of the advised range 2 mph)",
         "The order was the same for all participants.",
         "Each drive had its own seed, from 10 to 13",
-        "Mean speed of all vehicles (m/s): speed of all vehicles, the ego vehicle included: mean over",
+        "| Mean speed of all vehicles | m/s | speed of all vehicles, the ego vehicle included: mean over",
         "percentile bootstrap over participants, 2,000 resamples",
     ] {
         assert!(text.contains(part), "{part}\n{text}");

@@ -100,12 +100,12 @@ pub fn report(
     let mut methods = methods::paragraphs(drives, study_participants, drivers);
     methods.extend(planned.map(models_section::paragraph));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
-    page.paragraph("note lead", "The file methods.txt beside this page has the same text.");
+    page.paragraph("note lead", "The file methods.txt beside this page has the same text, and the measures as a table; here the data dictionary defines them.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
     page.put("</section>");
     dictionary(&mut page, drives);
     page.put("</body></html>");
-    Ok(StudyReport { html: page.html, methods: methods.join("\n\n") + "\n", figures: page.figures })
+    Ok(StudyReport { html: page.html, methods: methods::text(&methods, drives), figures: page.figures })
 }
 
 /// Adds a paragraph on the participants by state, with a warning about simulated ones.

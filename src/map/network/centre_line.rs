@@ -34,7 +34,7 @@ pub struct CentreLine {
     points: Box<[DVec3]>,
     /// Position of each point, declared metres; the last is the lane's length.
     positions_m: Box<[f64]>,
-    /// What both mappings need of each segment in each tick.
+    /// Directions and leans, which both mappings need in each tick.
     segments: Box<[Segment]>,
     /// Least and greatest corner, on the ground, of each [`BLOCK`] of segments.
     blocks: Box<[[DVec2; 2]]>,

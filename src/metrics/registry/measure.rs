@@ -140,7 +140,7 @@ impl Measure {
         roads.networks || self.on != MeasuredOn::Networks
     }
 
-    /// Returns the definition for drives on these roads, with the name in SAE J2944.
+    /// Returns the definition for drives on these roads, with the name in SAE J2944 if there is one.
     pub fn definition(&self, roads: RoadKinds) -> String {
         let there = match self.on {
             MeasuredOn::EveryRoad(about) if roads.networks && !about.is_empty() => format!("; on networks: {about}"),
@@ -148,7 +148,8 @@ impl Measure {
             MeasuredOn::Networks if roads.closed => "; on networks alone".into(),
             _ => String::new(),
         };
-        format!("{}{there} (SAE J2944: {})", self.about, self.j2944.unwrap_or("none"))
+        let name = self.j2944.map_or(String::new(), |name| format!(" (SAE J2944: {name})"));
+        format!("{}{there}{name}", self.about)
     }
 
     /// Returns the texts of a column: name, quantity, unit, definition.

@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_search_that_leaves_moments_out_finds_the_first_at_which_boxes_overlap() {
+    fn a_search_that_leaves_moments_out_finds_the_first_overlap() {
         let mut stream = crate::rng::stream(1, "meeting");
         for map in [RoadMap::load("ring-250").expect("a ring"), RoadMap::load("practice").expect("a circuit")] {
             let (mut meet, mut pass) = (0, 0);
