@@ -5,10 +5,11 @@
 use super::{
     clock::TimeStamp,
     force_thread::{ForceDevice, SharedAngle},
+    kinds::{self, Abilities, DeviceKind},
     lamps::Lamps,
     no_force::{NoForce, WheelWithoutForce},
     profile::{ForceBackend, WheelProfile},
-    profiles::{self, DeviceKind, UnprofiledDevice},
+    profiles::{self, UnprofiledDevice},
     reader::WheelPort,
     sdl_force::SdlForce,
     wheel::{FoundWheel, WheelMessage},
@@ -51,13 +52,47 @@ pub struct DeviceNode {
     pub kind: DeviceKind,
 }
 
+impl DeviceNode {
+    /// Checks whether the device is a wheel, usable or not.
+    pub fn is_wheel(&self) -> bool {
+        matches!(self.kind, DeviceKind::Wheel | DeviceKind::Unfit(_))
+    }
+
+    /// Returns name and ids for messages.
+    pub fn described(&self) -> String {
+        format!("{} ({:04x}:{:04x})", self.name, self.id.0, self.id.1)
+    }
+}
+
 /// Returns all event devices that are wheels, usable or not, in the order of their numbers.
 pub fn wheels() -> Vec<DeviceNode> {
     wheels_in(Path::new("/sys"))
 }
 
 fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
+    let mut found = devices_in(sys, &profiles::own_profiles().0);
+    found.retain(DeviceNode::is_wheel);
+    found
+}
+
+/// Returns all event devices that are wheels or other controllers: first those of a profile, an own one before a
+/// shipped one, then wheels without one, then other controllers; equal ones in the order of their numbers. `asked` is
+/// the profile that a person named.
+pub fn controllers(asked: Option<&WheelProfile>) -> Vec<DeviceNode> {
+    let mut own = profiles::own_profiles().0;
+    own.extend(asked.cloned());
+    let mut found = devices_in(Path::new("/sys"), &own);
+    let shipped: Vec<WheelProfile> = profiles::shipped().collect();
+    found.sort_by_key(|node| {
+        let listed = |profiles: &[WheelProfile]| profiles.iter().any(|profile| profile.is_for(node.id.0, node.id.1));
+        (!listed(asked.map_or(&[], std::slice::from_ref)), !listed(&own), !listed(&shipped), !node.is_wheel())
+    });
+    found
+}
+
+fn devices_in(sys: &Path, own: &[WheelProfile]) -> Vec<DeviceNode> {
     let Ok(entries) = fs::read_dir(sys.join("class/input")) else { return Vec::new() };
+    let shipped: Vec<WheelProfile> = profiles::shipped().collect();
     let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
     let mut found: Vec<(u32, DeviceNode)> = entries
         .flatten()
@@ -69,7 +104,8 @@ fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
             let name = text("name")?;
             let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
             let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
-            let kind = profiles::kind(id.0, id.1, &name);
+            let abilities = Abilities::from_uevent(&text("uevent").unwrap_or_default());
+            let kind = kinds::kind(id, &name, abilities, own, &shipped);
             (kind != DeviceKind::Other)
                 .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, kind }))
         })
@@ -83,6 +119,8 @@ pub struct OpenWheel {
     device: RawDevice,
     /// True if the kernel stamps events with the monotonic clock.
     monotonic: bool,
+    /// True until the first movement if all values were 0 at the opening: the driver had not read the wheel yet.
+    unread: bool,
     heard: WheelEvents,
 }
 
@@ -114,7 +152,8 @@ impl OpenWheel {
             known.values.insert(code.0, info.value());
         }
         let heard = WheelEvents { down: buttons(&device)?, ..WheelEvents::default() };
-        Ok((Self { device, monotonic, heard }, known))
+        let unread = known.values.values().all(|raw| *raw == 0);
+        Ok((Self { device, monotonic, unread, heard }, known))
     }
 
     /// Waits up to `patience` for events, and adds them to `messages`.
@@ -143,6 +182,14 @@ impl OpenWheel {
             if self.heard.apply_event(&event, at, messages) {
                 let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
                 self.heard.catch_up(axes, &buttons(&self.device)?, at, messages);
+            }
+        }
+        let moved: Vec<u16> = messages.iter().filter_map(WheelMessage::axis).collect();
+        if self.unread && !moved.is_empty() {
+            // The driver has read all axes now; the kernel sends no event for those that are still 0.
+            self.unread = false;
+            for (code, info) in self.device.get_absinfo()?.filter(|(code, _)| !moved.contains(&code.0)) {
+                self.heard.moved(code.0, info.value(), None, messages);
             }
         }
         Ok(())
@@ -234,11 +281,28 @@ impl EvdevPort {
     }
 }
 
+impl EvdevPort {
+    /// Reports own profiles that cannot be obeyed because no device is taken for a wheel.
+    fn tell_why_none(&self, nodes: &[DeviceNode], report: &mut dyn FnMut(String)) {
+        profiles::own_profiles().1.into_iter().for_each(&mut *report);
+        let unfit = nodes.iter().any(|node| matches!(node.kind, DeviceKind::Unfit(_)));
+        let Some(asked) = self.asked.as_ref().filter(|_| !unfit) else { return };
+        let there: Vec<String> = nodes.iter().map(DeviceNode::described).collect();
+        let there = if there.is_empty() { "none".into() } else { there.join(", ") };
+        report(format!(
+            "no device has an id of the profile \"{}\" ({}), and no other wheel is plugged in; devices with axes: {there}\n  \
+             remedy: plug its wheel in, or correct its products",
+            asked.name,
+            asked.products.join(", ")
+        ));
+    }
+}
+
 impl WheelPort for EvdevPort {
     type Wheel = OpenWheel;
 
     fn find(&mut self, report: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
-        let nodes = wheels();
+        let nodes = controllers(self.asked.as_ref());
         if self.seen.as_ref() == Some(&nodes) {
             return None;
         }
@@ -254,6 +318,9 @@ impl WheelPort for EvdevPort {
                 "two wheels are plugged in, {} and {}; the first one is used\n  remedy: unplug the other",
                 first.name, second.name
             ));
+        }
+        if usable.is_empty() {
+            self.tell_why_none(&nodes, report);
         }
         for node in usable {
             let opened = OpenWheel::open(node).map_err(|e| {

@@ -116,6 +116,7 @@ fn only_wheels_of_sysfs_are_listed_in_the_order_of_their_numbers() {
         let device = sys.path().join("class/input").join(event).join("device");
         fs::create_dir_all(device.join("id")).unwrap();
         fs::write(device.join("name"), format!("{name}\n")).unwrap();
+        fs::write(device.join("uevent"), "EV=b\nKEY=ffff00000000 0 0 0 0\nABS=27\n").unwrap();
         if let Some((vendor, product)) = id {
             fs::write(device.join("id/vendor"), format!("{vendor}\n")).unwrap();
             fs::write(device.join("id/product"), format!("{product}\n")).unwrap();

@@ -9,6 +9,7 @@ mod clock;
 pub mod force;
 pub mod force_thread;
 mod keyboard;
+pub mod kinds;
 pub mod lamps;
 #[cfg(target_os = "linux")]
 pub mod linux;

@@ -10,6 +10,11 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Pedal travel, 0 to 1, below which the pedal counts as released; above the rest of it, as floored.
+const AT_REST: f64 = 0.15;
+/// First evdev code of the hats.
+const FIRST_HAT: u16 = 16;
+
 /// Error in a profile; the message is complete, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
@@ -180,6 +185,16 @@ impl Pedal {
         share(raw, self.released, self.pressed).clamp(0.0, 1.0) + 0.0
     }
 
+    /// Checks whether the pedal is at its released end.
+    pub fn is_released(&self, raw: i32) -> bool {
+        self.way(raw) < AT_REST
+    }
+
+    /// Checks whether the pedal is at its pressed end.
+    pub fn is_floored(&self, raw: i32) -> bool {
+        self.way(raw) > 1.0 - AT_REST
+    }
+
     /// Returns the effect of the pedal for a raw value, 0 to 1: exactly 0 when released and exactly 1 at the floor.
     pub fn effect(&self, raw: i32) -> f32 {
         let live = ((self.way(raw) - self.dead) / (1.0 - self.dead - self.end)).clamp(0.0, 1.0);
@@ -225,14 +240,36 @@ impl WheelProfile {
             .filter_map(|(name, pedal)| Some((name, pedal?)))
     }
 
+    /// Checks whether the driver reports the pedals the other way round: every pedal is at its pressed end, and no
+    /// further axis of the same range, such as a clutch, is at the released end. Returns false while a value is unknown.
+    pub fn pedals_upside_down(&self, axes: &AxisRanges, values: &BTreeMap<u16, i32>) -> bool {
+        let own: Vec<u16> = self.pedals().map(|(_, pedal)| pedal.axis).chain([self.steering.axis]).collect();
+        let is_read = own.iter().all(|axis| values.contains_key(axis)) && values.values().any(|raw| *raw != 0);
+        let floored = self.pedals().all(|(_, pedal)| values.get(&pedal.axis).is_some_and(|raw| pedal.is_floored(*raw)));
+        let alike = |code: &u16| axes.get(code).is_some_and(|range| Some(range) == axes.get(&self.accelerator.axis));
+        let further_rests = values
+            .iter()
+            .filter(|(code, _)| **code < FIRST_HAT && !own.contains(code) && alike(code))
+            .any(|(_, raw)| self.accelerator.is_released(*raw));
+        is_read && floored && !further_rests
+    }
+
+    /// Returns the message for a wheel whose driver reports the pedals the other way round.
+    pub fn upside_down_message(&self, device: &str) -> String {
+        format!(
+            "{device}: without a foot on them, all pedals are where the profile \"{}\" calls them pressed; the wheel's \
+             driver turns them round, so they have no effect\n  remedy: if a foot was on them, release them and plug the \
+             wheel in again; else measure them with codrive calibrate, or Wheel in the panel (F2)",
+            self.name
+        )
+    }
+
     /// Guesses a profile for an unknown wheel. The first axis steers; the next two axes that are no hats are
     /// accelerator and brake. Each pedal is released at the end of its range that is nearer to its present value.
     ///
     /// # Errors
     /// The device has fewer than two axes.
     pub fn generic(name: &str, axes: &AxisRanges, now: &BTreeMap<u16, i32>) -> Result<Self, ProfileError> {
-        /// First evdev code of the hats.
-        const FIRST_HAT: u16 = 16;
         let mut usable = axes.iter().filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1]);
         let too_few = || {
             ProfileError(format!("{name} has fewer than two axes\n  remedy: use a wheel with its own pedals, or a pad"))
@@ -281,6 +318,12 @@ impl WheelProfile {
 
     fn check(&self) -> Result<(), (String, String)> {
         let wrong = |key: &str, text: String| Err((key.to_owned(), text));
+        let hex = |part: &str| part.len() == 4 && part.chars().all(|digit| digit.is_ascii_hexdigit());
+        let is_id = |id: &str| id.split_once(':').is_some_and(|(vendor, product)| hex(vendor) && hex(product));
+        if let Some(id) = self.products.iter().find(|id| !is_id(id)) {
+            let allowed = "allowed: VENDOR:PRODUCT in four hexadecimal digits each, such as 046d:c24f";
+            return wrong("products", format!("\"{id}\" is no USB id; {allowed}"));
+        }
         let s = &self.steering;
         if !((s.left < s.centre && s.centre < s.right) || (s.left > s.centre && s.centre > s.right)) {
             let text = format!("{} is not between left ({}) and right ({})", s.centre, s.left, s.right);

@@ -21,42 +21,6 @@ const SHIPPED: [(&str, &str); 4] = [
     ("g923", include_str!("../../assets/wheels/g923.toml")),
 ];
 
-/// Kind of a device, recognised by its ids and name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeviceKind {
-    /// A usable steering wheel.
-    Wheel,
-    /// A wheel that is unusable in its present mode, with the remedy.
-    Unfit(&'static str),
-    /// A gamepad or another device.
-    Other,
-}
-
-/// Wheels in a mode without force or full range, by vendor and product.
-const UNFIT: [(u16, u16, &str); 2] = [
-    (
-        0x046d,
-        0xc260,
-        "the switch of the Logitech G29 is at PS4; Linux then gives it neither force nor full range\n  remedy: move \
-         the switch on its base to PS3; codrive finds the wheel a moment later",
-    ),
-    (
-        0x046d,
-        0xc267,
-        "the Logitech G923 is in its PlayStation mode; Linux then gives it no force\n  remedy: install usb_modeswitch \
-         with its udev rules; they switch the wheel to its native mode (046d:c266)",
-    ),
-];
-
-/// Returns the kind of a device.
-pub fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
-    if let Some((.., remedy)) = UNFIT.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)) {
-        return DeviceKind::Unfit(remedy);
-    }
-    let named = ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word));
-    if named || shipped().any(|p| p.is_for(vendor, product)) { DeviceKind::Wheel } else { DeviceKind::Other }
-}
-
 /// Returns all shipped profiles.
 pub fn shipped() -> impl Iterator<Item = WheelProfile> {
     SHIPPED.iter().filter_map(|(name, text)| WheelProfile::from_toml(text, name).ok())
@@ -110,6 +74,18 @@ pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
             )))
         }
     }
+}
+
+/// Returns the user's own profiles, and the errors of files that are none.
+pub fn own_profiles() -> (Vec<WheelProfile>, Vec<String>) {
+    let (mut profiles, mut faults) = (Vec::new(), Vec::new());
+    for path in own() {
+        match load(&path) {
+            Ok(profile) => profiles.push(profile),
+            Err(error) => faults.push(error.to_string()),
+        }
+    }
+    (profiles, faults)
 }
 
 /// Returns the files of the user's own profiles, sorted by name.
@@ -184,10 +160,19 @@ fn choose_from(
     asked: Option<&WheelProfile>,
 ) -> Result<(WheelProfile, Vec<String>), ProfileError> {
     let mut faults = Vec::new();
+    let (vendor, product) = device.id;
     if let Some(profile) = asked {
+        if !profile.products.is_empty() && !profile.is_for(vendor, product) {
+            faults.push(format!(
+                "profile \"{}\" is for {}, and {} is {vendor:04x}:{product:04x}; it is used all the same\n  remedy: plug \
+                 its wheel in, or make a profile with codrive calibrate",
+                profile.name,
+                profile.products.join(", "),
+                device.name
+            ));
+        }
         return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
     }
-    let (vendor, product) = device.id;
     for path in own {
         match load(path) {
             Ok(profile) if profile.is_for(vendor, product) => match profile.fits(&device.axes) {
@@ -232,7 +217,10 @@ fn scale(profile: &mut WheelProfile, axes: &AxisRanges) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::kinds::{self, Abilities, DeviceKind},
+        *,
+    };
 
     fn g29() -> UnprofiledDevice {
         let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1]), (17, [-1, 1])];
@@ -243,6 +231,12 @@ mod tests {
             axes: axes.into(),
             values: values.into(),
         }
+    }
+
+    /// Returns the kind of a device with two axes and a button.
+    fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
+        let abilities = Abilities::from_uevent("EV=b\nKEY=100000000 0 0 0 0\nABS=3\n");
+        kinds::kind((vendor, product), name, abilities, &[], &shipped().collect::<Vec<_>>())
     }
 
     #[test]
@@ -266,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_pad_is_no_wheel_and_an_unknown_wheel_is() {
-        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), DeviceKind::Other);
+        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), DeviceKind::Controller);
         assert_eq!(kind(0x1234, 0x5678, "Some Racing Wheel"), DeviceKind::Wheel);
     }
 

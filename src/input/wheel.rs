@@ -13,8 +13,6 @@ use super::{
 use crate::controls::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
 
-/// Pedal travel, 0 to 1, below which the pedal counts as seen at rest.
-const AT_REST: f64 = 0.15;
 /// Smallest change of pedal travel (share) and of wheel angle (rad) that counts as a hand or foot; a worn sensor's
 /// noise is smaller.
 const TOUCH_WAY: f64 = 0.03;
@@ -47,6 +45,13 @@ pub enum WheelMessage {
     Trouble(String),
 }
 
+impl WheelMessage {
+    /// Returns the code of the axis that moved.
+    pub fn axis(&self) -> Option<u16> {
+        if let Self::Axis { code, .. } = self { Some(*code) } else { None }
+    }
+}
+
 /// A wheel that was found and opened.
 pub struct FoundWheel {
     /// Name and axes of the device, and the axes' values when it was opened.
@@ -74,6 +79,8 @@ pub struct WheelState {
     touched: BTreeMap<u16, i32>,
     reverse: bool,
     horn: bool,
+    /// True if the pedals have no effect, because the driver reports them the other way round.
+    pedals_refused: bool,
 }
 
 impl WheelState {
@@ -82,7 +89,8 @@ impl WheelState {
     pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
         let (touched, hats) = (raw.clone(), BTreeMap::new());
-        let mut state = Self { profile, touched, raw, hats, armed: Vec::new(), reverse: false, horn: false };
+        let (armed, reverse, horn, pedals_refused) = (Vec::new(), false, false, false);
+        let mut state = Self { profile, touched, raw, hats, armed, reverse, horn, pedals_refused };
         state.arm();
         state
     }
@@ -139,6 +147,11 @@ impl WheelState {
         &self.raw
     }
 
+    /// Takes the effect from the pedals until the wheel is opened again.
+    pub fn refuse_pedals(&mut self) {
+        self.pedals_refused = true;
+    }
+
     /// Sets the selector, to keep it when a wheel is plugged in again.
     pub fn set_reverse(&mut self, reverse: bool) {
         self.reverse = reverse;
@@ -158,7 +171,7 @@ impl WheelState {
 
     fn effect(&self, pedal: Option<&super::profile::Pedal>) -> f32 {
         pedal
-            .filter(|pedal| self.armed.contains(&pedal.axis))
+            .filter(|pedal| !self.pedals_refused && self.armed.contains(&pedal.axis))
             .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.axis)?)))
             .unwrap_or(0.0)
     }
@@ -166,7 +179,7 @@ impl WheelState {
     fn arm(&mut self) {
         let Self { profile, raw, armed, .. } = self;
         for (_, pedal) in profile.pedals() {
-            let rests = raw.get(&pedal.axis).is_some_and(|raw| pedal.way(*raw) < AT_REST);
+            let rests = raw.get(&pedal.axis).is_some_and(|raw| pedal.is_released(*raw));
             if rests && !armed.contains(&pedal.axis) {
                 armed.push(pedal.axis);
             }
