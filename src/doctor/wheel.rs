@@ -32,7 +32,10 @@ pub(super) fn examine() -> Vec<Finding> {
         ];
         if !seen.is_empty() {
             let found = format!("{}: not known as a wheel by force, maker, name or profile", seen.join(", "));
-            lines.push(Finding::ok("other devices", format!("{found}; if one is the wheel: codrive calibrate --device ID")));
+            lines.push(Finding::ok(
+                "other devices",
+                format!("{found}; if one is the wheel: codrive calibrate --device ID"),
+            ));
         }
         let faults = profiles::own_profiles().1;
         lines.extend(faults.iter().map(|text| Finding::from_message("wheel", FindingGrade::Warning, text)));

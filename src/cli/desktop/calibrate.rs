@@ -14,10 +14,9 @@ pub(super) fn command() -> Command {
         .about("Calibrate a steering wheel and save a profile; a text asks for each turn and pedal")
         .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile [default: the device's]"))
         .arg(
-            Arg::new("device")
-                .long("device")
-                .value_name("VENDOR:PRODUCT")
-                .help("USB id of the device, for one that is not known as a wheel [default: the wheel that is plugged in]"),
+            Arg::new("device").long("device").value_name("VENDOR:PRODUCT").help(
+                "USB id of the device, for one that is not known as a wheel [default: the wheel that is plugged in]",
+            ),
         )
         .arg(
             Arg::new("out")
