@@ -238,6 +238,32 @@ fn a_device_with_one_pedal_is_done_without_a_brake() {
 }
 
 #[test]
+fn a_combined_axis_is_calibrated_as_accelerator_and_brake() {
+    for further_axis in [false, true] {
+        let mut device = coarse();
+        device.values.insert(1, 50);
+        if !further_axis {
+            (device.axes.remove(&2), device.values.remove(&2));
+        }
+        let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
+        calibration.time(now_s);
+        for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 50, 5), (1, 5, 50)] {
+            hold(&mut calibration, &mut now_s, code, from, to);
+        }
+        assert_eq!(calibration.step(), CalibrationStep::Brake);
+        hold(&mut calibration, &mut now_s, 1, 50, 5);
+        assert_eq!(calibration.step(), CalibrationStep::Brake, "the accelerator again is no brake");
+        for (from, to) in [(5, 50), (50, 95), (95, 50)] {
+            hold(&mut calibration, &mut now_s, 1, from, to);
+        }
+        assert_eq!(calibration.bars()[1].1, "accelerator, brake");
+        let profile = calibration.profile("combined").unwrap();
+        let pedals: Vec<_> = profile.pedals().map(|(_, pedal)| (pedal.axis, pedal.released, pedal.pressed)).collect();
+        assert_eq!(pedals, [(1, 50, 5), (1, 50, 95)]);
+    }
+}
+
+#[test]
 fn bars_show_the_share_from_rest_or_from_the_wheels_lower_end() {
     let names = |calibration: &Calibration| calibration.bars().into_iter().map(|bar| bar.1).collect::<Vec<_>>();
     let (mut calibration, mut now_s) = turned();

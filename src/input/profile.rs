@@ -240,6 +240,18 @@ impl WheelProfile {
             .filter_map(|(name, pedal)| Some((name, pedal?)))
     }
 
+    /// Checks whether accelerator and brake are the two sides of one axis.
+    fn pedals_share_an_axis(&self) -> bool {
+        let Some(brake) = &self.brake else { return false };
+        let (up, down) = if self.accelerator.pressed > brake.pressed {
+            (&self.accelerator, brake)
+        } else {
+            (brake, &self.accelerator)
+        };
+        let apart = down.pressed < down.released && down.released <= up.released && up.released < up.pressed;
+        brake.axis == self.accelerator.axis && brake.axis != self.steering.axis && apart
+    }
+
     /// Checks whether the driver reports the pedals the other way round: every pedal is at its pressed end, and no
     /// further axis of the same range, such as a clutch, is at the released end. Returns false while a value is unknown.
     pub fn pedals_upside_down(&self, axes: &AxisRanges, values: &BTreeMap<u16, i32>) -> bool {
@@ -342,8 +354,12 @@ impl WheelProfile {
                 let text = format!("{} is also the released value\n  remedy: codrive calibrate", pedal.pressed);
                 return wrong(&format!("{name}.pressed"), text);
             }
-            if taken.contains(&pedal.axis) {
-                let text = format!("axis {} already has another task; allowed: an unused axis", pedal.axis);
+            if taken.contains(&pedal.axis) && !self.pedals_share_an_axis() {
+                let text = format!(
+                    "axis {} already has another task; allowed: an unused axis, or for a combined axis the accelerator's, \
+                     pressed to the other side",
+                    pedal.axis
+                );
                 return wrong(&format!("{name}.axis"), text);
             }
             taken.push(pedal.axis);

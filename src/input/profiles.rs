@@ -1,7 +1,7 @@
 //! Search for the profile of a steering wheel. In: a device's ids and axes, a name given by a person. Out: its
 //! [`WheelProfile`]. The user's own profiles come before shipped ones, and those before a guess.
 
-use super::profile::{AxisRanges, ProfileError, WheelProfile};
+use super::profile::{AxisRanges, Pedal, ProfileError, WheelProfile};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
@@ -197,6 +197,15 @@ fn choose_from(
         )));
     }
     let profile = WheelProfile::generic(&device.name, &device.axes, &device.values)?;
+    let in_the_middle = |raw: &i32, pedal: &Pedal| (0.3..0.7).contains(&pedal.way(*raw));
+    let combined = |pedal: &Pedal| device.values.get(&pedal.axis).is_some_and(|raw| in_the_middle(raw, pedal));
+    if let Some((name, pedal)) = profile.pedals().find(|(_, pedal)| combined(pedal)) {
+        return Err(ProfileError(format!(
+            "{} is not known, and axis {}, taken for the {name}, rests in the middle, as pedals that share one axis do\n  \
+             remedy: calibrate it with codrive calibrate",
+            device.name, pedal.axis
+        )));
+    }
     faults.push(format!("{} is not known: its first axes are used; codrive calibrate measures them", device.name));
     Ok((profile, faults))
 }
@@ -276,6 +285,9 @@ mod tests {
         let unread = UnprofiledDevice { values: [(0, 0), (1, 0), (2, 0)].into(), ..device.clone() };
         let message = choose(&unread, None).unwrap_err().0;
         assert!(message.contains("codrive calibrate"), "nobody guesses where a pedal rests: {message}");
+        let combined = UnprofiledDevice { values: [(0, 512), (1, 500), (2, 1020)].into(), ..device.clone() };
+        let message = choose(&combined, None).unwrap_err().0;
+        assert!(message.contains("axis 1, taken for the accelerator, rests in the middle"), "{message}");
         let one_axis = UnprofiledDevice { axes: [(0, [0, 1023])].into(), ..device };
         assert!(choose(&one_axis, None).unwrap_err().0.contains("fewer than two axes"));
     }
@@ -332,6 +344,13 @@ mod tests {
         let asked = WheelProfile { name: "asked".into(), ..named("g29").unwrap() };
         let (profile, faults) = choose_from(&profiles_in(folder.path()), &g29(), Some(&asked)).unwrap();
         assert_eq!((profile.name.as_str(), faults.len()), ("asked", 0), "the one that was named comes first");
+        let other = WheelProfile { products: vec!["346e:0004".into()], ..asked };
+        let (profile, faults) = choose_from(&[], &g29(), Some(&other)).unwrap();
+        assert_eq!(profile.name, "asked");
+        assert!(
+            faults[0].contains("profile \"asked\" is for 346e:0004") && faults[0].contains("is 046d:c24f"),
+            "{faults:?}"
+        );
         assert!(profiles_in(&folder.path().join("nothing")).is_empty());
     }
 

@@ -176,11 +176,15 @@ impl WheelState {
             .unwrap_or(0.0)
     }
 
+    /// Arms the pedals that are seen at rest. The two pedals of a combined axis rest together, in its middle.
     fn arm(&mut self) {
         let Self { profile, raw, armed, .. } = self;
+        let rests = |axis: u16| {
+            let mut its = profile.pedals().filter(|(_, pedal)| pedal.axis == axis);
+            raw.get(&axis).is_some_and(|raw| its.all(|(_, pedal)| pedal.is_released(*raw)))
+        };
         for (_, pedal) in profile.pedals() {
-            let rests = raw.get(&pedal.axis).is_some_and(|raw| pedal.is_released(*raw));
-            if rests && !armed.contains(&pedal.axis) {
+            if !armed.contains(&pedal.axis) && rests(pedal.axis) {
                 armed.push(pedal.axis);
             }
         }
@@ -221,6 +225,36 @@ mod tests {
         assert_eq!(wheel.controls().throttle, 1.0);
         wheel.moved(5, 0);
         assert_eq!(wheel.controls().brake, 1.0);
+    }
+
+    #[test]
+    fn a_combined_axis_is_accelerator_and_brake_after_it_rested_in_the_middle() {
+        let mut profile = profiles::named("g29").unwrap();
+        let pedal = |pressed| super::super::profile::Pedal { released: 128, pressed, ..profile.accelerator.clone() };
+        (profile.accelerator, profile.brake) = (pedal(0), Some(pedal(255)));
+        let profile = WheelProfile::from_toml(&profile.to_toml(), "combined").unwrap();
+        let asked = |wheel: &WheelState| (wheel.controls().throttle, wheel.controls().brake);
+        let mut wheel = WheelState::new(profile, [(0, 32_767), (2, 0)].into());
+        assert_eq!(asked(&wheel), (0.0, 0.0), "a foot was on it at the start");
+        wheel.moved(2, 255);
+        assert_eq!(asked(&wheel), (0.0, 0.0), "it went through the middle unseen");
+        wheel.moved(2, 128);
+        assert_eq!(asked(&wheel), (0.0, 0.0));
+        for (raw, expected) in [(0, (1.0, 0.0)), (255, (0.0, 1.0)), (128, (0.0, 0.0))] {
+            wheel.moved(2, raw);
+            assert_eq!(asked(&wheel), expected, "at {raw}");
+        }
+    }
+
+    #[test]
+    fn refused_pedals_have_no_effect_and_the_wheel_still_steers() {
+        let mut wheel = g29(&REST);
+        wheel.refuse_pedals();
+        for (code, raw) in [(2, 0), (5, 0), (0, 0)] {
+            wheel.moved(code, raw);
+        }
+        let controls = wheel.controls();
+        assert_eq!((controls.throttle, controls.brake, controls.steering_wheel_rad), (0.0, 0.0, STEERING_LOCK_RAD));
     }
 
     #[test]

@@ -95,15 +95,11 @@ fn pedals_turned_round_are_refused_if_the_driver_reads_them_late() {
     assert_refused();
 }
 
-/// Responses to the calibration of a wheel that rests at `centre`, with pedals 2 and 5 from rest to floor, in s.
-fn responses(pedals: [(u16, i32, i32); 4]) -> String {
-    let turns = [(0, 150, 0), (0, 65_400, 0), (0, 32_700, 0)];
-    let moves: Vec<(f64, u16, i32)> = turns
-        .into_iter()
-        .chain(pedals)
-        .enumerate()
-        .map(|(i, (code, raw, _))| (3.5 + 1.5 * i as f64, code, raw))
-        .collect();
+/// Responses of a person at the wheel: the ends, straight ahead, and these values of the pedals, each held for 1.5 s.
+fn responses(pedals: [(u16, i32); 4]) -> String {
+    let turns = [(0, 150), (0, 65_400), (0, 32_700)];
+    let moves: Vec<(f64, u16, i32)> =
+        turns.into_iter().chain(pedals).enumerate().map(|(i, (code, raw))| (3.5 + 1.5 * i as f64, code, raw)).collect();
     movements(&moves)
 }
 
@@ -121,7 +117,7 @@ fn calibrate(device: &Device, config: &Path, answers: &str, more: &[&str]) -> St
 fn calibrate_asks_about_pedals_turned_round_and_its_profile_drives() {
     if std::env::var_os(WITHIN).is_none() {
         let (config, device) = (tempfile::tempdir().unwrap(), turned_round(32_767));
-        let answers = responses([(2, 255, 0), (2, 0, 0), (5, 250, 0), (5, 0, 0)]);
+        let answers = responses([(2, 255), (2, 0), (5, 250), (5, 0)]);
         let text = calibrate(&device, config.path(), &answers, &[]);
         assert!(text.contains("Is a foot on the pedals?") && text.contains("turns them round"), "{text}");
         assert!(text.contains("accelerator: axis 2, 0 released, 255 pressed"), "{text}");
@@ -165,7 +161,7 @@ fn a_base_without_wheel_in_its_name_is_found_and_its_profile_obeyed() {
             text.contains("constant force yes") && text.contains("not taken for wheels: Microsoft X-Box 360 pad"),
             "{text}"
         );
-        let answers = responses([(2, 65_000, 0), (2, 0, 0), (5, 60_000, 0), (5, 0, 0)]);
+        let answers = responses([(2, 65_000), (2, 0), (5, 60_000), (5, 0)]);
         let text = calibrate(&moza(), config.path(), &answers, &[]);
         assert!(text.starts_with("Gudsen MOZA R5 Base (346e:0004)\n"), "{text}");
         let test = "other_devices::a_base_without_wheel_in_its_name_is_found_and_its_profile_obeyed";
@@ -248,11 +244,36 @@ fn calibrate_lists_devices_that_are_no_wheels_and_takes_one_by_its_id() {
         "{text}"
     );
     assert!(text.contains("--device") && !text.contains("Mouse"), "{text}");
-    let answers = responses([(2, 65_000, 0), (2, 0, 0), (5, 60_000, 0), (5, 0, 0)]);
+    let answers = responses([(2, 65_000), (2, 0), (5, 60_000), (5, 0)]);
     calibrate(&plain, config.path(), &answers, &["--device", "1209:0001"]);
     let text = doctor(&[(&plain, "")], config.path());
     assert!(text.contains("Home-made controller (1209:0001), profile Rig 1"), "an own profile's id decides: {text}");
     let output = run_with(&[(&plain, "")], config.path(), &[], codrive(), &["calibrate", "--device", "1:2"]);
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("no device with axes has the id 1:2; there are: Home-made controller (1209:0001)"), "{text}");
+}
+
+#[test]
+fn combined_pedals_are_calibrated_and_drive() {
+    let combined = Device::wheel("Combined Racing Wheel", (0x1209, 0x0002), &[(0, 32_768, WORD), (1, 128, BYTE)]);
+    if std::env::var_os(WITHIN).is_none() {
+        let config = tempfile::tempdir().unwrap();
+        let text = doctor(&[(&combined, "")], config.path());
+        assert!(text.contains("rests in the middle") && text.contains("codrive calibrate"), "{text}");
+        let text = calibrate(&combined, config.path(), &responses([(1, 2), (1, 128), (1, 253), (1, 128)]), &[]);
+        assert!(text.contains("accelerator: axis 1, 128 released, 2 pressed"), "{text}");
+        assert!(text.contains("brake: axis 1, 128 released, 253 pressed"), "{text}");
+        let press = movements(&[(0.5, 1, 0), (1.5, 1, 255), (2.5, 1, 128), (2.6, 0, 0)]);
+        again_with(
+            "other_devices::combined_pedals_are_calibrated_and_drive",
+            &[(&combined, &press)],
+            config.path(),
+            &[],
+        );
+        return;
+    }
+    let (mut devices, mut news) = (Devices::open(), Vec::new());
+    wait(&mut devices, &mut news, |c, _| c.throttle == 1.0 && c.brake == 0.0);
+    wait(&mut devices, &mut news, |c, _| c.throttle == 0.0 && c.brake == 1.0);
+    wait(&mut devices, &mut news, |c, _| c.steering_wheel_rad > 1.0 && c.throttle == 0.0 && c.brake == 0.0);
 }
