@@ -1,11 +1,10 @@
-//! Steering wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: a [`WheelPort`] for the reader,
-//! and a [`ForceDevice`]. Devices are recognised through sysfs, so that keyboards and mice are never opened. Events
-//! carry the kernel's monotonic time.
+//! Steering wheels on Linux, through evdev. In: the devices of `nodes`, `/dev/input`. Out: a [`WheelPort`] for the reader,
+//! and a [`ForceDevice`]. Events carry the kernel's monotonic time.
 
 use super::{
     clock::TimeStamp,
     force_thread::{ForceDevice, SharedAngle},
-    kinds::{self, Abilities, DeviceKind},
+    kinds::DeviceKind,
     lamps::Lamps,
     no_force::{NoForce, WheelWithoutForce},
     profile::{ForceBackend, WheelProfile},
@@ -21,12 +20,14 @@ use evdev::{
 use nix::poll::{PollFd, PollFlags, PollTimeout};
 use std::{
     collections::BTreeSet,
-    fs, io,
+    io,
     os::fd::{AsFd, AsRawFd},
-    path::{Path, PathBuf},
+    path::Path,
     sync::Arc,
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
+
+pub use super::nodes::{DeviceNode, controllers, wheels};
 
 nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
 
@@ -40,79 +41,6 @@ const SYN_DROPPED: u16 = 3;
 const SYN_REPORT: u16 = 0;
 /// Direction towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
-
-/// Input device as listed in sysfs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DeviceNode {
-    /// Path of the event device.
-    pub path: PathBuf,
-    pub name: String,
-    /// Vendor and product on USB; 0 where sysfs has none.
-    pub id: (u16, u16),
-    pub kind: DeviceKind,
-}
-
-impl DeviceNode {
-    /// Checks whether the device is a wheel, usable or not.
-    pub fn is_wheel(&self) -> bool {
-        matches!(self.kind, DeviceKind::Wheel | DeviceKind::Unfit(_))
-    }
-
-    /// Returns name and ids for messages.
-    pub fn described(&self) -> String {
-        format!("{} ({:04x}:{:04x})", self.name, self.id.0, self.id.1)
-    }
-}
-
-/// Returns all event devices that are wheels, usable or not, in the order of their numbers.
-pub fn wheels() -> Vec<DeviceNode> {
-    wheels_in(Path::new("/sys"))
-}
-
-fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
-    let mut found = devices_in(sys, &profiles::own_profiles().0);
-    found.retain(DeviceNode::is_wheel);
-    found
-}
-
-/// Returns all event devices that are wheels or other controllers: first those of a profile, an own one before a
-/// shipped one, then wheels without one, then other controllers; equal ones in the order of their numbers. `asked` is
-/// the profile that a person named.
-pub fn controllers(asked: Option<&WheelProfile>) -> Vec<DeviceNode> {
-    let mut own = profiles::own_profiles().0;
-    own.extend(asked.cloned());
-    let mut found = devices_in(Path::new("/sys"), &own);
-    let shipped: Vec<WheelProfile> = profiles::shipped().collect();
-    found.sort_by_key(|node| {
-        let listed = |profiles: &[WheelProfile]| profiles.iter().any(|profile| profile.is_for(node.id.0, node.id.1));
-        (!listed(asked.map_or(&[], std::slice::from_ref)), !listed(&own), !listed(&shipped), !node.is_wheel())
-    });
-    found
-}
-
-fn devices_in(sys: &Path, own: &[WheelProfile]) -> Vec<DeviceNode> {
-    let Ok(entries) = fs::read_dir(sys.join("class/input")) else { return Vec::new() };
-    let shipped: Vec<WheelProfile> = profiles::shipped().collect();
-    let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
-    let mut found: Vec<(u32, DeviceNode)> = entries
-        .flatten()
-        .filter_map(|entry| {
-            let file = entry.file_name().into_string().ok()?;
-            let number = number(&file)?;
-            let text =
-                |what: &str| Some(fs::read_to_string(entry.path().join("device").join(what)).ok()?.trim().to_owned());
-            let name = text("name")?;
-            let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
-            let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
-            let abilities = Abilities::from_uevent(&text("uevent").unwrap_or_default());
-            let kind = kinds::kind(id, &name, abilities, own, &shipped);
-            (kind != DeviceKind::Other)
-                .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, kind }))
-        })
-        .collect();
-    found.sort_by_key(|(number, _)| *number);
-    found.into_iter().map(|(_, node)| node).collect()
-}
 
 /// A wheel of this computer, opened for reading.
 pub struct OpenWheel {

@@ -14,6 +14,8 @@ pub mod lamps;
 #[cfg(target_os = "linux")]
 pub mod linux;
 pub mod no_force;
+#[cfg(target_os = "linux")]
+mod nodes;
 mod other;
 mod pads;
 pub mod profile;
