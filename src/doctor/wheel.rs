@@ -47,7 +47,7 @@ pub(super) fn examine() -> Vec<Finding> {
             lines.push(Finding::from_message("wheel", FindingGrade::Fault, text));
             continue;
         }
-        lines.extend(usable(node));
+        lines.extend(usable(node, &nodes));
     }
     if wheels.len() > 1 {
         lines.push(Finding::warning("wheel", format!("{} are plugged in", wheels.len()), "unplug all but one"));
@@ -59,13 +59,13 @@ pub(super) fn examine() -> Vec<Finding> {
 }
 
 #[cfg(target_os = "linux")]
-fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
+fn usable(node: &crate::input::linux::DeviceNode, others: &[crate::input::linux::DeviceNode]) -> Vec<Finding> {
     use super::FindingGrade;
     use crate::input::{
         linux::{self, OpenWheel},
         profiles,
     };
-    let opened = OpenWheel::open(node).map_err(|e| linux::trouble(node, &e));
+    let opened = OpenWheel::open_rig(node, others).map_err(|e| linux::trouble(node, &e));
     let device = match opened {
         Ok((_, device)) => device,
         Err(text) => return vec![Finding::from_message("wheel", FindingGrade::Fault, &text)],

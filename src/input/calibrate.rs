@@ -3,7 +3,7 @@
 //! press, and hold for a moment.
 
 use super::{
-    profile::{Pedal, ProfileError, Steering, WheelProfile},
+    profile::{PART, Pedal, ProfileError, Steering, WheelProfile},
     profiles::{self, UnprofiledDevice},
 };
 use std::collections::BTreeMap;
@@ -55,7 +55,7 @@ impl CalibrationStep {
     pub fn question(self) -> &'static str {
         match self {
             Self::Wake => "Turn the wheel a little: its position is not known yet.",
-            Self::Rest => "Turn the wheel straight. Take hands and feet off.",
+            Self::Rest => "Press each pedal once. Turn the wheel straight. Take hands and feet off.",
             Self::Left => "Turn the wheel fully to the left and hold it there.",
             Self::Right => "Turn the wheel fully to the right and hold it there.",
             Self::Straight => "Bring the wheel back to straight ahead and hold it.",
@@ -119,14 +119,14 @@ impl Calibration {
         let axes: BTreeMap<u16, ObservedAxis> = device
             .axes
             .iter()
-            .filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1])
+            .filter(|(code, range)| **code % PART < FIRST_HAT && range[0] < range[1])
             .map(|(code, range)| {
                 let raw = device.values.get(code).copied().unwrap_or(range[0]);
                 (*code, ObservedAxis { range: *range, raw, rest: raw, noise: [raw; 2], anchor: raw, since_s: now_s })
             })
             .collect();
         if axes.len() < 2 {
-            let text = format!("{} has fewer than two axes\n  remedy: use a wheel with its own pedals", device.name);
+            let text = format!("{} has fewer than two axes\n  remedy: plug its pedals in", device.name);
             return Err(ProfileError(text));
         }
         // The driver reads a USB wheel when it first reports, which takes a movement. Until then the driver gives 0 for
@@ -271,7 +271,8 @@ impl Calibration {
             Some(0) if self.pedals.iter().skip(1).any(|(taken, _)| *taken == code) => "accelerator, brake".into(),
             Some(0) => "accelerator".into(),
             Some(_) => "brake".into(),
-            None => format!("axis {code}"),
+            None if code < PART => format!("axis {code}"),
+            None => format!("axis {} of device {}", code % PART, code / PART + 1),
         };
         let share = |code: u16, axis: &ObservedAxis| {
             let from_low = (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
@@ -300,7 +301,10 @@ impl Calibration {
             let noise = (f64::from(axis.noise[1]) - f64::from(axis.noise[0])) / way;
             // The dead zone is twice the noise at rest; full effect begins a little before the held position.
             let dead = (2.0 * noise).clamp(0.02, 0.2);
-            Pedal { axis: *code, released: axis.rest, pressed: *pressed, dead: round(dead), end: 0.03, curve }
+            let (part, dead, released) = (code / PART, round(dead), axis.rest);
+            let device = part.checked_sub(1).map(|number| self.device.parts[usize::from(number)]);
+            let device = device.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
+            Pedal { axis: code % PART, released, pressed: *pressed, dead, end: 0.03, curve, device, part: 0 }
         });
         let accelerator = pedals.next().ok_or_else(|| ProfileError("no pedal was pressed".into()))?;
         let brake = pedals.next();

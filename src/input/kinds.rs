@@ -10,8 +10,10 @@ pub enum DeviceKind {
     Wheel,
     /// A wheel that is unusable in its present mode, with the remedy.
     Unfit(&'static str),
-    /// A gamepad, a set of pedals or another device with axes, which may be calibrated by its id.
+    /// A set of pedals or another device with axes, which may be a part of the rig or be calibrated by its id.
     Controller,
+    /// A gamepad.
+    Pad,
     /// A keyboard, a mouse or another device that does not drive.
     Other,
 }
@@ -65,8 +67,10 @@ pub struct Abilities {
     points: bool,
     /// True for a constant force.
     pushes: bool,
-    /// True for buttons of a joystick or gamepad.
+    /// True for buttons of a joystick.
     has_triggers: bool,
+    /// True for buttons of a gamepad.
+    has_pad_buttons: bool,
     has_keys: bool,
     is_accelerometer: bool,
 }
@@ -74,7 +78,7 @@ pub struct Abilities {
 impl Abilities {
     /// Reads the abilities from a device's file `uevent` in sysfs.
     pub fn from_uevent(text: &str) -> Self {
-        // Codes of linux/input-event-codes.h: REL_X and REL_Y; FF_CONSTANT; BTN_JOYSTICK to the end of BTN_GAMEPAD;
+        // Codes of linux/input-event-codes.h: REL_X and REL_Y; FF_CONSTANT; BTN_JOYSTICK and BTN_GAMEPAD;
         // INPUT_PROP_ACCELEROMETER.
         let value = |key: &str| text.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).unwrap_or("");
         let [axes, relative, force, keys, properties] = ["ABS", "REL", "FF", "KEY", "PROP"].map(value);
@@ -82,7 +86,8 @@ impl Abilities {
             axes: words(axes).next().unwrap_or(0),
             points: bit(relative, 0) || bit(relative, 1),
             pushes: bit(force, 0x52),
-            has_triggers: (0x120..0x140).any(|code| bit(keys, code)),
+            has_triggers: (0x120..0x130).any(|code| bit(keys, code)),
+            has_pad_buttons: (0x130..0x140).any(|code| bit(keys, code)),
             has_keys: words(keys).any(|word| word != 0),
             is_accelerometer: bit(properties, 6),
         }
@@ -135,6 +140,8 @@ pub fn kind(
     let made = MAKERS.contains(&id.0) || BASES.contains(&id) || abilities.pushes && abilities.driving_axes() > 1;
     if abilities.steers() && (named || made && !has(&OTHER_WORDS)) {
         DeviceKind::Wheel
+    } else if abilities.steers() && abilities.has_pad_buttons {
+        DeviceKind::Pad
     } else if abilities.is_controller() {
         DeviceKind::Controller
     } else {
@@ -179,7 +186,7 @@ mod tests {
         let tablet = MOUSE.replace("REL=903", "REL=903\nABS=3");
         assert_eq!(of((1, 2), "Wheel Mouse with a pen", &tablet, &[]), DeviceKind::Other);
         assert_eq!(of((1, 2), "Racing Keyboard", "EV=120013\nKEY=fffffffe\n", &[]), DeviceKind::Other);
-        assert_eq!(of((0x045e, 0x028e), "Microsoft X-Box 360 pad", PAD, &[]), DeviceKind::Controller);
+        assert_eq!(of((0x045e, 0x028e), "Microsoft X-Box 360 pad", PAD, &[]), DeviceKind::Pad);
         assert_eq!(of((0x045e, 0x001b), "SideWinder Force Feedback 2 Joystick", BASE, &[]), DeviceKind::Controller);
         assert_eq!(of((0x346e, 0x0003), "MOZA SR-P Pedals", "EV=9\nABS=7\n", &[]), DeviceKind::Controller);
         assert_eq!(of((1, 2), "Racing Wheel Pedals", BASE, &[]), DeviceKind::Controller);

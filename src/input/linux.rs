@@ -7,7 +7,7 @@ use super::{
     kinds::DeviceKind,
     lamps::Lamps,
     no_force::{NoForce, WheelWithoutForce},
-    profile::{ForceBackend, WheelProfile},
+    profile::{ForceBackend, PART, WheelProfile},
     profiles::{self, UnprofiledDevice},
     reader::WheelPort,
     sdl_force::SdlForce,
@@ -42,8 +42,15 @@ const SYN_REPORT: u16 = 0;
 /// Direction towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
 
-/// A wheel of this computer, opened for reading.
+/// A wheel of this computer and the further devices of the rig, opened for reading.
 pub struct OpenWheel {
+    base: EventDevice,
+    /// Further devices, such as pedals, each with its number in the rig.
+    parts: Vec<(u16, EventDevice)>,
+}
+
+/// An event device, opened for reading.
+struct EventDevice {
     device: RawDevice,
     /// True if the kernel stamps events with the monotonic clock.
     monotonic: bool,
@@ -70,6 +77,77 @@ impl OpenWheel {
     /// # Errors
     /// The device cannot be opened or queried.
     pub fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
+        let (base, known) = EventDevice::open(node)?;
+        Ok((Self { base, parts: Vec::new() }, known))
+    }
+
+    /// Opens a wheel with all other devices that may be parts of its rig. One that cannot be opened is left out.
+    ///
+    /// # Errors
+    /// The wheel cannot be opened or queried.
+    pub fn open_rig(node: &DeviceNode, others: &[DeviceNode]) -> io::Result<(Self, UnprofiledDevice)> {
+        let (mut rig, mut known) = Self::open(node)?;
+        for other in others.iter().filter(|other| other.kind == DeviceKind::Controller && other.path != node.path) {
+            match EventDevice::open(other) {
+                Ok((device, part)) => {
+                    known.add(&part);
+                    rig.parts.push((known.parts.len() as u16, device));
+                }
+                Err(error) => log::warn!("{}", trouble(other, &error)),
+            }
+        }
+        Ok((rig, known))
+    }
+
+    /// Takes the profile that was chosen, and closes the devices that it does not use.
+    fn follow(&mut self, profile: &WheelProfile, device: &mut UnprofiledDevice) {
+        device.keep_parts_of(profile);
+        self.parts.retain(|(number, _)| profile.uses_part(*number));
+        if let Some(raw) = device.values.get(&profile.steering.axis) {
+            self.base.heard.angle.set(profile.steering.wheel_rad(*raw));
+        }
+        self.base.heard.profile = Some(profile.clone());
+    }
+
+    /// Waits up to `patience` for events, and adds them to `messages`. Buttons of further devices are left out, because
+    /// their codes are those of the wheel's buttons.
+    ///
+    /// # Errors
+    /// A device is gone.
+    pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
+        let devices = || std::iter::once(&self.base).chain(self.parts.iter().map(|(_, device)| device));
+        let mut polled: Vec<PollFd> =
+            devices().map(|device| PollFd::new(device.device.as_fd(), PollFlags::POLLIN)).collect();
+        let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
+        match nix::poll::poll(&mut polled, timeout) {
+            Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
+            Ok(_) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let states: Vec<PollFlags> =
+            polled.iter().map(|polled| polled.revents().unwrap_or(PollFlags::empty())).collect();
+        if states.iter().any(|state| gone(*state)) {
+            return Err(io::ErrorKind::NotConnected.into());
+        }
+        if !states[0].is_empty() {
+            self.base.read(messages)?;
+        }
+        for ((number, device), _) in self.parts.iter_mut().zip(&states[1..]).filter(|(_, state)| !state.is_empty()) {
+            let mut its = Vec::new();
+            device.read(&mut its)?;
+            messages.extend(its.into_iter().filter_map(|message| match message {
+                WheelMessage::Axis { code, raw, at } => {
+                    Some(WheelMessage::Axis { code: code + PART * *number, raw, at })
+                }
+                _ => None,
+            }));
+        }
+        Ok(())
+    }
+}
+
+impl EventDevice {
+    fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
         let device = RawDevice::open(&node.path)?;
         let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
         // SAFETY: the file is open and the kernel reads one int.
@@ -84,21 +162,8 @@ impl OpenWheel {
         Ok((Self { device, monotonic, unread, heard }, known))
     }
 
-    /// Waits up to `patience` for events, and adds them to `messages`.
-    ///
-    /// # Errors
-    /// The device is gone.
-    pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
-        let mut polled = [PollFd::new(self.device.as_fd(), PollFlags::POLLIN)];
-        let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
-        match nix::poll::poll(&mut polled, timeout) {
-            Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
-            Ok(_) => {}
-            Err(error) => return Err(error.into()),
-        }
-        if gone(polled[0].revents().unwrap_or(PollFlags::empty())) {
-            return Err(io::ErrorKind::NotConnected.into());
-        }
+    /// Reads the events that are there.
+    fn read(&mut self, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
         let now = TimeStamp::now();
         let real = (!self.monotonic).then(now_real);
         let events: Vec<InputEvent> = self.device.fetch_events()?.collect();
@@ -251,7 +316,7 @@ impl WheelPort for EvdevPort {
             self.tell_why_none(&nodes, report);
         }
         for node in usable {
-            let opened = OpenWheel::open(node).map_err(|e| {
+            let opened = OpenWheel::open_rig(node, &nodes).map_err(|e| {
                 again = true;
                 trouble(node, &e)
             });
@@ -260,19 +325,16 @@ impl WheelPort for EvdevPort {
                 Ok((wheel, device, profile, faults))
             });
             match chosen {
-                Ok((mut wheel, device, profile, faults)) => {
+                Ok((mut wheel, mut device, profile, faults)) => {
                     faults.into_iter().for_each(&mut *report);
                     let force = force(node, &profile).unwrap_or_else(|without| {
                         report(without.to_string());
                         None
                     });
-                    if let Some(raw) = device.values.get(&profile.steering.axis) {
-                        wheel.heard.angle.set(profile.steering.wheel_rad(*raw));
-                    }
-                    wheel.heard.profile = Some(profile.clone());
+                    wheel.follow(&profile, &mut device);
                     let event = node.path.file_name().unwrap_or_default().to_string_lossy();
                     let lamps = Lamps::find(Path::new("/sys"), &event);
-                    let angle = Arc::clone(&wheel.heard.angle);
+                    let angle = Arc::clone(&wheel.base.heard.angle);
                     self.seen = None;
                     return Some((FoundWheel { device, profile, lamps, force, angle }, wheel));
                 }

@@ -14,6 +14,11 @@ use std::collections::BTreeMap;
 const AT_REST: f64 = 0.15;
 /// First evdev code of the hats.
 const FIRST_HAT: u16 = 16;
+/// Distance of the axis codes of one device of the rig from those of the next: above all codes of evdev.
+pub const PART: u16 = 64;
+
+/// Rule for USB ids, for messages.
+const ALLOWED_ID: &str = "allowed: VENDOR:PRODUCT in four hexadecimal digits each, such as 046d:c24f";
 
 /// Error in a profile; the message is complete, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -68,6 +73,12 @@ pub struct Steering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pedal {
+    /// Device of the pedal as `vendor:product`, if it is not the wheel itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    /// Number of that device in the rig, 0 for the wheel itself; set when the rig is opened.
+    #[serde(skip)]
+    pub part: u16,
     /// evdev code of the axis.
     pub axis: u16,
     /// Raw value of the released pedal.
@@ -178,6 +189,11 @@ impl Steering {
 }
 
 impl Pedal {
+    /// Returns the code of the axis in the rig: evdev's, plus [`PART`] for each further device.
+    pub fn code(&self) -> u16 {
+        self.axis + PART * self.part
+    }
+
     /// Returns the travel of the pedal for a raw value, 0 released to 1 at the floor.
     pub fn way(&self, raw: i32) -> f64 {
         // Adding 0 removes the sign of a negative zero, which an axis with falling values yields and which would be
@@ -249,19 +265,22 @@ impl WheelProfile {
             (brake, &self.accelerator)
         };
         let apart = down.pressed < down.released && down.released <= up.released && up.released < up.pressed;
-        brake.axis == self.accelerator.axis && brake.axis != self.steering.axis && apart
+        let is_free = brake.device.is_some() || brake.axis != self.steering.axis;
+        (&brake.device, brake.axis) == (&self.accelerator.device, self.accelerator.axis) && is_free && apart
     }
 
     /// Checks whether the driver reports the pedals the other way round: every pedal is at its pressed end, and no
     /// further axis of the same range, such as a clutch, is at the released end. Returns false while a value is unknown.
     pub fn pedals_upside_down(&self, axes: &AxisRanges, values: &BTreeMap<u16, i32>) -> bool {
-        let own: Vec<u16> = self.pedals().map(|(_, pedal)| pedal.axis).chain([self.steering.axis]).collect();
+        let own: Vec<u16> = self.pedals().map(|(_, pedal)| pedal.code()).chain([self.steering.axis]).collect();
         let is_read = own.iter().all(|axis| values.contains_key(axis)) && values.values().any(|raw| *raw != 0);
-        let floored = self.pedals().all(|(_, pedal)| values.get(&pedal.axis).is_some_and(|raw| pedal.is_floored(*raw)));
-        let alike = |code: &u16| axes.get(code).is_some_and(|range| Some(range) == axes.get(&self.accelerator.axis));
+        let floored =
+            self.pedals().all(|(_, pedal)| values.get(&pedal.code()).is_some_and(|raw| pedal.is_floored(*raw)));
+        let alike = |code: &u16| axes.get(code).is_some_and(|range| Some(range) == axes.get(&self.accelerator.code()));
+        let beside = |code: &u16| code / PART == self.accelerator.part && code % PART < FIRST_HAT;
         let further_rests = values
             .iter()
-            .filter(|(code, _)| **code < FIRST_HAT && !own.contains(code) && alike(code))
+            .filter(|(code, _)| beside(code) && !own.contains(code) && alike(code))
             .any(|(_, raw)| self.accelerator.is_released(*raw));
         is_read && floored && !further_rests
     }
@@ -284,7 +303,10 @@ impl WheelProfile {
     pub fn generic(name: &str, axes: &AxisRanges, now: &BTreeMap<u16, i32>) -> Result<Self, ProfileError> {
         let mut usable = axes.iter().filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1]);
         let too_few = || {
-            ProfileError(format!("{name} has fewer than two axes\n  remedy: use a wheel with its own pedals, or a pad"))
+            ProfileError(format!(
+                "{name} has fewer than two axes\n  remedy: plug its pedals in; for pedals with a USB cable of their own, codrive \
+                 calibrate makes a profile of both"
+            ))
         };
         let (steering, [left, right]) = usable.next().ok_or_else(too_few)?;
         let mut pedals: Vec<Pedal> = usable
@@ -292,7 +314,7 @@ impl WheelProfile {
                 let raw = now.get(axis).copied().unwrap_or(*high);
                 let rests_high = i64::from(*high) - i64::from(raw) <= i64::from(raw) - i64::from(*low);
                 let (released, pressed) = if rests_high { (*high, *low) } else { (*low, *high) };
-                Pedal { axis: *axis, released, pressed, dead: 0.05, end: 0.02, curve: 1.0 }
+                Pedal { axis: *axis, released, pressed, dead: 0.05, end: 0.02, curve: 1.0, device: None, part: 0 }
             })
             .collect();
         if pedals.is_empty() {
@@ -312,13 +334,39 @@ impl WheelProfile {
         })
     }
 
+    /// Finds the devices of the pedals among the further devices of a rig.
+    ///
+    /// # Errors
+    /// One is not plugged in; the message names it.
+    pub fn find_parts(&mut self, parts: &[(u16, u16)]) -> Result<(), ProfileError> {
+        for (name, pedal) in [("accelerator", Some(&mut self.accelerator)), ("brake", self.brake.as_mut())] {
+            let Some(pedal) = pedal else { continue };
+            let Some(device) = &pedal.device else { continue };
+            let is_it = |id: &(u16, u16)| device.eq_ignore_ascii_case(&format!("{:04x}:{:04x}", id.0, id.1));
+            let number = parts.iter().position(is_it).ok_or_else(|| {
+                ProfileError(format!(
+                    "profile \"{}\": the device of the {name}, {device}, is not plugged in\n  remedy: plug it in, or measure \
+                     the rig with codrive calibrate",
+                    self.name
+                ))
+            })?;
+            pedal.part = number as u16 + 1;
+        }
+        Ok(())
+    }
+
+    /// Checks whether an axis of this device of the rig is used; 0 is the wheel itself.
+    pub fn uses_part(&self, part: u16) -> bool {
+        part == 0 || self.pedals().any(|(_, pedal)| pedal.part == part)
+    }
+
     /// Checks that the device has every axis of the profile.
     ///
     /// # Errors
     /// An axis is missing; the message names it and lists the device's axes.
     pub fn fits(&self, axes: &AxisRanges) -> Result<(), ProfileError> {
         let mut wanted = vec![("steering", self.steering.axis)];
-        wanted.extend(self.pedals().map(|(name, pedal)| (name, pedal.axis)));
+        wanted.extend(self.pedals().map(|(name, pedal)| (name, pedal.code())));
         let Some((what, axis)) = wanted.into_iter().find(|(_, axis)| !axes.contains_key(axis)) else { return Ok(()) };
         let there = axes.keys().map(u16::to_string).collect::<Vec<_>>().join(", ");
         Err(ProfileError(format!(
@@ -333,8 +381,7 @@ impl WheelProfile {
         let hex = |part: &str| part.len() == 4 && part.chars().all(|digit| digit.is_ascii_hexdigit());
         let is_id = |id: &str| id.split_once(':').is_some_and(|(vendor, product)| hex(vendor) && hex(product));
         if let Some(id) = self.products.iter().find(|id| !is_id(id)) {
-            let allowed = "allowed: VENDOR:PRODUCT in four hexadecimal digits each, such as 046d:c24f";
-            return wrong("products", format!("\"{id}\" is no USB id; {allowed}"));
+            return wrong("products", format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
         }
         let s = &self.steering;
         if !((s.left < s.centre && s.centre < s.right) || (s.left > s.centre && s.centre > s.right)) {
@@ -348,13 +395,16 @@ impl WheelProfile {
         within("steering.range_deg", s.range_deg, 90.0, 2520.0)?;
         within("steering.ratio", s.ratio, 5.0, 40.0)?;
         within("steering.dead", s.dead, 0.0, 0.2)?;
-        let mut taken = vec![s.axis];
+        let mut taken = vec![(None, s.axis)];
         for (name, pedal) in self.pedals() {
+            if let Some(id) = pedal.device.as_ref().filter(|id| !is_id(id)) {
+                return wrong(&format!("{name}.device"), format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
+            }
             if pedal.released == pedal.pressed {
                 let text = format!("{} is also the released value\n  remedy: codrive calibrate", pedal.pressed);
                 return wrong(&format!("{name}.pressed"), text);
             }
-            if taken.contains(&pedal.axis) && !self.pedals_share_an_axis() {
+            if taken.contains(&(pedal.device.as_ref(), pedal.axis)) && !self.pedals_share_an_axis() {
                 let text = format!(
                     "axis {} already has another task; allowed: an unused axis, or for a combined axis the accelerator's, \
                      pressed to the other side",
@@ -362,7 +412,7 @@ impl WheelProfile {
                 );
                 return wrong(&format!("{name}.axis"), text);
             }
-            taken.push(pedal.axis);
+            taken.push((pedal.device.as_ref(), pedal.axis));
             within(&format!("{name}.dead"), pedal.dead, 0.0, 0.4)?;
             within(&format!("{name}.end"), pedal.end, 0.0, 0.4)?;
             within(&format!("{name}.curve"), pedal.curve, 0.3, 4.0)?;

@@ -23,7 +23,8 @@ prop_compose! {
         end in 0.0..0.4,
         curve in 0.3..4.0,
     ) -> Pedal {
-        Pedal { axis: 2, released, pressed: if up { released + way } else { released - way }, dead, end, curve }
+        let pressed = if up { released + way } else { released - way };
+        Pedal { axis: 2, released, pressed, dead, end, curve, device: None, part: 0 }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Search for the profile of a steering wheel. In: a device's ids and axes, a name given by a person. Out: its
 //! [`WheelProfile`]. The user's own profiles come before shipped ones, and those before a guess.
 
-use super::profile::{AxisRanges, Pedal, ProfileError, WheelProfile};
+use super::profile::{AxisRanges, PART, Pedal, ProfileError, WheelProfile};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
@@ -139,6 +139,36 @@ pub struct UnprofiledDevice {
     pub axes: AxisRanges,
     /// Present raw value of each axis.
     pub values: BTreeMap<u16, i32>,
+    /// Vendor and product of the further devices of the rig, such as pedals. The axes of the first have codes from
+    /// [`PART`] on, those of the second from twice that.
+    pub parts: Vec<(u16, u16)>,
+}
+
+impl UnprofiledDevice {
+    /// Adds a further device of the rig.
+    pub fn add(&mut self, part: &Self) {
+        self.parts.push(part.id);
+        let code = |code: &u16| code + PART * self.parts.len() as u16;
+        self.axes.extend(part.axes.iter().map(|(axis, range)| (code(axis), *range)));
+        // If all values are 0, the driver has not read the device yet.
+        if part.values.values().any(|raw| *raw != 0) {
+            self.values.extend(part.values.iter().map(|(axis, raw)| (code(axis), *raw)));
+        }
+    }
+
+    /// Leaves out the axes of further devices that the profile does not use. The others keep their codes.
+    pub fn keep_parts_of(&mut self, profile: &WheelProfile) {
+        self.axes.retain(|code, _| profile.uses_part(code / PART));
+        self.values.retain(|code, _| profile.uses_part(code / PART));
+    }
+
+    /// Returns the profile with its pedals found on the devices of this rig.
+    fn fitted(&self, profile: &WheelProfile) -> Result<WheelProfile, ProfileError> {
+        let mut profile = profile.clone();
+        profile.find_parts(&self.parts)?;
+        profile.fits(&self.axes)?;
+        Ok(profile)
+    }
 }
 
 /// Chooses the profile of a device, and lists the errors of profiles that were skipped. `asked` is the profile that a
@@ -171,12 +201,12 @@ fn choose_from(
                 device.name
             ));
         }
-        return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
+        return device.fitted(profile).map(|profile| (profile, faults));
     }
     for path in own {
         match load(path) {
-            Ok(profile) if profile.is_for(vendor, product) => match profile.fits(&device.axes) {
-                Ok(()) => return Ok((profile, faults)),
+            Ok(profile) if profile.is_for(vendor, product) => match device.fitted(&profile) {
+                Ok(profile) => return Ok((profile, faults)),
                 Err(error) => faults.push(error.to_string()),
             },
             Ok(_) => {}
@@ -196,9 +226,12 @@ fn choose_from(
             device.name
         )));
     }
-    let profile = WheelProfile::generic(&device.name, &device.axes, &device.values)?;
+    let profile = WheelProfile::generic(&device.name, &device.axes, &device.values).map_err(|error| {
+        // The reasons why own profiles were refused come first.
+        ProfileError([&faults[..], &[error.to_string()]].concat().join("\n"))
+    })?;
     let in_the_middle = |raw: &i32, pedal: &Pedal| (0.3..0.7).contains(&pedal.way(*raw));
-    let combined = |pedal: &Pedal| device.values.get(&pedal.axis).is_some_and(|raw| in_the_middle(raw, pedal));
+    let combined = |pedal: &Pedal| device.values.get(&pedal.code()).is_some_and(|raw| in_the_middle(raw, pedal));
     if let Some((name, pedal)) = profile.pedals().find(|(_, pedal)| combined(pedal)) {
         return Err(ProfileError(format!(
             "{} is not known, and axis {}, taken for the {name}, rests in the middle, as pedals that share one axis do\n  \
@@ -239,6 +272,7 @@ mod tests {
             id: (0x046d, 0xc24f),
             axes: axes.into(),
             values: values.into(),
+            parts: Vec::new(),
         }
     }
 
@@ -277,7 +311,7 @@ mod tests {
     fn a_guessed_profile_takes_present_pedal_values_as_released() {
         let values = [(0, 512), (1, 3), (2, 1020)].into();
         let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
-        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
+        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values, parts: Vec::new() };
         let (profile, faults) = choose(&device, None).unwrap();
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
         assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));

@@ -108,7 +108,7 @@ impl WheelState {
             (self.profile.steering.wheel_rad(raw) - self.profile.steering.wheel_rad(before)).abs() > TOUCH_RAD
         } else {
             let way = |pedal: &super::profile::Pedal| (pedal.way(raw) - pedal.way(before)).abs() > TOUCH_WAY;
-            self.profile.pedals().any(|(_, pedal)| pedal.axis == code && way(pedal))
+            self.profile.pedals().any(|(_, pedal)| pedal.code() == code && way(pedal))
         };
         if touched {
             self.touched.insert(code, raw);
@@ -171,8 +171,8 @@ impl WheelState {
 
     fn effect(&self, pedal: Option<&super::profile::Pedal>) -> f32 {
         pedal
-            .filter(|pedal| !self.pedals_refused && self.armed.contains(&pedal.axis))
-            .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.axis)?)))
+            .filter(|pedal| !self.pedals_refused && self.armed.contains(&pedal.code()))
+            .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.code())?)))
             .unwrap_or(0.0)
     }
 
@@ -180,12 +180,12 @@ impl WheelState {
     fn arm(&mut self) {
         let Self { profile, raw, armed, .. } = self;
         let rests = |axis: u16| {
-            let mut its = profile.pedals().filter(|(_, pedal)| pedal.axis == axis);
+            let mut its = profile.pedals().filter(|(_, pedal)| pedal.code() == axis);
             raw.get(&axis).is_some_and(|raw| its.all(|(_, pedal)| pedal.is_released(*raw)))
         };
         for (_, pedal) in profile.pedals() {
-            if !armed.contains(&pedal.axis) && rests(pedal.axis) {
-                armed.push(pedal.axis);
+            if !armed.contains(&pedal.code()) && rests(pedal.code()) {
+                armed.push(pedal.code());
             }
         }
     }

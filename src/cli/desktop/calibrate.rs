@@ -54,13 +54,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let nodes = linux::controllers(None);
     let node = chosen(&nodes, matches.get_one::<String>("device"))?;
     let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
-    let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
+    let (mut wheel, device) = OpenWheel::open_rig(node, &nodes).map_err(|e| failed(&e))?;
     let name = matches.get_one::<String>("name").cloned().unwrap_or_else(|| device.name.clone());
     let begin = TimeStamp::now();
     let seconds = || begin.until(TimeStamp::now()).as_secs_f64();
     let mut calibration = Calibration::new(device.clone(), 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut screen = CalibrationScreen::new();
     out::line(format_args!("{}", node.described()))?;
+    for part in nodes.iter().filter(|other| device.parts.contains(&other.id)) {
+        out::line(format_args!("with {}", part.described()))?;
+    }
     let known = profiles::choose(&device, None).ok().map(|(profile, _)| profile);
     if let Some(known) = known.filter(|known| known.pedals_upside_down(&device.axes, &device.values)) {
         out::line(format_args!("{}", upside_down(&known)))?;
@@ -119,7 +122,8 @@ fn chosen<'a>(nodes: &'a [DeviceNode], named: Option<&String>) -> Result<&'a Dev
             first.name
         ));
     }
-    let others: Vec<&DeviceNode> = nodes.iter().filter(|node| node.kind == DeviceKind::Controller).collect();
+    let others: Vec<&DeviceNode> =
+        nodes.iter().filter(|node| node.kind == DeviceKind::Controller || node.kind == DeviceKind::Pad).collect();
     let seen = if others.is_empty() {
         String::new()
     } else {
@@ -223,8 +227,9 @@ fn summary(profile: &crate::input::WheelProfile) -> String {
         let curve: Vec<String> =
             [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| format!("{:.2}", pedal.effect(way(share)))).into();
         lines.push(format!(
-            "{name}: axis {}, {} released, {} pressed, dead {:.1} %, curve {}",
+            "{name}: axis {}{}, {} released, {} pressed, dead {:.1} %, curve {}",
             pedal.axis,
+            pedal.device.as_ref().map_or_else(String::new, |device| format!(" of {device}")),
             pedal.released,
             pedal.pressed,
             100.0 * pedal.dead,
