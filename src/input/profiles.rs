@@ -345,6 +345,38 @@ mod tests {
     }
 
     #[test]
+    fn a_pedal_on_a_device_of_its_own_is_found_by_the_devices_id() {
+        let mut profile = named("g29").unwrap();
+        profile.accelerator =
+            Pedal { device: Some("0EB7:183b".into()), axis: 0, released: 0, pressed: 4095, ..profile.accelerator };
+        let profile = WheelProfile::from_toml(&profile.to_toml(), "mine").unwrap();
+        let message = choose(&g29(), Some(&profile)).unwrap_err().0;
+        assert!(message.contains("the device of the accelerator, 0EB7:183b, is not plugged in"), "{message}");
+        let mut rig = g29();
+        let part = |product, raw| UnprofiledDevice {
+            id: (0x0eb7, product),
+            axes: [(0, [0, 4095])].into(),
+            values: [(0, raw)].into(),
+            ..UnprofiledDevice::default()
+        };
+        [part(0x0001, 7), part(0x183b, 0)].iter().for_each(|part| rig.add(part));
+        let (chosen, _) = choose(&rig, Some(&profile)).unwrap();
+        assert_eq!((chosen.accelerator.code(), chosen.brake.as_ref().map(Pedal::code)), (2 * PART, Some(5)));
+        assert_eq!(WheelProfile::from_toml(&chosen.to_toml(), "again").unwrap(), profile, "the file has evdev's codes");
+        assert_eq!(
+            (rig.values.get(&PART), rig.values.get(&(2 * PART))),
+            (Some(&7), None),
+            "the second is not read yet"
+        );
+        rig.keep_parts_of(&chosen);
+        assert!(!rig.axes.contains_key(&PART) && rig.axes.contains_key(&(2 * PART)));
+        let bad = profile.to_toml().replace("0EB7:183b", "pedals");
+        assert!(
+            WheelProfile::from_toml(&bad, "x").unwrap_err().0.contains("accelerator.device: \"pedals\" is no USB id")
+        );
+    }
+
+    #[test]
     fn an_empty_axis_range_leaves_the_profile_unchanged() {
         let mut device = g29();
         device.axes.insert(0, [0, 0]);

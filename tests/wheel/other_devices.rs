@@ -277,3 +277,43 @@ fn combined_pedals_are_calibrated_and_drive() {
     wait(&mut devices, &mut news, |c, _| c.throttle == 0.0 && c.brake == 1.0);
     wait(&mut devices, &mut news, |c, _| c.steering_wheel_rad > 1.0 && c.throttle == 0.0 && c.brake == 0.0);
 }
+
+#[test]
+fn pedals_with_a_cable_of_their_own_are_calibrated_and_drive() {
+    let base = Device::wheel("FANATEC Wheel", (0x0eb7, 0x0020), &[(0, 32_767, WORD)]);
+    let range = [0, 4095];
+    let pedals =
+        Device::wheel("Fanatec ClubSport Pedals V3", (0x0eb7, 0x183b), &[(0, 0, range), (1, 0, range), (2, 0, range)]);
+    let pedals = Device { pushes: false, ..pedals };
+    if std::env::var_os(WITHIN).is_none() {
+        let config = tempfile::tempdir().unwrap();
+        let text = doctor(&[(&base, ""), (&pedals, "")], config.path());
+        assert!(text.contains("fewer than two axes") && text.contains("codrive calibrate"), "{text}");
+        // Three turns and four presses, each held for 2.5 s. umockdev plays the first event at once.
+        let turns = movements(&[(0.0, 0, 32_700), (4.0, 0, 150), (6.5, 0, 65_400), (9.0, 0, 32_700)]);
+        let presses = movements(&[(0.0, 2, 1), (11.5, 0, 4000), (14.0, 0, 0), (16.5, 1, 3000), (19.0, 1, 0)]);
+        let arguments = ["60", codrive().to_str().unwrap(), "calibrate", "--name", "Rig 1"];
+        let timeout = Path::new("/usr/bin/timeout");
+        let output = run_with(&[(&pedals, &presses), (&base, &turns)], config.path(), &[], timeout, &arguments);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(
+            text.starts_with("FANATEC Wheel (0eb7:0020)\nwith Fanatec ClubSport Pedals V3 (0eb7:183b)\n"),
+            "{text}"
+        );
+        assert!(text.contains("accelerator: axis 0 of 0eb7:183b, 0 released, 4000 pressed"), "{text}");
+        assert!(text.contains("brake: axis 1 of 0eb7:183b, 0 released, 3000 pressed"), "{text}");
+        let text = doctor(&[(&pedals, ""), (&base, "")], config.path());
+        assert!(text.contains("FANATEC Wheel (0eb7:0020), profile Rig 1"), "{text}");
+        let text = doctor(&[(&base, "")], config.path());
+        assert!(text.contains("the device of the accelerator, 0eb7:183b, is not plugged in"), "{text}");
+        let test = "other_devices::pedals_with_a_cable_of_their_own_are_calibrated_and_drive";
+        let press = movements(&[(0.5, 0, 100), (0.6, 0, 2000), (0.7, 0, 4095)]);
+        let turn = movements(&[(2.0, 0, 150)]);
+        again_with(test, &[(&base, &turn), (&pedals, &press)], config.path(), &[]);
+        return;
+    }
+    let (mut devices, mut news) = (Devices::open(), Vec::new());
+    wait(&mut devices, &mut news, |c, _| c.throttle == 1.0 && c.steering_wheel_rad > 1.0);
+    assert_eq!(devices.controls(5.0, None).brake, 0.0);
+    assert_eq!(devices.wheel_profile().map(|p| p.name.as_str()), Some("Rig 1"));
+}
