@@ -355,6 +355,11 @@ impl WheelProfile {
         Ok(())
     }
 
+    /// Checks whether the devices of the pedals are among the further devices of a rig.
+    pub fn has_its_parts(&self, parts: &[(u16, u16)]) -> bool {
+        self.clone().find_parts(parts).is_ok()
+    }
+
     /// Checks whether an axis of this device of the rig is used; 0 is the wheel itself.
     pub fn uses_part(&self, part: u16) -> bool {
         part == 0 || self.pedals().any(|(_, pedal)| pedal.part == part)

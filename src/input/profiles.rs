@@ -203,8 +203,12 @@ fn choose_from(
         }
         return device.fitted(profile).map(|profile| (profile, faults));
     }
+    let mut missing = None;
     for path in own {
         match load(path) {
+            Ok(profile) if profile.is_for(vendor, product) && !profile.has_its_parts(&device.parts) => {
+                missing = device.fitted(&profile).err();
+            }
             Ok(profile) if profile.is_for(vendor, product) => match device.fitted(&profile) {
                 Ok(profile) => return Ok((profile, faults)),
                 Err(error) => faults.push(error.to_string()),
@@ -212,6 +216,10 @@ fn choose_from(
             Ok(_) => {}
             Err(error) => faults.push(error.to_string()),
         }
+    }
+    if let Some(error) = missing {
+        // Another profile would drive without the pedals that the person named.
+        return Err(error);
     }
     if let Some(mut profile) = shipped().find(|profile| profile.is_for(vendor, product)) {
         profile.fits(&device.axes)?;
@@ -352,6 +360,11 @@ mod tests {
         let profile = WheelProfile::from_toml(&profile.to_toml(), "mine").unwrap();
         let message = choose(&g29(), Some(&profile)).unwrap_err().0;
         assert!(message.contains("the device of the accelerator, 0EB7:183b, is not plugged in"), "{message}");
+        let folder = tempfile::tempdir().unwrap();
+        let own = WheelProfile { products: vec!["046d:c24f".into()], ..profile.clone() };
+        std::fs::write(folder.path().join("a.toml"), own.to_toml()).unwrap();
+        let refused = choose_from(&profiles_in(folder.path()), &g29(), None).unwrap_err().0;
+        assert!(refused.contains("is not plugged in"), "no other profile takes its place: {refused}");
         let mut rig = g29();
         let part = |product, raw| UnprofiledDevice {
             id: (0x0eb7, product),
