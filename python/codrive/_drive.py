@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, check_one_advised, drive_metadata
-from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
+from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces
 
 
-class DriveEnv(AdviceMeaning, gymnasium.Env):
+class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
     """Whole drive: the participant's vehicle with its physics, a simulated driver who follows the advice, other traffic.
 
     Observations, actions, rewards and endings are as in ``codrive.RingEnv``. **Terminated** is also true when the participant's vehicle

@@ -8,13 +8,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from gymnasium.error import DependencyNotInstalled, ResetNeeded
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from codrive._codrive import HAS_DESKTOP
 from codrive._drives import HoldResult, LocalDrive, Observed
 from codrive._settings import drive_configuration, sumo_variables, traffic_of
-from codrive._spaces import ENDED, NEVER, SEEDS, check_open
+from codrive._spaces import ENDED, NEVER, SEEDS, RendererMissing, RenderModeError, check_open, checked_seed
 from codrive._words import did_you_mean
 from codrive._workers import WorkerDrive
 
@@ -71,14 +71,14 @@ class Camera:
             DependencyNotInstalled: The package was built without its renderer.
         """
         if render_mode not in (None, "rgb_array"):
-            raise ValueError(f"render_mode is {render_mode!r}; allowed: None, 'rgb_array'")
+            raise RenderModeError(f"render_mode is {render_mode!r}; allowed: None, 'rgb_array'")
         if view not in VIEWS:
             raise ValueError(f"view is {view!r}{did_you_mean(view, VIEWS)}; allowed: {', '.join(VIEWS)}")
         sides = tuple(size) if isinstance(size, (tuple, list)) else ()
         if len(sides) != 2 or not all(type(side) is int and 1 <= side <= _MOST_PIXELS for side in sides):
             raise ValueError(f"size is {size!r}; allowed: (width, height) in pixels, each from 1 to {_MOST_PIXELS}")
         if render_mode is not None and not HAS_DESKTOP:
-            raise DependencyNotInstalled(_NO_RENDERER)
+            raise RendererMissing(_NO_RENDERER)
         self.is_on = render_mode is not None
         self.arguments = (*sides, view)
 
@@ -196,4 +196,4 @@ class DriveSeries:
 
 def next_seed(seed: int | None, random: np.random.Generator) -> int:
     """Returns the seed of a drive: the given one, else the next of a series."""
-    return int(random.integers(SEEDS)) if seed is None else int(seed) % SEEDS
+    return int(random.integers(SEEDS)) if seed is None else checked_seed(seed)

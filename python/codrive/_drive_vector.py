@@ -17,6 +17,7 @@ from codrive._drive_series import Camera, Setup, check_one_advised, drive_metada
 from codrive._spaces import (
     NEVER,
     AdviceMeaning,
+    Picklable,
     as_float32,
     check_actions,
     check_open,
@@ -32,7 +33,7 @@ from codrive._workers import close_all
 _MOST = 1024
 
 
-class DriveVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
+class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     """Whole drives that run at the same time, each in a process of its own; see ``codrive.DriveEnv`` for a single drive.
 
     Arrays, infos and endings are as in ``codrive.RingVectorEnv``: a drive that ends begins another in the same step

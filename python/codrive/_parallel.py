@@ -17,7 +17,7 @@ except ImportError as fault:
 
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Camera, DriveSeries, Setup, drive_metadata
-from codrive._spaces import AdviceMeaning, as_float32, check_actions, spaces
+from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces
 from codrive._words import did_you_mean
 
 _ONE_EACH = (
@@ -26,7 +26,7 @@ _ONE_EACH = (
 )
 
 
-class DriveParallelEnv(AdviceMeaning, ParallelEnv):
+class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
     """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for observations, actions and rewards.
 
     * **Agents** are named as in recordings; ``"ego"`` is the participant's vehicle. On a closed road ``possible_agents`` lists them; on a

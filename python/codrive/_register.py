@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 import gymnasium
 from gymnasium.envs.registration import registry
@@ -14,6 +14,10 @@ from codrive._settings import traffic_of
 
 if TYPE_CHECKING:
     from codrive._parallel import DriveParallelEnv
+
+#: Shipped rings, and shipped maps of which all environments are whole drives.
+Ring = Literal["ring-250", "ring-641"]
+DriveMap = Literal["merge", "practice"]
 
 #: Gymnasium ids and their rings.
 IDS = {"codrive/Ring250-v0": "ring-250", "codrive/Ring641-v0": "ring-641"}
@@ -35,6 +39,46 @@ def register() -> None:
         gymnasium.register(DRIVE_ID, entry_point="codrive:DriveEnv", vector_entry_point="codrive:DriveVectorEnv")
 
 
+@overload
+def make(
+    name: Ring = "ring-250",
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: Literal["ring"] | None = None,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> RingEnv: ...
+
+
+@overload
+def make(
+    name: str = "ring-250",
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: Literal["native", "sumo"],
+    render_mode: str | None = None,
+    **settings: Any,
+) -> DriveEnv: ...
+
+
+@overload
+def make(
+    name: DriveMap,
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: None = None,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> DriveEnv: ...
+
+
+@overload
 def make(
     name: str = "ring-250",
     *,
@@ -44,7 +88,19 @@ def make(
     traffic: str | None = None,
     render_mode: str | None = None,
     **settings: Any,
-) -> gymnasium.Env:
+) -> RingEnv | DriveEnv: ...
+
+
+def make(
+    name: str = "ring-250",
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: str | None = None,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> RingEnv | DriveEnv:
     """Makes one environment: a ring of the fast engine, or a whole drive.
 
     Args:
@@ -78,6 +134,52 @@ def make(
     return kind(name, hold=hold, advice=advice, driver=driver, render_mode=render_mode, **own)
 
 
+@overload
+def make_vec(
+    name: Ring = "ring-250",
+    num_envs: int = 1,
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: Literal["ring"] | None = None,
+    copy: bool = True,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> RingVectorEnv: ...
+
+
+@overload
+def make_vec(
+    name: str = "ring-250",
+    num_envs: int = 1,
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: Literal["native", "sumo"],
+    copy: bool = True,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> DriveVectorEnv: ...
+
+
+@overload
+def make_vec(
+    name: DriveMap,
+    num_envs: int = 1,
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: None = None,
+    copy: bool = True,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> DriveVectorEnv: ...
+
+
+@overload
 def make_vec(
     name: str = "ring-250",
     num_envs: int = 1,
@@ -89,7 +191,21 @@ def make_vec(
     copy: bool = True,
     render_mode: str | None = None,
     **settings: Any,
-) -> gymnasium.vector.VectorEnv:
+) -> RingVectorEnv | DriveVectorEnv: ...
+
+
+def make_vec(
+    name: str = "ring-250",
+    num_envs: int = 1,
+    *,
+    hold: float | None = None,
+    advice: str | None = None,
+    driver: str | None = None,
+    traffic: str | None = None,
+    copy: bool = True,
+    render_mode: str | None = None,
+    **settings: Any,
+) -> RingVectorEnv | DriveVectorEnv:
     """Makes many rings as one environment, which runs on all cores; or many whole drives, each in a process of its own.
 
     Args:

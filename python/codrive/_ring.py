@@ -18,10 +18,13 @@ from codrive._spaces import (
     NEVER,
     SEEDS,
     AdviceMeaning,
+    Picklable,
+    RenderModeError,
     as_float32,
     check_open,
     checked_count,
     checked_mask,
+    checked_seed,
     checked_vector_seed,
     final_infos,
     spaces,
@@ -30,7 +33,7 @@ from codrive._spaces import (
 
 def _check_render_mode(render_mode: object) -> None:
     if render_mode is not None:
-        raise ValueError(f"render_mode is {render_mode!r}; allowed: None; traffic='native' and traffic='sumo' draw rings")
+        raise RenderModeError(f"render_mode is {render_mode!r}; allowed: None; traffic='native' and traffic='sumo' draw rings")
 
 
 class _Episodes:
@@ -49,16 +52,28 @@ class _Episodes:
             return False
         if seed is None:
             seed = self._own_seed if self._own_seed is not None else int(random.integers(SEEDS))
-        self.rings.reset(int(seed) % SEEDS)
+        seed = checked_seed(seed)
+        # Ctrl-C ends a reset without an episode.
+        self.is_begun = False
+        self.rings.reset(seed)
         self.is_begun = True
         return True
+
+    def step(self, actions: NDArray[np.float32]) -> bool:
+        """Drives one hold; returns True if an episode ended."""
+        try:
+            return self.rings.step(actions)
+        except KeyboardInterrupt:
+            # Some rings have driven the hold and others not.
+            self.is_begun = False
+            raise
 
     def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
         """Returns actions as the engine takes them, float32, ``(num_envs,)``; raises for invalid ones."""
         return as_float32(actions, self.levels, self._shape if shape is None else shape)
 
 
-class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
+class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     """Many rings, each with one advised driver among vehicles of the intelligent driver model.
 
     An action applies for one hold (``hold_s``). A step is one hold of every ring.
@@ -138,7 +153,7 @@ class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         rings = self._episodes.rings
         if not self._episodes.is_begun:
             raise ResetNeeded(NEVER)
-        has_ended = rings.step(self._episodes.actions(actions))
+        has_ended = self._episodes.step(self._episodes.actions(actions))
         mean_speed_mps = self._given(rings.mean_speeds_mps)
         infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": self._everywhere.copy()}
         terminations, truncations = self._given(rings.terminations), self._given(rings.truncations)
@@ -150,7 +165,7 @@ class RingVectorEnv(AdviceMeaning, gymnasium.vector.VectorEnv):
         return array.copy() if self.copy else array
 
 
-class RingEnv(AdviceMeaning, gymnasium.Env):
+class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
     """One ring; see ``RingVectorEnv`` for observations, actions, rewards and endings.
 
     After an episode has ended, call ``reset`` before the next ``step``.
@@ -201,7 +216,7 @@ class RingEnv(AdviceMeaning, gymnasium.Env):
             raise ResetNeeded(ENDED)
         rings = self._episodes.rings
         shape = () if self._episodes.levels else (1,)
-        self._has_ended = rings.step(self._episodes.actions(action, shape))
+        self._has_ended = self._episodes.step(self._episodes.actions(action, shape))
         # The engine has already begun the next episode; ``reset`` returns its first observation.
         seen = rings.final_observations if self._has_ended else rings.observations
         info = {"mean_speed_mps": float(rings.mean_speeds_mps[0])}

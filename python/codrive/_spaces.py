@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from gymnasium.error import ClosedEnvironmentError
+from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled
 from gymnasium.spaces import Box, Discrete, Space
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 #: Upper limit of seeds, exclusive: the largest integer that a setting of codrive can hold.
 SEEDS = 2**53
@@ -15,6 +18,33 @@ SEEDS = 2**53
 #: Messages for a step without a reset.
 NEVER = "no episode has begun; call reset() first"
 ENDED = "the episode has ended; call reset() first"
+
+
+class RenderModeError(ValueError, TypeError):
+    """A mode of drawing that an environment does not have. Stable-Baselines3 asks each environment for pictures, and goes on without them
+    after a ``TypeError``."""
+
+
+class RendererMissing(DependencyNotInstalled, TypeError):
+    """The package was built without its renderer; a ``TypeError`` as ``RenderModeError`` is."""
+
+
+def _remade(kind: type, arguments: tuple[Any, ...], named: dict[str, Any]) -> Any:
+    return kind(*arguments, **named)
+
+
+class Picklable:
+    """Environment that is pickled, copied and sent to other processes as its arguments: the other one has had no ``reset``."""
+
+    _arguments: tuple[tuple[Any, ...], dict[str, Any]]
+
+    def __new__(cls, *arguments: Any, **named: Any) -> Self:
+        made = super().__new__(cls)
+        made._arguments = (arguments, named)
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _remade, (type(self), *self._arguments)
 
 
 class AdviceSettings(Protocol):
@@ -109,6 +139,17 @@ def checked_mask(options: dict[str, Any] | None, num_envs: int) -> NDArray[np.bo
     if mask.dtype != np.bool_ or mask.shape != (num_envs,):
         raise ValueError(f"reset_mask is of dtype {mask.dtype} and shape {mask.shape}; allowed: bool, ({num_envs},)")
     return np.ascontiguousarray(mask)
+
+
+def checked_seed(seed: Any) -> int:
+    """Returns the checked seed of a ``reset``.
+
+    Raises:
+        ValueError: The seed is too large; larger ones would begin the episodes of smaller ones.
+    """
+    if not 0 <= int(seed) < SEEDS:
+        raise ValueError(f"seed is {seed}; allowed: a whole number from 0 to {SEEDS - 1}")
+    return int(seed)
 
 
 def checked_vector_seed(seed: Any, how: str) -> None:

@@ -3,7 +3,7 @@
 use crate::{
     configuration::Configuration,
     rings::{RingBatch, StepBuffers},
-    threads,
+    threads::{self, Signals},
 };
 use codrive::rng;
 use pyo3::{exceptions::PyValueError, prelude::*};
@@ -17,8 +17,9 @@ pub fn random_steps(py: Python<'_>, configuration: &Configuration, num_envs: usi
         return Err(PyValueError::new_err("num_envs is 0; allowed: at least 1"));
     }
     let mut batch = RingBatch::new(configuration, num_envs);
-    threads::on_all_cores(py, || batch.reset(1))?;
-    threads::here(py, || {
+    let signals = Signals::new();
+    let seconds = threads::here(py, || {
+        batch.reset(1, &signals)?;
         let mut stream = rng::stream(1, "benchmark/actions");
         let mut table = [(); 2].map(|()| vec![0.0; num_envs * batch.inputs()]);
         let mut numbers = [(); 2].map(|()| vec![0.0; num_envs]);
@@ -32,8 +33,10 @@ pub fn random_steps(py: Python<'_>, configuration: &Configuration, num_envs: usi
             batch.step(
                 &actions,
                 StepBuffers { observations, final_observations, rewards, mean_speeds_mps, terminations, truncations },
+                &signals,
             )?;
         }
         Ok(begun.elapsed().as_secs_f64())
-    })?
+    })?;
+    signals.raised().and(seconds)
 }

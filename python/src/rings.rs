@@ -1,7 +1,10 @@
 //! Many rings as one environment. In: one action for each ring, -1 to 1 or the number of a level. Out: observations, rewards and endings,
 //! written into numpy's own memory. A ring that ends begins another episode in the same step.
 
-use crate::{configuration::Configuration, threads};
+use crate::{
+    configuration::Configuration,
+    threads::{self, Signals},
+};
 use codrive::{
     policy::{CorrectedAdvice, NetworkInput, Observation},
     train::{
@@ -59,8 +62,11 @@ impl RingBatch {
         self.inputs.len()
     }
 
-    /// Begins the episodes of this seed, from the first one.
-    pub fn reset(&mut self, seed: u64) {
+    /// Begins the episodes of this seed, from the first one. Must be called within [`threads::here`]. After a signal there are no episodes.
+    ///
+    /// # Errors
+    /// `RuntimeError` if the system gives no threads.
+    pub fn reset(&mut self, seed: u64, signals: &Signals) -> PyResult<()> {
         self.config.seed = seed;
         let count = self.rings.div_ceil(LANES);
         let block = |index| {
@@ -71,15 +77,23 @@ impl RingBatch {
             }
             block
         };
-        self.blocks = (0..count).into_par_iter().map(block).collect();
+        let mut blocks: Vec<Option<VecEnv>> = (0..count).map(|_| None).collect();
+        on_each(&mut blocks, signals, |index, made| *made = Some(block(index)))?;
+        // Without one of them, the others are no use.
+        self.blocks = blocks.into_iter().collect::<Option<Vec<_>>>().unwrap_or_default();
+        Ok(())
     }
 
-    /// Begins the next episode of the `wanted` rings.
-    pub fn begin(&mut self, wanted: impl Fn(usize) -> bool + Sync) {
-        self.blocks.par_iter_mut().enumerate().for_each(|(index, block)| {
-            let rings = (0..LANES).filter(|l| index * LANES + l < self.rings && wanted(index * LANES + l));
-            rings.for_each(|l| block.begin_episode(l));
-        });
+    /// Begins the next episode of the `wanted` rings. Must be called within [`threads::here`]. After a signal some have not begun.
+    ///
+    /// # Errors
+    /// `RuntimeError` if the system gives no threads.
+    pub fn begin(&mut self, wanted: impl Fn(usize) -> bool + Sync, signals: &Signals) -> PyResult<()> {
+        let rings = self.rings;
+        on_each(&mut self.blocks, signals, |index, block| {
+            let wanted = (0..LANES).filter(|l| index * LANES + l < rings && wanted(index * LANES + l));
+            wanted.for_each(|l| block.begin_episode(l));
+        })
     }
 
     /// Writes the present observation of each policy.
@@ -91,11 +105,12 @@ impl RingBatch {
         });
     }
 
-    /// Drives one hold of all rings on all cores. Must be called within [`threads::here`].
+    /// Drives one hold of all rings on all cores. Must be called within [`threads::here`]. After a signal there are no episodes, as some
+    /// rings have driven the hold and others not.
     ///
     /// # Errors
     /// `RuntimeError` if the system gives no threads.
-    pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>) -> PyResult<()> {
+    pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>, signals: &Signals) -> PyResult<()> {
         let (config, inputs) = (&self.config, &self.inputs);
         let blocks = self.blocks.len().div_ceil(threads::cores()?);
         let (rings, numbers) = (blocks * LANES, blocks * LANES * inputs.len());
@@ -110,14 +125,39 @@ impl RingBatch {
                 StepBuffers { observations, final_observations, rewards, mean_speeds_mps, terminations, truncations };
             (blocks, actions, out)
         });
-        threads::side_by_side(parts.collect(), |(blocks, actions, out)| step(config, inputs, blocks, actions, out))
+        let work = |(blocks, actions, out): (&mut [VecEnv], _, _)| step(config, inputs, blocks, actions, out, signals);
+        threads::side_by_side(parts.collect(), work)?;
+        if signals.have_come() {
+            self.blocks.clear();
+        }
+        Ok(())
     }
 }
 
-/// Drives one hold of some blocks.
-fn step(config: &TrainConfig, inputs: &[NetworkInput], blocks: &mut [VecEnv], actions: &[f32], out: StepBuffers<'_>) {
+/// Works on each item by its index, on all cores, until a signal comes.
+fn on_each<T: Send>(items: &mut [T], signals: &Signals, work: impl Fn(usize, &mut T) + Sync) -> PyResult<()> {
+    let most = items.len().div_ceil(threads::cores()?).max(1);
+    let parts = items.chunks_mut(most).enumerate().collect();
+    threads::side_by_side(parts, |(part, items): (usize, &mut [T])| {
+        let first = part * most;
+        (first..).zip(items).take_while(|_| !signals.have_come()).for_each(|(index, item)| work(index, item));
+    })
+}
+
+/// Drives one hold of some blocks, until a signal comes.
+fn step(
+    config: &TrainConfig,
+    inputs: &[NetworkInput],
+    blocks: &mut [VecEnv],
+    actions: &[f32],
+    out: StepBuffers<'_>,
+    signals: &Signals,
+) {
     let count = inputs.len();
     for (index, (block, actions)) in blocks.iter_mut().zip(actions.chunks(LANES)).enumerate() {
+        if signals.have_come() {
+            return;
+        }
         let (hold, first) = (block.hold_length(), index * LANES);
         // Rings beyond the last one get the middle action; their results are not used.
         let drawn = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
@@ -221,8 +261,9 @@ impl Rings {
 
     /// Begins the episodes of this seed from the first one.
     fn reset(&mut self, py: Python<'_>, seed: u64) -> PyResult<()> {
-        let batch = &mut self.batch;
-        threads::on_all_cores(py, || batch.reset(seed))?;
+        let (batch, signals) = (&mut self.batch, Signals::new());
+        threads::here(py, || batch.reset(seed, &signals))??;
+        signals.raised()?;
         self.look(py)
     }
 
@@ -231,8 +272,9 @@ impl Rings {
         self.check_begun()?;
         let wanted = mask.as_slice()?.to_vec();
         self.check_length(wanted.len(), "mask")?;
-        let batch = &mut self.batch;
-        threads::on_all_cores(py, || batch.begin(|ring| wanted[ring]))?;
+        let (batch, signals) = (&mut self.batch, Signals::new());
+        threads::here(py, || batch.begin(|ring| wanted[ring], &signals))??;
+        signals.raised()?;
         self.look(py)
     }
 
@@ -258,8 +300,8 @@ impl Rings {
                 "an array of the environment has been resized; make the environment again",
             ));
         }
-        let batch = &mut self.batch;
-        let work = move || {
+        let (batch, signals) = (&mut self.batch, Signals::new());
+        let work = || {
             let StepBuffers { observations, final_observations, rewards, mean_speeds_mps, terminations, truncations } =
                 out;
             let out = StepBuffers {
@@ -270,10 +312,12 @@ impl Rings {
                 terminations: &mut *terminations,
                 truncations: &mut *truncations,
             };
-            batch.step(actions, out)?;
-            Ok(terminations.iter().zip(&*truncations).any(|(crash, horizon)| *crash || *horizon))
+            batch.step(actions, out, &signals)?;
+            Ok::<_, PyErr>(terminations.iter().zip(&*truncations).any(|(crash, horizon)| *crash || *horizon))
         };
-        threads::here(py, work)?
+        let has_ended = threads::here(py, work)??;
+        signals.raised()?;
+        Ok(has_ended)
     }
 }
 

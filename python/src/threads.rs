@@ -10,9 +10,10 @@ use std::{
     process,
     sync::{
         Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
-    thread,
+    thread::{self, ThreadId},
     time::{Duration, Instant},
 };
 
@@ -142,6 +143,49 @@ pub fn here<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResul
 
 /// Interval at which Python is asked for signals while another thread works: Ctrl-C must end a wait within a second.
 const SIGNALS: Duration = Duration::from_millis(50);
+
+/// Signals to Python while several threads work without its lock: Ctrl-C. Only the thread that made it, on which Python was called, asks for
+/// them; work on that thread calls [`Signals::have_come`] often.
+pub struct Signals {
+    have_come: AtomicBool,
+    owner: ThreadId,
+    /// Time of the last question, and what the handler of a signal raised.
+    asked: Mutex<(Instant, Option<PyErr>)>,
+}
+
+impl Signals {
+    /// Creates it for work that begins now on this thread.
+    #[expect(clippy::disallowed_methods, reason = "the clock says when to ask, and nothing else")]
+    pub fn new() -> Self {
+        Self {
+            have_come: AtomicBool::new(false),
+            owner: thread::current().id(),
+            asked: Mutex::new((Instant::now(), None)),
+        }
+    }
+
+    /// Returns true if the work must end.
+    #[expect(clippy::disallowed_methods, reason = "the clock says when to ask, and nothing else")]
+    pub fn have_come(&self) -> bool {
+        if self.owner == thread::current().id() {
+            let mut asked = self.asked.lock().unwrap_or_else(PoisonError::into_inner);
+            if asked.0.elapsed() >= SIGNALS {
+                asked.1 = Python::attach(|py| py.check_signals()).err();
+                asked.0 = Instant::now();
+                self.have_come.fetch_or(asked.1.is_some(), Ordering::Relaxed);
+            }
+        }
+        self.have_come.load(Ordering::Relaxed)
+    }
+
+    /// Returns what the handler of a signal raised.
+    ///
+    /// # Errors
+    /// `KeyboardInterrupt`, or another exception.
+    pub fn raised(self) -> PyResult<()> {
+        self.asked.into_inner().unwrap_or_else(PoisonError::into_inner).1.map_or(Ok(()), Err)
+    }
+}
 
 /// Works like [`here`], but on another thread, whose waits and warm-ups end with Ctrl-C. Python receives signals only on this thread.
 ///

@@ -1,7 +1,11 @@
 """Tests of rings as environments of Gymnasium."""
 
+import copy
 import multiprocessing
+import pickle
+import signal
 import threading
+import time
 import warnings
 
 import gymnasium
@@ -47,6 +51,69 @@ def test_the_ids_make_one_and_many():
     assert isinstance(envs.unwrapped, codrive.RingVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     assert envs.reset(seed=1)[0].shape == (3, 4)
+
+
+def test_an_id_asked_for_pictures_answers_as_stable_baselines3_expects():
+    # It asks each environment for pictures, and makes it without them after a TypeError.
+    for name in ("codrive/Ring250-v0", "codrive/Drive-v0"):
+        with pytest.raises(TypeError, match="render_mode"):
+            gymnasium.make(name, render_mode="rgb_array", **({} if "Ring" in name else {"traffic": "native"}))
+    with pytest.raises(ValueError, match="render_mode is 'human'"):
+        codrive.make(render_mode="human")
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: codrive.make("ring-641", hold=2.0, **SHORT),
+        lambda: codrive.make_vec(num_envs=20, driver="people", **SHORT),
+        lambda: codrive.make(traffic="native", **SHORT),
+        lambda: codrive.make_vec(num_envs=2, traffic="native", **SHORT),
+    ],
+    ids=["ring", "rings", "drive", "drives"],
+)
+def test_environments_are_pickled_and_copied_as_their_arguments(make):
+    env = make()
+    own = env.reset(seed=3)[0]
+    for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
+        assert type(other) is type(env)
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            other.step(np.zeros(other.action_space.shape, np.float32))
+        assert np.array_equal(other.reset(seed=3)[0], own)
+        other.close()
+    # The first one is still open.
+    env.step(np.zeros(env.action_space.shape, np.float32))
+    env.close()
+
+
+def test_seeds_too_large_are_refused_because_they_would_coincide():
+    for env in (codrive.make(**SHORT), codrive.make(traffic="native", **SHORT)):
+        env.reset(seed=2**53 - 1)
+        with pytest.raises(ValueError, match="seed is 9007199254740992; allowed: a whole number from 0 to 9007199254740991"):
+            env.reset(seed=2**53)
+        env.close()
+
+
+@pytest.mark.parametrize("waits", ["reset", "step"])
+def test_ctrl_c_ends_the_beginning_of_many_episodes_within_a_second(waits):
+    # In a reset the warm-ups take many minutes. In a step they take seconds: a hold ends each episode and begins the next one.
+    envs = codrive.make_vec(num_envs=16384, warm_up_s=3600.0 if waits == "reset" else 30.0, horizon_s=1.0)
+    still = np.zeros((envs.num_envs, 1), np.float32)
+    if waits == "step":
+        envs.reset(seed=1)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    main = threading.main_thread().ident
+    interrupt = threading.Timer(0.5, lambda: signal.pthread_kill(main, signal.SIGINT))
+    interrupt.start()
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            envs.reset(seed=2) if waits == "reset" else envs.step(still)
+    took_s = time.monotonic() - begun
+    interrupt.cancel()
+    assert took_s < 1.5
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(still)
 
 
 def test_one_environment_is_the_first_of_a_vector_of_one():

@@ -1,6 +1,7 @@
 """Tests of several advised vehicles as agents of PettingZoo."""
 
 import pathlib
+import pickle
 import re
 import sys
 import warnings
@@ -34,6 +35,16 @@ def test_pettingzoos_own_tests_pass(traffic, capsys):
         parallel_api_test(ring(traffic=traffic, levels=3), num_cycles=20)
         env.close()
     assert capsys.readouterr().out.count("Passed") == 2
+
+
+def test_agents_environments_are_pickled_as_their_arguments():
+    env = ring()
+    seen, _ = env.reset(seed=3)
+    other = pickle.loads(pickle.dumps(env))
+    again, _ = other.reset(seed=3)
+    assert list(again) == list(seen) and all(np.array_equal(again[agent], seen[agent]) for agent in seen)
+    other.close()
+    env.close()
 
 
 def test_a_seed_makes_the_same_drive_for_pettingzoo_too():

@@ -304,7 +304,14 @@ fn preregister(matches: &ArgMatches) -> Result<(), CliError> {
         }
         None => OutcomeSpread::Unknown,
     };
-    let text = preregistration::text(&study, participants, &spread)?;
+    let bar = progress(1, "simulated studies for the power".into());
+    let row_done = |rows| {
+        bar.set_length(rows);
+        bar.inc(1);
+    };
+    let text = preregistration::text(&study, participants, &spread, &row_done);
+    bar.finish_and_clear();
+    let text = text?;
     let period = study.file.order.period(study.conditions.len());
     if !participants.is_multiple_of(period) {
         log::warn!(

@@ -2,11 +2,12 @@
 
 use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
 use crate::{
+    drive_loop::RunError,
     input::TimeStamp,
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, ViewOptions},
-    sim::World,
+    sim::{World, WorldError},
     traffic::EngineChoice,
 };
 use std::time::Duration;
@@ -40,9 +41,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     } else {
         Finding::ok("graphics", gpu.description())
     };
-    // The native engine cannot run a network; then the scenario's own engine is used.
-    let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
-    let times = match native.or_else(|_| World::new(scenario)).map(|world| frames(&gpu, &world, size)) {
+    let times = match first_moment(scenario).map(|world| frames(&gpu, &world, size)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
         Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
         Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
@@ -90,6 +89,26 @@ fn monitor(monitor: &MonitorInfo) -> Finding {
             Finding::warning("monitor", monitor.to_string(), "check the rate in the system's settings: 60 Hz or more")
         }
     }
+}
+
+/// Returns the number of pictures of a scenario's first moment that are drawn in a second, by the median of some seconds. A quality that
+/// follows the computer counts as low, its last resort.
+///
+/// # Errors
+/// The scenario cannot be driven, or the device is lost.
+pub fn frames_per_s(gpu: &Gpu, scenario: &Scenario, size: [u32; 2]) -> Result<f64, RunError> {
+    let mut scenario = scenario.clone();
+    if scenario.display.quality == QualityLevel::Auto {
+        scenario.display.quality = QualityLevel::Low;
+    }
+    let times_ms = frames(gpu, &first_moment(&scenario)?, size)?;
+    Ok(1000.0 / times_ms[times_ms.len() / 2])
+}
+
+/// Returns the world at the beginning of a drive. The native engine cannot run a network; then the scenario's own engine is used.
+fn first_moment(scenario: &Scenario) -> Result<World, WorldError> {
+    let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
+    native.or_else(|_| World::new(scenario))
 }
 
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.

@@ -17,6 +17,7 @@ use crate::{
         event_loop::{self, LoopControl, Windows, now},
         keys::{self, KeyCommand},
     },
+    doctor,
     drive_loop::{
         RunError,
         baselines::{self, BaselineJob},
@@ -30,7 +31,7 @@ use crate::{
     },
     record,
     study::{
-        Completion, DataSet, FormInput, ParticipantCode, Session, SessionError, Study, lock,
+        Completion, DataSet, FormInput, ParticipantCode, PlanItem, Session, SessionError, Study, lock,
         session::{self, ParticipantKind, SessionLog},
     },
 };
@@ -132,6 +133,30 @@ fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> 
     open_session(options, data).map(drop)
 }
 
+/// Refuses a session whose first drive this computer draws less often than the study asks for: a participant would drive in slow motion.
+fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow) -> Result<(), RunError> {
+    let asked = study.file.least_frames_per_s;
+    let first_drive = session.plan().items.iter().find_map(|planned| match &planned.item {
+        PlanItem::Drive { scenario, .. } => Some(scenario.clone()),
+        _ => None,
+    });
+    let Some(scenario) = first_drive.filter(|_| asked > 0.0) else { return Ok(()) };
+    let size = picture.size();
+    let frames_per_s = doctor::frames_per_s(picture.gpu(), &scenario, size)?;
+    session.set_frames_per_s(frames_per_s)?;
+    if frames_per_s >= asked {
+        return Ok(());
+    }
+    let [width, height] = size;
+    Err(SessionError::Refused(format!(
+        "this computer draws {frames_per_s:.1} frames a second at {width}x{height}; the study asks for {asked} \
+         (least_frames_per_s)\n  remedy: a computer with a faster graphics card, a smaller window (--size), or quality = \
+         \"low\" in the study's [base]; no page was shown, and the same command goes on with participant {}",
+        session.log().participant
+    ))
+    .into())
+}
+
 /// A session with its two windows.
 struct SessionWindows<'a> {
     options: &'a SessionOptions,
@@ -161,11 +186,15 @@ struct SessionWindows<'a> {
 impl<'a> Windows for SessionWindows<'a> {
     type WindowParts = (&'a SessionOptions, Session, SessionResources);
 
-    fn open(event_loop: &ActiveEventLoop, (options, session, resources): Self::WindowParts) -> Result<Self, RunError> {
+    fn open(
+        event_loop: &ActiveEventLoop,
+        (options, mut session, resources): Self::WindowParts,
+    ) -> Result<Self, RunError> {
         let place = display::beside_experimenter(options.place, event_loop);
         let placing = WindowSetup { title: format!("codrive: {}", options.study.file.title), place };
         let mut picture = DriverWindow::open(event_loop, &placing)?;
         theme::apply(picture.ctx());
+        check_frame_rate(&options.study, &mut session, &picture)?;
         picture.keep_preview();
         let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
         let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;

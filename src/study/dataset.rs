@@ -436,6 +436,7 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
         TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
         TsvColumn::new("state", "progress of the session", "")
             .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
+        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
     traits.sort();
@@ -458,6 +459,7 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
             kind.into(),
             log.order.join(","),
             Completion::of(log).to_string(),
+            bids::number(log.frames_per_s),
         ];
         row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
         table.rows.push(row);

@@ -53,6 +53,10 @@ pub struct StudyFile {
     #[serde(default = "countdown_s")]
     #[schemars(range(min = 0.0, max = 60.0))]
     pub countdown_s: f64,
+    /// Least number of frames per second that a computer must draw for a session with a person, 1/s; 0 asks for none.
+    #[serde(default = "least_frames_per_s")]
+    #[schemars(range(min = 0.0, max = 240.0))]
+    pub least_frames_per_s: f64,
     /// Settings of every drive that differ from the program's defaults (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]
@@ -107,6 +111,11 @@ fn is_default(lsl: &LslSettings) -> bool {
 
 fn countdown_s() -> f64 {
     3.0
+}
+
+/// Returns the least rate at which latency can stay below 50 ms (docs/references.md: display).
+fn least_frames_per_s() -> f64 {
+    30.0
 }
 
 /// Level of a factor, or a condition.
@@ -385,6 +394,10 @@ impl Study {
         if !(0.0..=60.0).contains(&file.countdown_s) {
             let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
             return wrong("countdown_s".into(), text);
+        }
+        if !(0.0..=240.0).contains(&file.least_frames_per_s) {
+            let text = format!("least_frames_per_s is {}; allowed: a number from 0 to 240", file.least_frames_per_s);
+            return wrong("least_frames_per_s".into(), text);
         }
         for (key, text) in file.lines() {
             let commands =

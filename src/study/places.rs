@@ -2,7 +2,7 @@
 //! Out: every recording with the wrong participant, trial, condition or time for its place, and every table that contradicts the log.
 
 use super::{
-    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
+    Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study, bids,
     checksums::WHAT_IF,
     dataset::{BASELINE, STUDY},
     scans,
@@ -137,9 +137,13 @@ impl Places<'_> {
             }
             return;
         };
-        let state = Completion::of(log).to_string();
-        for (column, is) in [("number", (log.index + 1).to_string()), ("order", log.order.join(",")), ("state", state)]
-        {
+        let cells = [
+            ("number", (log.index + 1).to_string()),
+            ("order", log.order.join(",")),
+            ("state", Completion::of(log).to_string()),
+            ("frames_per_s", bids::number(log.frames_per_s)),
+        ];
+        for (column, is) in cells {
             let in_table = row.get(column).map_or("", String::as_str);
             if in_table != is && !(is.is_empty() && in_table == "n/a") {
                 self.add_fault("participants.tsv", format!("{column} of {subject} is {in_table}; {file} has {is}"));

@@ -1,7 +1,7 @@
 //! Preregistration text of a study, to register before the first participant. In: a study with its `[analysis]`, the number of
 //! participants, and the spread of the primary outcome, from a rehearsal or unknown. Out: Markdown. The same input gives the same text.
 
-use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign};
+use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign, preregistered_settings};
 use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
@@ -111,12 +111,18 @@ fn planned(study: &Study) -> Result<&AnalysisPlan, PreregistrationError> {
     study.file.analysis.as_ref().ok_or_else(|| PreregistrationError::NoPlan(study.file.title.clone()))
 }
 
-/// Returns the text for this number of participants.
+/// Returns the text for this number of participants. `row_done` is called after each row of the table of powers, the longest part, with the
+/// number of all rows.
 ///
 /// # Errors
 /// The study has no plan of its analysis.
-pub fn text(study: &Study, participants: usize, spread: &OutcomeSpread) -> Result<String, PreregistrationError> {
-    written(study, participants, spread, STUDIES)
+pub fn text(
+    study: &Study,
+    participants: usize,
+    spread: &OutcomeSpread,
+    row_done: &dyn Fn(u64),
+) -> Result<String, PreregistrationError> {
+    written(study, participants, spread, STUDIES, row_done)
 }
 
 fn written(
@@ -124,19 +130,22 @@ fn written(
     participants: usize,
     spread: &OutcomeSpread,
     studies: usize,
+    row_done: &dyn Fn(u64),
 ) -> Result<String, PreregistrationError> {
     let plan = planned(study)?;
     let mut out = format!("# Preregistration: {}\n\n", markdown(&study.file.title));
     let _ =
         writeln!(out, "Written by codrive {} from the study's file. {}\n", env!("CARGO_PKG_VERSION"), who_leads(study));
     design(&mut out, study, participants);
+    preregistered_settings::hypotheses(&mut out, plan);
+    preregistered_settings::settings(&mut out, study);
     conditions(&mut out, study);
     orders(&mut out, study, participants);
     exclusion(&mut out, plan);
     early_ends(&mut out, study);
     outcomes(&mut out, plan);
     model(&mut out, study, plan);
-    power(&mut out, study, participants, spread, studies);
+    power(&mut out, study, participants, spread, studies, row_done);
     Ok(out)
 }
 
@@ -187,12 +196,24 @@ fn conditions(out: &mut String, study: &Study) {
             Some(text) => markdown(inputs::last(text)),
             None => markdown(&value.to_string()),
         };
-        let set: Vec<String> = level.set.iter().map(|(key, set)| format!("`{key}` = {}", value(set))).collect();
+        let set: Vec<String> = level.set.iter().map(|(key, set)| setting(key, &value(set))).collect();
         let set = if set.is_empty() { "as in the base of the study".into() } else { set.join(", ") };
         let of = factor.map_or(String::new(), |factor| format!(" of {}", markdown(factor)));
         let _ = writeln!(out, "* `{}`{of}: {set}", level.name);
     }
     out.push('\n');
+}
+
+/// Describes a setting of a condition, sham advice in words.
+fn setting(key: &str, value: &str) -> String {
+    match (key, value) {
+        ("sham_advice", "true") => {
+            "sham advice (`sham_advice` = true): the advice that the policy gave to a simulated driver in another drive, which does not \
+             answer this participant's traffic"
+                .into()
+        }
+        _ => format!("`{key}` = {value}"),
+    }
 }
 
 fn orders(out: &mut String, study: &Study, participants: usize) {
@@ -315,7 +336,14 @@ fn unit(plan: &AnalysisPlan) -> String {
     if unit.is_empty() { String::new() } else { format!(" {unit}") }
 }
 
-fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeSpread, studies: usize) {
+fn power(
+    out: &mut String,
+    study: &Study,
+    participants: usize,
+    spread: &OutcomeSpread,
+    studies: usize,
+    row_done: &dyn Fn(u64),
+) {
     let Some(plan) = &study.file.analysis else { return };
     out.push_str("## Power\n\n");
     let unit = unit(plan);
@@ -381,7 +409,9 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
     let _ =
         writeln!(out, "| participants | effect | power at {} | power at {strict:.4} |\n|---|---|---|---|", plan.alpha);
     let place = |name: &str| study.conditions.iter().position(|condition| condition.name == name).unwrap_or_default();
-    for n in numbers(study, participants) {
+    let numbers = numbers(study, participants);
+    let rows = (numbers.len() * effects.len()) as u64;
+    for n in numbers {
         for effect in &effects {
             let design = SimulatedDesign {
                 orders: (0..n).map(|i| study.file.order.order(study.conditions.len(), i, study.file.seed)).collect(),
@@ -397,6 +427,7 @@ fn power(out: &mut String, study: &Study, participants: usize, spread: &OutcomeS
             });
             let mark = if n == participants { "**" } else { "" };
             let _ = writeln!(out, "| {mark}{n}{mark} | {} | {} | {} |", shown(*effect), cells[0], cells[1]);
+            row_done(rows);
         }
     }
 }

@@ -22,7 +22,7 @@ fn study_with(more: &str, trial: &str) -> Study {
 }
 
 const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.3\nsecondary = [\"reaction_s\"]\ncontrasts = [{ \
-                    condition = \"wide\", reference = \"narrow\" }, { condition = \"middle\", reference = \"narrow\" }]\n\
+                    condition = \"wide\", reference = \"narrow\", expected = \"less\" }, { condition = \"middle\", reference = \"narrow\" }]\n\
                     [analysis.exclude]\nmost_contacts = 0\n";
 
 #[test]
@@ -36,10 +36,16 @@ fn the_text_states_design_order_rules_model_and_power() {
         per_place: -0.01,
         residuals: Some(NormalityTest { w: 0.97, p: 0.2 }),
     };
-    let text = written(&study, 12, &spread, 200).unwrap();
+    let text = written(&study, 12, &spread, 200, &|_| ()).unwrap();
     assert!(!text.contains("far from normal"));
     for part in [
         "12 participants, each with 3 trials, one in each of 3 conditions",
+        "1. Mean speed of all vehicles is less in `wide` than in `narrow`.",
+        "2. Mean speed of all vehicles differs between `middle` and `narrow`; no direction is expected.",
+        "* Road: `ring-250`, a closed route of 250 m, with 22 vehicles (the participant's included).",
+        // The ring study's model (docs/references.md: traffic).
+        "v0 = 30 m/s, time gap T = 1 s, acceleration a = 1 m/s2, deceleration b = 1.5 m/s2, exponent δ = 4, minimum gap s0 = 2 m",
+        "each advice stands for 1 s; the acceptable range is the target +-1 mph",
         "* `narrow` of range: `range_mph` = 0.5",
         "They repeat after 6 participants.",
         "1. narrow, middle, wide",
@@ -56,7 +62,7 @@ fn the_text_states_design_order_rules_model_and_power() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
-    assert_eq!(text, written(&study, 12, &spread, 200).unwrap());
+    assert_eq!(text, written(&study, 12, &spread, 200, &|_| ()).unwrap());
     // In theory the power is 0.953 for 48 participants (R: pt with noncentrality 0.3/0.4 sqrt(48/2), 93 degrees of freedom). Three
     // standard errors of 200 studies are 4.6 points.
     let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
@@ -67,7 +73,7 @@ fn the_text_states_design_order_rules_model_and_power() {
     };
     let residuals = Some(NormalityTest { w: 0.81, p: 1e-6 });
     let skewed = OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, residuals };
-    let text = written(&study, 12, &skewed, 20).unwrap();
+    let text = written(&study, 12, &skewed, 20, &|_| ()).unwrap();
     assert!(text.contains("far from normal** (Shapiro and Wilk's W = 0.810, p < 0.001)"), "{text}");
 }
 
@@ -77,7 +83,7 @@ fn questionnaires_are_not_trials_and_absent_advice_is_not_tested() {
     let text = study(PLAN).source.replace("set = { range_mph = 0.5 }", none).replace("reaction_s", "time_in_range")
         + "after = [\"raw-tlx\"]\n";
     let study = Study::parse(text, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"));
-    let text = written(&study, 12, &OutcomeSpread::Unknown, 20).unwrap();
+    let text = written(&study, 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     for part in [
         "each with 3 trials",
         "over all 2 tests of the plan (outcomes times contrasts), by Holm's correction. No test, because one of the \
@@ -92,7 +98,7 @@ fn questionnaires_are_not_trials_and_absent_advice_is_not_tested() {
 #[test]
 fn the_rules_that_end_a_session_are_planned() {
     let rules = "fms_every_s = 60\nstop_above = { score = \"fms\", value = 10 }\n";
-    let text = written(&study_with(PLAN, rules), 12, &OutcomeSpread::Unknown, 20).unwrap();
+    let text = written(&study_with(PLAN, rules), 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     for part in [
         "* `trial`: every 60 s of a drive the participant rates sickness on the fast motion sickness scale, 0 to 20",
         "* `trial`: the session ends at that moment of the drive if the score `fms` is above 10.",
@@ -100,7 +106,7 @@ fn the_rules_that_end_a_session_are_planned() {
         assert!(text.contains(part), "{part}\n{text}");
     }
     assert!(
-        written(&study(PLAN), 12, &OutcomeSpread::Unknown, 20)
+        written(&study(PLAN), 12, &OutcomeSpread::Unknown, 20, &|_| ())
             .unwrap()
             .contains("may stop at any moment.\n\n## Outcomes")
     );
@@ -108,7 +114,7 @@ fn the_rules_that_end_a_session_are_planned() {
 
 #[test]
 fn an_unbalanced_number_is_reported_and_default_effects_are_cohens() {
-    let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20).unwrap();
+    let text = written(&study(PLAN), 10, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     assert!(
         text.contains(
             "**With 10 participants some orders are more frequent than others; with 12 all are equally frequent.**"
@@ -116,7 +122,7 @@ fn an_unbalanced_number_is_reported_and_default_effects_are_cohens() {
         "{text}"
     );
     assert!(text.contains("Cohen (1988)") && text.contains("| **10** | 0.8 residual SD | "), "{text}");
-    let none = written(&study(""), 12, &OutcomeSpread::Unknown, 20).unwrap_err().to_string();
+    let none = written(&study(""), 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap_err().to_string();
     assert!(none.contains("has no [analysis]") && none.contains("remedy"), "{none}");
 }
 
@@ -168,7 +174,7 @@ fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
     for (name, tests, trials) in [("congestion", 21, 16), ("congestion-short", 9, 3)] {
         let file = crate::data_folders::root().join(format!("assets/studies/{name}.toml"));
         let study = Study::load(&file).unwrap_or_else(|e| panic!("{e}"));
-        let text = written(&study, 12, &OutcomeSpread::Unknown, 2).unwrap();
+        let text = written(&study, 12, &OutcomeSpread::Unknown, 2, &|_| ()).unwrap();
         assert!(text.contains(&format!("each with {trials} trials, ")), "{name}: {text}");
         assert!(text.contains(&format!("over all {tests} tests of the plan")), "{name}: {text}");
         let drives = driven(&study, 12);
@@ -188,7 +194,7 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     let plan = PLAN
         .replace("most_contacts = 0", rules)
         .replace("= 0.3\n", "= 0.3\nalpha = 0.01\ncovariates = [\"hand_over_speed_sd_over_vehicles_mps\"]\n");
-    let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20).unwrap();
+    let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     for part in [
         "* A trial is left out if less than 90 % of its planned length was recorded.",
         "* A trial is left out if there were more than 1 contacts with other vehicles.",
@@ -206,4 +212,19 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
+}
+
+#[test]
+fn a_sham_is_described_in_words() {
+    let text = std::fs::read_to_string("assets/studies/congestion-short.toml").unwrap();
+    let study = Study::parse(text, Path::new("assets/studies/congestion-short.toml")).unwrap_or_else(|e| panic!("{e}"));
+    let text = written(&study, 6, &OutcomeSpread::Unknown, 2, &|_| ()).unwrap();
+    assert!(text.contains("* `sham`: sham advice (`sham_advice` = true): the advice that the policy gave"), "{text}");
+    // The file's policy by its hash, as sha256sum prints it, and the gate at the start of a drive.
+    assert!(text.contains(
+        "policy `ring-250-speed` (file with SHA-256 `c7d8ae82626152837a035f7b67d82d917d9fb6c2b399523bf0b3acd5b0c2fa0c`)"
+    ));
+    assert!(text.contains(
+        "the drive begins once the standard deviation of speed over the vehicles has been at least 2 m/s for 10 s"
+    ));
 }

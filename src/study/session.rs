@@ -136,6 +136,7 @@ impl Session {
             index,
             kind,
             traits: BTreeMap::new(),
+            frames_per_s: None,
             order: study.plan(index).order,
             running: None,
             item_runs: Vec::new(),
@@ -339,6 +340,16 @@ impl Session {
     /// The file cannot be written.
     pub fn set_parameters(&mut self, traits: BTreeMap<String, f64>) -> Result<(), SessionError> {
         self.log.traits = traits;
+        self.save()
+    }
+
+    /// Keeps the frame rate that was measured before the first page, or the lower one of an earlier opening.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn set_frames_per_s(&mut self, frames_per_s: f64) -> Result<(), SessionError> {
+        let before = self.log.frames_per_s.unwrap_or(f64::INFINITY);
+        self.log.frames_per_s = Some(frames_per_s.min(before));
         self.save()
     }
 

@@ -156,6 +156,10 @@ pub struct SessionLog {
     /// Parameters of a simulated participant, by name with unit.
     #[serde(default)]
     pub traits: BTreeMap<String, f64>,
+    /// Frames per second that the computer drew before the first page, the lowest if the session was opened repeatedly; `None` if the
+    /// study asks for none, and for simulated participants.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames_per_s: Option<f64>,
     /// Conditions in this participant's order.
     pub order: Vec<String>,
     /// Item that is running; an item found here when the file is opened was cut.

@@ -23,6 +23,7 @@ const STUDY: &str = r##"title = "Short"
 participants = 2
 order = "fixed"
 countdown_s = 0.0
+least_frames_per_s = 0
 [lsl]
 outlets = true
 source = "session"

@@ -57,6 +57,7 @@ fn a_drive_in_a_window_killed_at_any_point_is_recovered() {
 
 const STUDY: &str = r#"title = "Short"
 participants = 2
+least_frames_per_s = 0
 [base]
 traffic = "native"
 vehicles = 6

@@ -30,6 +30,7 @@ const CHOSEN: [u8; 3] = [46, 116, 181];
 const STUDY: &str = r##"title = "Led"
 participants = 2
 countdown_s = 1.0
+least_frames_per_s = 0
 [base]
 traffic = "native"
 vehicles = 6

@@ -25,6 +25,7 @@ const STUDY: &str = r##"title = "Short"
 participants = 2
 order = "fixed"
 countdown_s = 0.0
+least_frames_per_s = 0
 [base]
 traffic = "native"
 vehicles = 6
@@ -233,4 +234,18 @@ fn invalid_arguments_are_refused_before_a_window_opens() {
     assert_eq!(run(&place, "rehearse", &["--participants", "1", "--out", out]).0, Some(0));
     let (exit, text) = run(&place, "session", &["P03", "--out", out]);
     assert!(exit == Some(2) && text.contains("holds a rehearsal (R01)"), "{text}");
+}
+
+#[test]
+fn no_page_is_shown_on_a_computer_slower_than_the_study_asks() {
+    let (server, place) = (Server::start([1300, 1200]), WindowFixture::new());
+    // No processor draws as many frames: 240 are twice what fast screens show.
+    fs::write(&place.study, STUDY.replace("least_frames_per_s = 0", "least_frames_per_s = 240")).unwrap();
+    let (code, text) = ended(place.start(&server));
+    assert_eq!(code, Some(2), "{text}");
+    let found = text.split("this computer draws ").nth(1).and_then(|rest| rest.split(' ').next()?.parse::<f64>().ok());
+    assert!(found.is_some_and(|rate| rate > 0.0 && rate < 240.0), "{text}");
+    assert!(text.contains("the study asks for 240 (least_frames_per_s)") && text.contains("remedy: "), "{text}");
+    let log = place.log().expect("a log");
+    assert!(log.item_runs.is_empty() && log.running.is_none() && log.frames_per_s.is_some(), "{log:?}");
 }

@@ -59,6 +59,19 @@ pub struct PlannedContrast {
     pub condition: String,
     /// Condition that it is compared with, by its name.
     pub reference: String,
+    /// Sign that the difference of the primary measure is expected to have; the test is two-sided in any case.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<ExpectedSign>,
+}
+
+/// Expected sign of a difference, condition less reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ExpectedSign {
+    /// The measure is greater in the condition.
+    Greater,
+    /// The measure is less in the condition.
+    Less,
 }
 
 impl PlannedContrast {
@@ -210,9 +223,10 @@ impl AnalysisPlan {
                 let text = format!("\"{}\" is compared with itself; name another condition", contrast.condition);
                 return fault(format!("contrasts.{i}.reference"), text);
             }
-            let same = |other: &PlannedContrast| {
-                other == contrast || (other.condition == contrast.reference && other.reference == contrast.condition)
-            };
+            let pair = |contrast: &PlannedContrast| [contrast.condition.clone(), contrast.reference.clone()];
+            let [condition, reference] = pair(contrast);
+            let back = [reference.clone(), condition.clone()];
+            let same = |other: &PlannedContrast| pair(other) == back || pair(other) == [&*condition, &*reference];
             if self.contrasts[..i].iter().any(same) {
                 return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
             }

@@ -1,0 +1,119 @@
+//! Settings and hypotheses as a preregistration states them. In: a study and the plan of its analysis. Out: Markdown. Settings that a
+//! condition or a segment changes are listed with the conditions.
+
+use super::{Study, bids::markdown};
+use crate::{
+    analysis::{
+        MEASURES,
+        models::plan::{AnalysisPlan, ExpectedSign},
+    },
+    policy,
+    record::{inputs, manifest::NamedHash},
+    scenario::{OnContact, PlannedDrive, Scenario, StartLayout},
+    sim::WAVE_STANDS_S,
+    traffic::EngineChoice,
+};
+use std::fmt::Write;
+
+/// Writes what every drive begins from: road, traffic with its model, start, advice, and what the participant sees.
+pub(super) fn settings(out: &mut String, study: &Study) {
+    let base = &study.base;
+    out.push_str(
+        "## Settings\n\nEvery drive has these settings, where its condition or segment changes none of them.\n\n",
+    );
+    let lines = [road(base), traffic(base), start(base), advice(base), drive(base)];
+    lines.into_iter().for_each(|line| {
+        let _ = writeln!(out, "* {line}");
+    });
+    out.push('\n');
+}
+
+fn road(base: &Scenario) -> String {
+    let drive = PlannedDrive::new(base);
+    let length = drive.map_or(String::new(), |drive| {
+        let kind = if drive.map().route.is_closed() { "closed route" } else { "path" };
+        format!(
+            ", a {kind} of {:.0} m, with {} (the participant's included)",
+            drive.map().route.length_m(),
+            drive.vehicles_text()
+        )
+    });
+    format!("Road: `{}`{length}.", markdown(inputs::last(&base.map)))
+}
+
+fn traffic(base: &Scenario) -> String {
+    let idm = &base.idm;
+    let engine = match base.traffic {
+        EngineChoice::Sumo => "SUMO",
+        EngineChoice::Native => "codrive's own engine",
+    };
+    format!(
+        "Traffic: {engine} in steps of {} s. The other vehicles follow the Intelligent Driver Model (Treiber, Hennecke and Helbing 2000): desired \
+         speed v0 = {} m/s, time gap T = {} s, acceleration a = {} m/s2, deceleration b = {} m/s2, exponent δ = {}, minimum gap s0 = {} m; \
+         noise of the acceleration √Δt · N(0, {}).",
+        base.step_s, idm.v0, idm.t, idm.a, idm.b, idm.delta, idm.s0, idm.noise
+    )
+}
+
+fn start(base: &Scenario) -> String {
+    let layout = match base.start {
+        StartLayout::Even => "evenly spaced",
+        StartLayout::Bunched => "bunched, with one long gap",
+    };
+    let mut text = format!(
+        "Start: the vehicles stand {layout}; the traffic runs for {} s before the participant takes over",
+        base.warm_up_s
+    );
+    if base.wave_sd_mps > 0.0 {
+        let _ = write!(
+            text,
+            "; the drive begins once the standard deviation of speed over the vehicles has been at least {} m/s for {WAVE_STANDS_S} s, or \
+             after a further {} s as the traffic then is",
+            base.wave_sd_mps, base.wave_wait_s
+        );
+    }
+    let stands = if base.standing_start { "; the participant's vehicle stands" } else { "" };
+    text + stands + "."
+}
+
+fn advice(base: &Scenario) -> String {
+    let file = policy::file_of(&base.policy);
+    let NamedHash { name, sha256 } = NamedHash::of(inputs::last(&base.policy), file.as_deref());
+    let hash = sha256.map_or(String::new(), |hash| format!(" (file with SHA-256 `{hash}`)"));
+    let name = markdown(&name);
+    if name == "none" {
+        return "Advice: none.".into();
+    }
+    format!(
+        "Advice: policy `{name}`{hash}; each advice stands for {} s; the acceptable range is the target +-{} mph.",
+        base.hold_s, base.range_mph
+    )
+}
+
+fn drive(base: &Scenario) -> String {
+    let length = if base.duration_s > 0.0 { format!("{} s", base.duration_s) } else { "until it is ended".into() };
+    let contact = match base.contact {
+        OnContact::Continue => "is recorded, and the drive goes on",
+        OnContact::End => "ends the drive",
+    };
+    format!(
+        "Drive: {length}; the speedometer shows {}; a contact with another vehicle {contact}.",
+        base.display.units.label()
+    )
+}
+
+/// Writes one hypothesis about the primary outcome for each contrast.
+pub(super) fn hypotheses(out: &mut String, plan: &AnalysisPlan) {
+    let Some(primary) = MEASURES.iter().find(|measure| measure.name == plan.primary) else { return };
+    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided.\n\n");
+    for (i, contrast) in plan.contrasts.iter().enumerate() {
+        let (condition, reference) = (&contrast.condition, &contrast.reference);
+        let says = match contrast.expected {
+            Some(ExpectedSign::Greater) => format!("is greater in `{condition}` than in `{reference}`"),
+            Some(ExpectedSign::Less) => format!("is less in `{condition}` than in `{reference}`"),
+            None => format!("differs between `{condition}` and `{reference}`; no direction is expected"),
+        };
+        let _ = writeln!(out, "{}. {} {says}.", i + 1, primary.title);
+    }
+    out.push('\n');
+}
