@@ -12,7 +12,7 @@ pub enum DeviceKind {
     Unfit(&'static str),
     /// A set of pedals or another device with axes, which may be a part of the rig or be calibrated by its id.
     Controller,
-    /// A gamepad.
+    /// A device with sticks, which gilrs reads.
     Pad,
     /// A keyboard, a mouse or another device that does not drive.
     Other,

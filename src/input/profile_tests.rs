@@ -193,7 +193,7 @@ fn a_product_that_is_no_usb_id_is_refused() {
 }
 
 #[test]
-fn pedals_are_upside_down_only_if_all_are_pressed_and_no_further_one_rests() {
+fn pedals_are_upside_down_if_all_are_pressed_and_no_further_one_rests() {
     let profile = WheelProfile::from_toml(G29, "g29").unwrap();
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])].into();
     let turned = |values: &[(u16, i32)]| profile.pedals_upside_down(&axes, &values.iter().copied().collect());
