@@ -15,39 +15,57 @@ pub(super) fn examine() -> Vec<Finding> {
 #[cfg(target_os = "linux")]
 pub(super) fn examine() -> Vec<Finding> {
     use super::FindingGrade;
-    use crate::input::{linux, profiles::DeviceKind};
+    use crate::input::{
+        kinds::DeviceKind,
+        linux::{self, DeviceNode},
+        profiles,
+    };
 
-    let nodes = linux::wheels();
-    if nodes.is_empty() {
+    let nodes = linux::controllers(None);
+    let (wheels, others): (Vec<&DeviceNode>, Vec<&DeviceNode>) = nodes.iter().partition(|node| node.is_wheel());
+    let seen: Vec<String> = others.iter().map(|node| node.described()).collect();
+    if wheels.is_empty() {
         let remedy = "plug in a wheel; set the switch of a G29 to PS3. Keyboard and pads also work";
-        return vec![
+        let mut lines = vec![
             Finding::warning("wheel", "none is plugged in", remedy),
             Finding::warning("force", "none without a wheel", "as above"),
         ];
+        if !seen.is_empty() {
+            let found = format!("{}: not known as a wheel by force, maker, name or profile", seen.join(", "));
+            lines.push(Finding::ok(
+                "other devices",
+                format!("{found}; if one is the wheel: codrive calibrate --device ID"),
+            ));
+        }
+        let faults = profiles::own_profiles().1;
+        lines.extend(faults.iter().map(|text| Finding::from_message("wheel", FindingGrade::Warning, text)));
+        return lines;
     }
     let mut lines = Vec::new();
-    for node in &nodes {
+    for node in &wheels {
         if let DeviceKind::Unfit(text) = node.kind {
             lines.push(Finding::from_message("wheel", FindingGrade::Fault, text));
             continue;
         }
-        lines.extend(usable(node));
+        lines.extend(usable(node, &nodes));
     }
-    if nodes.len() > 1 {
-        lines.push(Finding::warning("wheel", format!("{} are plugged in", nodes.len()), "unplug all but one"));
+    if wheels.len() > 1 {
+        lines.push(Finding::warning("wheel", format!("{} are plugged in", wheels.len()), "unplug all but one"));
+    }
+    if !seen.is_empty() {
+        lines.push(Finding::ok("other devices", format!("not taken for wheels: {}", seen.join(", "))));
     }
     lines
 }
 
 #[cfg(target_os = "linux")]
-fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
+fn usable(node: &crate::input::linux::DeviceNode, others: &[crate::input::linux::DeviceNode]) -> Vec<Finding> {
     use super::FindingGrade;
     use crate::input::{
         linux::{self, OpenWheel},
         profiles,
     };
-    let id = format!("{:04x}:{:04x}", node.id.0, node.id.1);
-    let opened = OpenWheel::open(node).map_err(|e| linux::trouble(node, &e));
+    let opened = OpenWheel::open_rig(node, others).map_err(|e| linux::trouble(node, &e));
     let device = match opened {
         Ok((_, device)) => device,
         Err(text) => return vec![Finding::from_message("wheel", FindingGrade::Fault, &text)],
@@ -55,7 +73,12 @@ fn usable(node: &crate::input::linux::DeviceNode) -> Vec<Finding> {
     let mut lines = Vec::new();
     match profiles::choose(&device, None) {
         Ok((profile, faults)) => {
-            lines.push(Finding::ok("wheel", format!("{} ({id}), profile {}", node.name, profile.name)));
+            lines.push(if profile.pedals_upside_down(&device.axes, &device.values) {
+                let text = profile.upside_down_message(&node.described());
+                Finding::from_message("wheel", FindingGrade::Fault, &text)
+            } else {
+                Finding::ok("wheel", format!("{}, profile {}", node.described(), profile.name))
+            });
             lines.extend(faults.iter().map(|text| Finding::from_message("wheel", FindingGrade::Warning, text)));
             lines.extend(range(node, profile.steering.range_deg));
         }

@@ -3,7 +3,7 @@
 //! press, and hold for a moment.
 
 use super::{
-    profile::{Pedal, ProfileError, Steering, WheelProfile},
+    profile::{PART, Pedal, ProfileError, Steering, WheelProfile},
     profiles::{self, UnprofiledDevice},
 };
 use std::collections::BTreeMap;
@@ -20,6 +20,9 @@ const ANSWER: f64 = 0.25;
 const UP: f64 = 0.15;
 /// Share of the range, around the mean of both ends, in which straight ahead may lie.
 const STRAIGHT: f64 = 0.15;
+/// Share of the range beside a pedal's rest from which the axis may also be the brake: a combined axis rests near its
+/// middle.
+const SHARED: f64 = 0.35;
 /// First evdev code of the hats.
 const FIRST_HAT: u16 = 16;
 
@@ -52,7 +55,7 @@ impl CalibrationStep {
     pub fn question(self) -> &'static str {
         match self {
             Self::Wake => "Turn the wheel a little: its position is not known yet.",
-            Self::Rest => "Turn the wheel straight. Take hands and feet off.",
+            Self::Rest => "Press each pedal once. Turn the wheel straight. Take hands and feet off.",
             Self::Left => "Turn the wheel fully to the left and hold it there.",
             Self::Right => "Turn the wheel fully to the right and hold it there.",
             Self::Straight => "Bring the wheel back to straight ahead and hold it.",
@@ -116,14 +119,14 @@ impl Calibration {
         let axes: BTreeMap<u16, ObservedAxis> = device
             .axes
             .iter()
-            .filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1])
+            .filter(|(code, range)| **code % PART < FIRST_HAT && range[0] < range[1])
             .map(|(code, range)| {
                 let raw = device.values.get(code).copied().unwrap_or(range[0]);
                 (*code, ObservedAxis { range: *range, raw, rest: raw, noise: [raw; 2], anchor: raw, since_s: now_s })
             })
             .collect();
         if axes.len() < 2 {
-            let text = format!("{} has fewer than two axes\n  remedy: use a wheel with its own pedals", device.name);
+            let text = format!("{} has fewer than two axes\n  remedy: plug its pedals in", device.name);
             return Err(ProfileError(text));
         }
         // The driver reads a USB wheel when it first reports, which takes a movement. Until then the driver gives 0 for
@@ -187,7 +190,7 @@ impl Calibration {
                 }
             }),
             CalibrationStep::AcceleratorUp => {
-                let pedals_left = self.axes.len() != 2;
+                let pedals_left = self.axes.len() != 2 || self.may_be_combined();
                 self.released().then_some(if pedals_left { CalibrationStep::Brake } else { CalibrationStep::Done })
             }
             CalibrationStep::BrakeUp => self.released().then_some(CalibrationStep::Done),
@@ -214,11 +217,15 @@ impl Calibration {
         rested
     }
 
-    /// Returns the unassigned axis that moved most, if it moved enough and is still.
+    /// Returns the unassigned axis that moved most, if it moved enough and is still. A pedal's axis is unassigned on the
+    /// other side of its rest: a combined axis is accelerator on one side and brake on the other.
     fn turned(&self) -> Option<(u16, i32)> {
-        let free = |code: &u16| Some(*code) != self.steering && self.pedals.iter().all(|(taken, _)| taken != code);
-        let most =
-            self.axes.iter().filter(|(code, _)| free(code)).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
+        let free = |(code, axis): &(&u16, &ObservedAxis)| {
+            let other_side = |pressed: i32| axis.way() * (f64::from(pressed) - f64::from(axis.rest)) < 0.0;
+            Some(**code) != self.steering
+                && self.pedals.iter().all(|(taken, pressed)| taken != *code || other_side(*pressed))
+        };
+        let most = self.axes.iter().filter(free).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
         most.filter(|(_, axis)| axis.way().abs() >= ANSWER && axis.still(self.now_s))
             .map(|(code, axis)| (*code, axis.raw))
     }
@@ -241,6 +248,15 @@ impl Calibration {
         self.turned()
     }
 
+    /// Checks whether the axis of the last pedal has room for another pedal on the other side of its rest.
+    fn may_be_combined(&self) -> bool {
+        self.pedals.last().is_some_and(|(code, pressed)| {
+            let axis = self.axes[code];
+            let end = if *pressed > axis.rest { axis.range[0] } else { axis.range[1] };
+            (f64::from(end) - f64::from(axis.rest)).abs() / axis.span() >= SHARED
+        })
+    }
+
     fn released(&self) -> bool {
         let Some((code, pressed)) = self.pedals.last() else { return false };
         let axis = self.axes[code];
@@ -252,9 +268,11 @@ impl Calibration {
     pub fn bars(&self) -> Vec<(u16, String, f64)> {
         let name = |code: u16| match self.pedals.iter().position(|(taken, _)| *taken == code) {
             _ if self.steering == Some(code) => "steering".into(),
+            Some(0) if self.pedals.iter().skip(1).any(|(taken, _)| *taken == code) => "accelerator, brake".into(),
             Some(0) => "accelerator".into(),
             Some(_) => "brake".into(),
-            None => format!("axis {code}"),
+            None if code < PART => format!("axis {code}"),
+            None => format!("axis {} of device {}", code % PART, code / PART + 1),
         };
         let share = |code: u16, axis: &ObservedAxis| {
             let from_low = (f64::from(axis.raw) - f64::from(axis.range[0])) / axis.span();
@@ -283,7 +301,10 @@ impl Calibration {
             let noise = (f64::from(axis.noise[1]) - f64::from(axis.noise[0])) / way;
             // The dead zone is twice the noise at rest; full effect begins a little before the held position.
             let dead = (2.0 * noise).clamp(0.02, 0.2);
-            Pedal { axis: *code, released: axis.rest, pressed: *pressed, dead: round(dead), end: 0.03, curve }
+            let (part, dead, released) = (code / PART, round(dead), axis.rest);
+            let device = part.checked_sub(1).map(|number| self.device.parts[usize::from(number)]);
+            let device = device.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
+            Pedal { axis: code % PART, released, pressed: *pressed, dead, end: 0.03, curve, device, part: 0 }
         });
         let accelerator = pedals.next().ok_or_else(|| ProfileError("no pedal was pressed".into()))?;
         let brake = pedals.next();

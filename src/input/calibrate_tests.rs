@@ -5,7 +5,13 @@ use super::*;
 fn g29() -> UnprofiledDevice {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])];
     let values = [(0, 32_900), (1, 255), (2, 255), (5, 255), (16, 0)];
-    UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+    UnprofiledDevice {
+        name: "G29".into(),
+        id: (0x046d, 0xc24f),
+        axes: axes.into(),
+        values: values.into(),
+        parts: Vec::new(),
+    }
 }
 
 /// Moves an axis from one value to another within 0.5 s and holds it for 1 s.
@@ -64,6 +70,7 @@ fn reversed_axes_and_pedals_that_rest_low_are_calibrated_too() {
         id: (1, 2),
         axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
         values: [(3, 0), (6, 0), (7, 0)].into(),
+        parts: Vec::new(),
     };
     let mut calibration = Calibration::new(device, 0.0).unwrap();
     calibration.moved(3, 2, 0.0);
@@ -124,6 +131,7 @@ fn coarse() -> UnprofiledDevice {
         id: (1, 2),
         axes: [(0, [0, 100]), (1, [0, 100]), (2, [0, 100])].into(),
         values: [(0, 50), (1, 0), (2, 0)].into(),
+        parts: Vec::new(),
     }
 }
 
@@ -235,6 +243,33 @@ fn a_device_with_one_pedal_is_done_without_a_brake() {
     }
     let profile = calibration.profile("one").unwrap();
     assert_eq!((profile.accelerator.axis, profile.brake), (1, None));
+}
+
+#[test]
+fn a_combined_axis_is_calibrated_as_accelerator_and_brake() {
+    for further_axis in [false, true] {
+        let mut device = coarse();
+        device.values.insert(1, 50);
+        if !further_axis {
+            device.axes.remove(&2);
+            device.values.remove(&2);
+        }
+        let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
+        calibration.time(now_s);
+        for (code, from, to) in [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 50, 5), (1, 5, 50)] {
+            hold(&mut calibration, &mut now_s, code, from, to);
+        }
+        assert_eq!(calibration.step(), CalibrationStep::Brake);
+        hold(&mut calibration, &mut now_s, 1, 50, 5);
+        assert_eq!(calibration.step(), CalibrationStep::Brake, "the accelerator again is no brake");
+        for (from, to) in [(5, 50), (50, 95), (95, 50)] {
+            hold(&mut calibration, &mut now_s, 1, from, to);
+        }
+        assert_eq!(calibration.bars()[1].1, "accelerator, brake");
+        let profile = calibration.profile("combined").unwrap();
+        let pedals: Vec<_> = profile.pedals().map(|(_, pedal)| (pedal.axis, pedal.released, pedal.pressed)).collect();
+        assert_eq!(pedals, [(1, 50, 5), (1, 50, 95)]);
+    }
 }
 
 #[test]

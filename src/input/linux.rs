@@ -1,14 +1,14 @@
-//! Steering wheels on Linux, through evdev. In: `/sys/class/input`, `/dev/input`. Out: a [`WheelPort`] for the reader,
-//! and a [`ForceDevice`]. Devices are recognised through sysfs, so that keyboards and mice are never opened. Events
-//! carry the kernel's monotonic time.
+//! Steering wheels on Linux, through evdev. In: the devices of `nodes`, `/dev/input`. Out: a [`WheelPort`] for the reader,
+//! and a [`ForceDevice`]. Events carry the kernel's monotonic time.
 
 use super::{
     clock::TimeStamp,
     force_thread::{ForceDevice, SharedAngle},
+    kinds::DeviceKind,
     lamps::Lamps,
     no_force::{NoForce, WheelWithoutForce},
-    profile::{ForceBackend, WheelProfile},
-    profiles::{self, DeviceKind, UnprofiledDevice},
+    profile::{ForceBackend, PART, WheelProfile},
+    profiles::{self, UnprofiledDevice},
     reader::WheelPort,
     sdl_force::SdlForce,
     wheel::{FoundWheel, WheelMessage},
@@ -20,12 +20,14 @@ use evdev::{
 use nix::poll::{PollFd, PollFlags, PollTimeout};
 use std::{
     collections::BTreeSet,
-    fs, io,
+    io,
     os::fd::{AsFd, AsRawFd},
-    path::{Path, PathBuf},
+    path::Path,
     sync::Arc,
     time::{Duration, SystemTime, UNIX_EPOCH},
 };
+
+pub use super::nodes::{DeviceNode, controllers, wheels};
 
 nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
 
@@ -40,49 +42,20 @@ const SYN_REPORT: u16 = 0;
 /// Direction towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
 
-/// Input device as listed in sysfs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DeviceNode {
-    /// Path of the event device.
-    pub path: PathBuf,
-    pub name: String,
-    /// Vendor and product on USB; 0 where sysfs has none.
-    pub id: (u16, u16),
-    pub kind: DeviceKind,
-}
-
-/// Returns all event devices that are wheels, usable or not, in the order of their numbers.
-pub fn wheels() -> Vec<DeviceNode> {
-    wheels_in(Path::new("/sys"))
-}
-
-fn wheels_in(sys: &Path) -> Vec<DeviceNode> {
-    let Ok(entries) = fs::read_dir(sys.join("class/input")) else { return Vec::new() };
-    let number = |name: &str| name.strip_prefix("event")?.parse::<u32>().ok();
-    let mut found: Vec<(u32, DeviceNode)> = entries
-        .flatten()
-        .filter_map(|entry| {
-            let file = entry.file_name().into_string().ok()?;
-            let number = number(&file)?;
-            let text =
-                |what: &str| Some(fs::read_to_string(entry.path().join("device").join(what)).ok()?.trim().to_owned());
-            let name = text("name")?;
-            let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
-            let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
-            let kind = profiles::kind(id.0, id.1, &name);
-            (kind != DeviceKind::Other)
-                .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, kind }))
-        })
-        .collect();
-    found.sort_by_key(|(number, _)| *number);
-    found.into_iter().map(|(_, node)| node).collect()
-}
-
-/// A wheel of this computer, opened for reading.
+/// A wheel of this computer and the further devices of the rig, opened for reading.
 pub struct OpenWheel {
+    base: EventDevice,
+    /// Further devices, such as pedals, each with its number in the rig.
+    parts: Vec<(u16, EventDevice)>,
+}
+
+/// An event device, opened for reading.
+struct EventDevice {
     device: RawDevice,
     /// True if the kernel stamps events with the monotonic clock.
     monotonic: bool,
+    /// True until the first movement if all values were 0 at the opening: the driver had not read the wheel yet.
+    unread: bool,
     heard: WheelEvents,
 }
 
@@ -104,6 +77,77 @@ impl OpenWheel {
     /// # Errors
     /// The device cannot be opened or queried.
     pub fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
+        let (base, known) = EventDevice::open(node)?;
+        Ok((Self { base, parts: Vec::new() }, known))
+    }
+
+    /// Opens a wheel with all other devices that may be parts of its rig. One that cannot be opened is left out.
+    ///
+    /// # Errors
+    /// The wheel cannot be opened or queried.
+    pub fn open_rig(node: &DeviceNode, others: &[DeviceNode]) -> io::Result<(Self, UnprofiledDevice)> {
+        let (mut rig, mut known) = Self::open(node)?;
+        for other in others.iter().filter(|other| other.kind == DeviceKind::Controller && other.path != node.path) {
+            match EventDevice::open(other) {
+                Ok((device, part)) => {
+                    known.add(&part);
+                    rig.parts.push((known.parts.len() as u16, device));
+                }
+                Err(error) => log::warn!("{}", trouble(other, &error)),
+            }
+        }
+        Ok((rig, known))
+    }
+
+    /// Takes the profile that was chosen, and closes the devices that it does not use.
+    fn follow(&mut self, profile: &WheelProfile, device: &mut UnprofiledDevice) {
+        device.keep_parts_of(profile);
+        self.parts.retain(|(number, _)| profile.uses_part(*number));
+        if let Some(raw) = device.values.get(&profile.steering.axis) {
+            self.base.heard.angle.set(profile.steering.wheel_rad(*raw));
+        }
+        self.base.heard.profile = Some(profile.clone());
+    }
+
+    /// Waits up to `patience` for events, and adds them to `messages`. Buttons of further devices are left out, because
+    /// their codes are those of the wheel's buttons.
+    ///
+    /// # Errors
+    /// A device is gone.
+    pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
+        let devices = || std::iter::once(&self.base).chain(self.parts.iter().map(|(_, device)| device));
+        let mut polled: Vec<PollFd> =
+            devices().map(|device| PollFd::new(device.device.as_fd(), PollFlags::POLLIN)).collect();
+        let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
+        match nix::poll::poll(&mut polled, timeout) {
+            Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
+            Ok(_) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let states: Vec<PollFlags> =
+            polled.iter().map(|polled| polled.revents().unwrap_or(PollFlags::empty())).collect();
+        if states.iter().any(|state| gone(*state)) {
+            return Err(io::ErrorKind::NotConnected.into());
+        }
+        if !states[0].is_empty() {
+            self.base.read(messages)?;
+        }
+        for ((number, device), _) in self.parts.iter_mut().zip(&states[1..]).filter(|(_, state)| !state.is_empty()) {
+            let mut its = Vec::new();
+            device.read(&mut its)?;
+            messages.extend(its.into_iter().filter_map(|message| match message {
+                WheelMessage::Axis { code, raw, at } => {
+                    Some(WheelMessage::Axis { code: code + PART * *number, raw, at })
+                }
+                _ => None,
+            }));
+        }
+        Ok(())
+    }
+}
+
+impl EventDevice {
+    fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
         let device = RawDevice::open(&node.path)?;
         let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
         // SAFETY: the file is open and the kernel reads one int.
@@ -114,24 +158,12 @@ impl OpenWheel {
             known.values.insert(code.0, info.value());
         }
         let heard = WheelEvents { down: buttons(&device)?, ..WheelEvents::default() };
-        Ok((Self { device, monotonic, heard }, known))
+        let unread = known.values.values().all(|raw| *raw == 0);
+        Ok((Self { device, monotonic, unread, heard }, known))
     }
 
-    /// Waits up to `patience` for events, and adds them to `messages`.
-    ///
-    /// # Errors
-    /// The device is gone.
-    pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
-        let mut polled = [PollFd::new(self.device.as_fd(), PollFlags::POLLIN)];
-        let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
-        match nix::poll::poll(&mut polled, timeout) {
-            Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
-            Ok(_) => {}
-            Err(error) => return Err(error.into()),
-        }
-        if gone(polled[0].revents().unwrap_or(PollFlags::empty())) {
-            return Err(io::ErrorKind::NotConnected.into());
-        }
+    /// Reads the events that are there.
+    fn read(&mut self, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
         let now = TimeStamp::now();
         let real = (!self.monotonic).then(now_real);
         let events: Vec<InputEvent> = self.device.fetch_events()?.collect();
@@ -143,6 +175,14 @@ impl OpenWheel {
             if self.heard.apply_event(&event, at, messages) {
                 let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
                 self.heard.catch_up(axes, &buttons(&self.device)?, at, messages);
+            }
+        }
+        let moved: Vec<u16> = messages.iter().filter_map(WheelMessage::axis).collect();
+        if self.unread && !moved.is_empty() {
+            // The driver has read all axes now; the kernel sends no event for those that are still 0.
+            self.unread = false;
+            for (code, info) in self.device.get_absinfo()?.filter(|(code, _)| !moved.contains(&code.0)) {
+                self.heard.moved(code.0, info.value(), None, messages);
             }
         }
         Ok(())
@@ -234,11 +274,28 @@ impl EvdevPort {
     }
 }
 
+impl EvdevPort {
+    /// Reports own profiles that cannot be obeyed because no device is taken for a wheel.
+    fn tell_why_none(&self, nodes: &[DeviceNode], report: &mut dyn FnMut(String)) {
+        profiles::own_profiles().1.into_iter().for_each(&mut *report);
+        let unfit = nodes.iter().any(|node| matches!(node.kind, DeviceKind::Unfit(_)));
+        let Some(asked) = self.asked.as_ref().filter(|_| !unfit) else { return };
+        let there: Vec<String> = nodes.iter().map(DeviceNode::described).collect();
+        let there = if there.is_empty() { "none".into() } else { there.join(", ") };
+        report(format!(
+            "no device has an id of the profile \"{}\" ({}), and no other wheel is plugged in; devices with axes: {there}\n  \
+             remedy: plug its wheel in, or correct its products",
+            asked.name,
+            asked.products.join(", ")
+        ));
+    }
+}
+
 impl WheelPort for EvdevPort {
     type Wheel = OpenWheel;
 
     fn find(&mut self, report: &mut dyn FnMut(String)) -> Option<(FoundWheel, OpenWheel)> {
-        let nodes = wheels();
+        let nodes = controllers(self.asked.as_ref());
         if self.seen.as_ref() == Some(&nodes) {
             return None;
         }
@@ -255,8 +312,11 @@ impl WheelPort for EvdevPort {
                 first.name, second.name
             ));
         }
+        if usable.is_empty() {
+            self.tell_why_none(&nodes, report);
+        }
         for node in usable {
-            let opened = OpenWheel::open(node).map_err(|e| {
+            let opened = OpenWheel::open_rig(node, &nodes).map_err(|e| {
                 again = true;
                 trouble(node, &e)
             });
@@ -265,19 +325,16 @@ impl WheelPort for EvdevPort {
                 Ok((wheel, device, profile, faults))
             });
             match chosen {
-                Ok((mut wheel, device, profile, faults)) => {
+                Ok((mut wheel, mut device, profile, faults)) => {
                     faults.into_iter().for_each(&mut *report);
                     let force = force(node, &profile).unwrap_or_else(|without| {
                         report(without.to_string());
                         None
                     });
-                    if let Some(raw) = device.values.get(&profile.steering.axis) {
-                        wheel.heard.angle.set(profile.steering.wheel_rad(*raw));
-                    }
-                    wheel.heard.profile = Some(profile.clone());
+                    wheel.follow(&profile, &mut device);
                     let event = node.path.file_name().unwrap_or_default().to_string_lossy();
                     let lamps = Lamps::find(Path::new("/sys"), &event);
-                    let angle = Arc::clone(&wheel.heard.angle);
+                    let angle = Arc::clone(&wheel.base.heard.angle);
                     self.seen = None;
                     return Some((FoundWheel { device, profile, lamps, force, angle }, wheel));
                 }

@@ -110,33 +110,6 @@ fn events_of_either_clock_keep_their_age() {
 }
 
 #[test]
-fn only_wheels_of_sysfs_are_listed_in_the_order_of_their_numbers() {
-    let sys = tempfile::tempdir().unwrap();
-    let plug = |event: &str, name: &str, id: Option<(&str, &str)>| {
-        let device = sys.path().join("class/input").join(event).join("device");
-        fs::create_dir_all(device.join("id")).unwrap();
-        fs::write(device.join("name"), format!("{name}\n")).unwrap();
-        if let Some((vendor, product)) = id {
-            fs::write(device.join("id/vendor"), format!("{vendor}\n")).unwrap();
-            fs::write(device.join("id/product"), format!("{product}\n")).unwrap();
-        }
-    };
-    plug("event10", "Logitech G29", Some(("046d", "c24f")));
-    plug("event2", "Some Racing Wheel", None);
-    plug("event3", "AT Translated Set 2 keyboard", Some(("0001", "0001")));
-    plug("event4", "Logitech G29", Some(("046d", "c260")));
-    plug("js0", "Logitech G29", Some(("046d", "c24f")));
-    plug("mouse0", "Logitech G29", Some(("046d", "c24f")));
-    let found = wheels_in(sys.path());
-    let unnamed = DeviceNode { name: "Some Racing Wheel".into(), id: (0, 0), ..node("/dev/input/event2") };
-    assert_eq!(found.len(), 3, "{found:?}");
-    assert_eq!((&found[0], &found[2]), (&unnamed, &node("/dev/input/event10")));
-    assert_eq!(found[1].id, (0x046d, 0xc260));
-    assert!(matches!(found[1].kind, DeviceKind::Unfit(text) if text.contains("PS3")), "at the switch's other end");
-    assert_eq!(wheels_in(&sys.path().join("nothing")), []);
-}
-
-#[test]
 fn a_refused_wheel_is_reported_with_the_udev_rule_other_errors_without_it() {
     let wheel = node("/dev/input/event7");
     let message = trouble(&wheel, &io::ErrorKind::PermissionDenied.into());

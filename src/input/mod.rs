@@ -9,10 +9,13 @@ mod clock;
 pub mod force;
 pub mod force_thread;
 mod keyboard;
+pub mod kinds;
 pub mod lamps;
 #[cfg(target_os = "linux")]
 pub mod linux;
 pub mod no_force;
+#[cfg(target_os = "linux")]
+mod nodes;
 mod other;
 mod pads;
 pub mod profile;

@@ -6,9 +6,10 @@ use super::{
     buttons::ButtonAction,
     force::ForceInput,
     force_thread::{ForceDevice, ForceLoop, ForceThread, SharedAngle},
+    kinds::DeviceKind,
     other::{GilrsWheelState, WheelAxis, known_wheel},
     profile::WheelProfile,
-    profiles::{self, DeviceKind},
+    profiles,
     sdl_force::SdlForce,
 };
 use crate::controls::{Controls, STEERING_LOCK_RAD, Selector};
@@ -66,7 +67,7 @@ impl Pads {
     /// named for the wheel.
     pub fn open(asked: Option<&WheelProfile>) -> Self {
         let asked = asked.cloned();
-        if wheel_is_here() {
+        if wheel_is_here(|_, kind| kind == DeviceKind::Wheel) {
             // gilrs opens every joystick, and a wheel must have only one reader.
             return Self { asked, ..Self::none() };
         }
@@ -191,7 +192,7 @@ impl Pads {
         let Some(pad) = self.gilrs.as_ref().map(|g| g.gamepad(id)) else { return };
         let name = pad.name().to_owned();
         let ids = (pad.vendor_id().unwrap_or(0), pad.product_id().unwrap_or(0));
-        if cfg!(target_os = "linux") && profiles::kind(ids.0, ids.1, pad.os_name()) != DeviceKind::Other {
+        if wheel_is_here(|id, _| id == ids) {
             // Evdev reads this wheel, and a wheel must have only one reader.
             return;
         }
@@ -208,13 +209,14 @@ impl Pads {
     }
 }
 
+/// Checks whether evdev finds a wheel for whose ids and kind `which` holds.
 #[cfg(target_os = "linux")]
-fn wheel_is_here() -> bool {
-    super::linux::wheels().iter().any(|node| node.kind == DeviceKind::Wheel)
+fn wheel_is_here(which: impl Fn((u16, u16), DeviceKind) -> bool) -> bool {
+    super::linux::wheels().iter().any(|node| which(node.id, node.kind))
 }
 
 #[cfg(not(target_os = "linux"))]
-fn wheel_is_here() -> bool {
+fn wheel_is_here(_which: impl Fn((u16, u16), DeviceKind) -> bool) -> bool {
     false
 }
 

@@ -10,6 +10,16 @@ use crate::{
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
+/// Pedal travel, 0 to 1, below which the pedal counts as released; above the rest of it, as floored.
+const AT_REST: f64 = 0.15;
+/// First evdev code of the hats.
+const FIRST_HAT: u16 = 16;
+/// Distance of the axis codes of one device of the rig from those of the next: above all codes of evdev.
+pub const PART: u16 = 64;
+
+/// Rule for USB ids, for messages.
+const ALLOWED_ID: &str = "allowed: VENDOR:PRODUCT in four hexadecimal digits each, such as 046d:c24f";
+
 /// Error in a profile; the message is complete, with the remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{0}")]
@@ -63,6 +73,12 @@ pub struct Steering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pedal {
+    /// Device of the pedal as `vendor:product`, if it is not the wheel itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    /// Number of that device in the rig, 0 for the wheel itself; set when the rig is opened.
+    #[serde(skip)]
+    pub part: u16,
     /// evdev code of the axis.
     pub axis: u16,
     /// Raw value of the released pedal.
@@ -173,11 +189,26 @@ impl Steering {
 }
 
 impl Pedal {
+    /// Returns the code of the axis in the rig: evdev's, plus [`PART`] for each further device.
+    pub fn code(&self) -> u16 {
+        self.axis + PART * self.part
+    }
+
     /// Returns the travel of the pedal for a raw value, 0 released to 1 at the floor.
     pub fn way(&self, raw: i32) -> f64 {
         // Adding 0 removes the sign of a negative zero, which an axis with falling values yields and which would be
         // displayed.
         share(raw, self.released, self.pressed).clamp(0.0, 1.0) + 0.0
+    }
+
+    /// Checks whether the pedal is at its released end.
+    pub fn is_released(&self, raw: i32) -> bool {
+        self.way(raw) < AT_REST
+    }
+
+    /// Checks whether the pedal is at its pressed end.
+    pub fn is_floored(&self, raw: i32) -> bool {
+        self.way(raw) > 1.0 - AT_REST
     }
 
     /// Returns the effect of the pedal for a raw value, 0 to 1: exactly 0 when released and exactly 1 at the floor.
@@ -225,17 +256,57 @@ impl WheelProfile {
             .filter_map(|(name, pedal)| Some((name, pedal?)))
     }
 
+    /// Checks whether accelerator and brake are the two sides of one axis.
+    fn pedals_share_an_axis(&self) -> bool {
+        let Some(brake) = &self.brake else { return false };
+        let (up, down) = if self.accelerator.pressed > brake.pressed {
+            (&self.accelerator, brake)
+        } else {
+            (brake, &self.accelerator)
+        };
+        let apart = down.pressed < down.released && down.released <= up.released && up.released < up.pressed;
+        let is_free = brake.device.is_some() || brake.axis != self.steering.axis;
+        (&brake.device, brake.axis) == (&self.accelerator.device, self.accelerator.axis) && is_free && apart
+    }
+
+    /// Checks whether the driver reports the pedals the other way round: every pedal is at its pressed end, and no
+    /// further axis of the same range, such as a clutch, is at the released end. Returns false while a value is unknown.
+    pub fn pedals_upside_down(&self, axes: &AxisRanges, values: &BTreeMap<u16, i32>) -> bool {
+        let own: Vec<u16> = self.pedals().map(|(_, pedal)| pedal.code()).chain([self.steering.axis]).collect();
+        let is_read = own.iter().all(|axis| values.contains_key(axis)) && values.values().any(|raw| *raw != 0);
+        let floored =
+            self.pedals().all(|(_, pedal)| values.get(&pedal.code()).is_some_and(|raw| pedal.is_floored(*raw)));
+        let alike = |code: &u16| axes.get(code).is_some_and(|range| Some(range) == axes.get(&self.accelerator.code()));
+        let beside = |code: &u16| code / PART == self.accelerator.part && code % PART < FIRST_HAT;
+        let further_rests = values
+            .iter()
+            .filter(|(code, _)| beside(code) && !own.contains(code) && alike(code))
+            .any(|(_, raw)| self.accelerator.is_released(*raw));
+        is_read && floored && !further_rests
+    }
+
+    /// Returns the message for a wheel whose driver reports the pedals the other way round.
+    pub fn upside_down_message(&self, device: &str) -> String {
+        format!(
+            "{device}: without a foot on them, all pedals are where the profile \"{}\" calls them pressed; the wheel's \
+             driver turns them round, so they have no effect\n  remedy: if a foot was on them, release them and plug the \
+             wheel in again; else measure them with codrive calibrate, or Wheel in the panel (F2)",
+            self.name
+        )
+    }
+
     /// Guesses a profile for an unknown wheel. The first axis steers; the next two axes that are no hats are
     /// accelerator and brake. Each pedal is released at the end of its range that is nearer to its present value.
     ///
     /// # Errors
     /// The device has fewer than two axes.
     pub fn generic(name: &str, axes: &AxisRanges, now: &BTreeMap<u16, i32>) -> Result<Self, ProfileError> {
-        /// First evdev code of the hats.
-        const FIRST_HAT: u16 = 16;
         let mut usable = axes.iter().filter(|(code, range)| **code < FIRST_HAT && range[0] < range[1]);
         let too_few = || {
-            ProfileError(format!("{name} has fewer than two axes\n  remedy: use a wheel with its own pedals, or a pad"))
+            ProfileError(format!(
+                "{name} has fewer than two axes\n  remedy: plug its pedals in; for pedals with a USB cable of their own, codrive \
+                 calibrate makes a profile of both"
+            ))
         };
         let (steering, [left, right]) = usable.next().ok_or_else(too_few)?;
         let mut pedals: Vec<Pedal> = usable
@@ -243,7 +314,7 @@ impl WheelProfile {
                 let raw = now.get(axis).copied().unwrap_or(*high);
                 let rests_high = i64::from(*high) - i64::from(raw) <= i64::from(raw) - i64::from(*low);
                 let (released, pressed) = if rests_high { (*high, *low) } else { (*low, *high) };
-                Pedal { axis: *axis, released, pressed, dead: 0.05, end: 0.02, curve: 1.0 }
+                Pedal { axis: *axis, released, pressed, dead: 0.05, end: 0.02, curve: 1.0, device: None, part: 0 }
             })
             .collect();
         if pedals.is_empty() {
@@ -263,13 +334,44 @@ impl WheelProfile {
         })
     }
 
+    /// Finds the devices of the pedals among the further devices of a rig.
+    ///
+    /// # Errors
+    /// One is not plugged in; the message names it.
+    pub fn find_parts(&mut self, parts: &[(u16, u16)]) -> Result<(), ProfileError> {
+        for (name, pedal) in [("accelerator", Some(&mut self.accelerator)), ("brake", self.brake.as_mut())] {
+            let Some(pedal) = pedal else { continue };
+            let Some(device) = &pedal.device else { continue };
+            let is_it = |id: &(u16, u16)| device.eq_ignore_ascii_case(&format!("{:04x}:{:04x}", id.0, id.1));
+            let number = parts.iter().position(is_it).ok_or_else(|| {
+                ProfileError(format!(
+                    "profile \"{}\": the device of the {name}, {device}, is not plugged in\n  remedy: plug it in, or measure \
+                     the rig with codrive calibrate",
+                    self.name
+                ))
+            })?;
+            pedal.part = number as u16 + 1;
+        }
+        Ok(())
+    }
+
+    /// Checks whether the devices of the pedals are among the further devices of a rig.
+    pub fn has_its_parts(&self, parts: &[(u16, u16)]) -> bool {
+        self.clone().find_parts(parts).is_ok()
+    }
+
+    /// Checks whether an axis of this device of the rig is used; 0 is the wheel itself.
+    pub fn uses_part(&self, part: u16) -> bool {
+        part == 0 || self.pedals().any(|(_, pedal)| pedal.part == part)
+    }
+
     /// Checks that the device has every axis of the profile.
     ///
     /// # Errors
     /// An axis is missing; the message names it and lists the device's axes.
     pub fn fits(&self, axes: &AxisRanges) -> Result<(), ProfileError> {
         let mut wanted = vec![("steering", self.steering.axis)];
-        wanted.extend(self.pedals().map(|(name, pedal)| (name, pedal.axis)));
+        wanted.extend(self.pedals().map(|(name, pedal)| (name, pedal.code())));
         let Some((what, axis)) = wanted.into_iter().find(|(_, axis)| !axes.contains_key(axis)) else { return Ok(()) };
         let there = axes.keys().map(u16::to_string).collect::<Vec<_>>().join(", ");
         Err(ProfileError(format!(
@@ -281,6 +383,11 @@ impl WheelProfile {
 
     fn check(&self) -> Result<(), (String, String)> {
         let wrong = |key: &str, text: String| Err((key.to_owned(), text));
+        let hex = |part: &str| part.len() == 4 && part.chars().all(|digit| digit.is_ascii_hexdigit());
+        let is_id = |id: &str| id.split_once(':').is_some_and(|(vendor, product)| hex(vendor) && hex(product));
+        if let Some(id) = self.products.iter().find(|id| !is_id(id)) {
+            return wrong("products", format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
+        }
         let s = &self.steering;
         if !((s.left < s.centre && s.centre < s.right) || (s.left > s.centre && s.centre > s.right)) {
             let text = format!("{} is not between left ({}) and right ({})", s.centre, s.left, s.right);
@@ -293,17 +400,24 @@ impl WheelProfile {
         within("steering.range_deg", s.range_deg, 90.0, 2520.0)?;
         within("steering.ratio", s.ratio, 5.0, 40.0)?;
         within("steering.dead", s.dead, 0.0, 0.2)?;
-        let mut taken = vec![s.axis];
+        let mut taken = vec![(None, s.axis)];
         for (name, pedal) in self.pedals() {
+            if let Some(id) = pedal.device.as_ref().filter(|id| !is_id(id)) {
+                return wrong(&format!("{name}.device"), format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
+            }
             if pedal.released == pedal.pressed {
                 let text = format!("{} is also the released value\n  remedy: codrive calibrate", pedal.pressed);
                 return wrong(&format!("{name}.pressed"), text);
             }
-            if taken.contains(&pedal.axis) {
-                let text = format!("axis {} already has another task; allowed: an unused axis", pedal.axis);
+            if taken.contains(&(pedal.device.as_ref(), pedal.axis)) && !self.pedals_share_an_axis() {
+                let text = format!(
+                    "axis {} already has another task; allowed: an unused axis, or for a combined axis the accelerator's, \
+                     pressed to the other side",
+                    pedal.axis
+                );
                 return wrong(&format!("{name}.axis"), text);
             }
-            taken.push(pedal.axis);
+            taken.push((pedal.device.as_ref(), pedal.axis));
             within(&format!("{name}.dead"), pedal.dead, 0.0, 0.4)?;
             within(&format!("{name}.end"), pedal.end, 0.0, 0.4)?;
             within(&format!("{name}.curve"), pedal.curve, 0.3, 4.0)?;

@@ -23,7 +23,8 @@ prop_compose! {
         end in 0.0..0.4,
         curve in 0.3..4.0,
     ) -> Pedal {
-        Pedal { axis: 2, released, pressed: if up { released + way } else { released - way }, dead, end, curve }
+        let pressed = if up { released + way } else { released - way };
+        Pedal { axis: 2, released, pressed, dead, end, curve, device: None, part: 0 }
     }
 }
 
@@ -181,6 +182,40 @@ fn a_product_matches_in_either_case_and_by_both_its_numbers() {
     profile.products = vec!["046D:C24F".into(), "0001:000a".into()];
     assert!(profile.is_for(0x046d, 0xc24f) && profile.is_for(1, 10));
     assert!(!profile.is_for(0x046d, 10) && !profile.is_for(1, 0xc24f));
+}
+
+#[test]
+fn a_product_that_is_no_usb_id_is_refused() {
+    for id in ["346e:4", "0x346e:0x0004", "MOZA R5", "346e", "346e:00g4"] {
+        let text = WheelProfile::from_toml(&G29.replace("046d:c24f", id), "mine.toml").unwrap_err().0;
+        assert!(text.contains(&format!("products: \"{id}\" is no USB id")) && text.contains("046d:c24f"), "{text}");
+    }
+}
+
+#[test]
+fn pedals_are_upside_down_if_all_are_pressed_and_no_further_one_rests() {
+    let profile = WheelProfile::from_toml(G29, "g29").unwrap();
+    let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1])].into();
+    let turned = |values: &[(u16, i32)]| profile.pedals_upside_down(&axes, &values.iter().copied().collect());
+    assert!(turned(&[(0, 32_767), (1, 0), (2, 0), (5, 0), (16, 0)]));
+    assert!(turned(&[(0, 32_767), (1, 3), (2, 20), (5, 9)]), "near the end");
+    assert!(!turned(&[(0, 32_767), (1, 255), (2, 255), (5, 255)]));
+    assert!(!turned(&[(0, 32_767), (1, 255), (2, 0), (5, 0)]), "two feet on two pedals, and a clutch at rest");
+    assert!(!turned(&[(0, 32_767), (1, 0), (2, 0), (5, 255)]));
+    assert!(!turned(&[(0, 0), (1, 0), (2, 0), (5, 0)]), "not read yet");
+    assert!(!turned(&[(0, 32_767), (2, 0)]), "one is unknown");
+}
+
+#[test]
+fn two_pedals_share_an_axis_only_on_its_two_sides() {
+    let sides = |accelerator: [i32; 2], brake: [i32; 2]| {
+        let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
+        let pedal = |[released, pressed]: [i32; 2]| Pedal { axis: 2, released, pressed, ..profile.accelerator.clone() };
+        (profile.accelerator, profile.brake) = (pedal(accelerator), Some(pedal(brake)));
+        WheelProfile::from_toml(&profile.to_toml(), "x").is_ok()
+    };
+    assert!(sides([128, 0], [128, 255]) && sides([128, 255], [128, 0]) && sides([140, 255], [120, 0]));
+    assert!(!sides([255, 0], [255, 0]) && !sides([120, 255], [140, 0]) && !sides([128, 0], [0, 128]));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Search for the profile of a steering wheel. In: a device's ids and axes, a name given by a person. Out: its
 //! [`WheelProfile`]. The user's own profiles come before shipped ones, and those before a guess.
 
-use super::profile::{AxisRanges, ProfileError, WheelProfile};
+use super::profile::{AxisRanges, PART, Pedal, ProfileError, WheelProfile};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
@@ -20,42 +20,6 @@ const SHIPPED: [(&str, &str); 4] = [
     ("g920", include_str!("../../assets/wheels/g920.toml")),
     ("g923", include_str!("../../assets/wheels/g923.toml")),
 ];
-
-/// Kind of a device, recognised by its ids and name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DeviceKind {
-    /// A usable steering wheel.
-    Wheel,
-    /// A wheel that is unusable in its present mode, with the remedy.
-    Unfit(&'static str),
-    /// A gamepad or another device.
-    Other,
-}
-
-/// Wheels in a mode without force or full range, by vendor and product.
-const UNFIT: [(u16, u16, &str); 2] = [
-    (
-        0x046d,
-        0xc260,
-        "the switch of the Logitech G29 is at PS4; Linux then gives it neither force nor full range\n  remedy: move \
-         the switch on its base to PS3; codrive finds the wheel a moment later",
-    ),
-    (
-        0x046d,
-        0xc267,
-        "the Logitech G923 is in its PlayStation mode; Linux then gives it no force\n  remedy: install usb_modeswitch \
-         with its udev rules; they switch the wheel to its native mode (046d:c266)",
-    ),
-];
-
-/// Returns the kind of a device.
-pub fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
-    if let Some((.., remedy)) = UNFIT.iter().find(|(v, p, _)| (*v, *p) == (vendor, product)) {
-        return DeviceKind::Unfit(remedy);
-    }
-    let named = ["wheel", "racing", "driving force"].iter().any(|word| name.to_lowercase().contains(word));
-    if named || shipped().any(|p| p.is_for(vendor, product)) { DeviceKind::Wheel } else { DeviceKind::Other }
-}
 
 /// Returns all shipped profiles.
 pub fn shipped() -> impl Iterator<Item = WheelProfile> {
@@ -112,6 +76,18 @@ pub fn named(name: &str) -> Result<WheelProfile, ProfileError> {
     }
 }
 
+/// Returns the user's own profiles, and the errors of files that are none.
+pub fn own_profiles() -> (Vec<WheelProfile>, Vec<String>) {
+    let (mut profiles, mut faults) = (Vec::new(), Vec::new());
+    for path in own() {
+        match load(&path) {
+            Ok(profile) => profiles.push(profile),
+            Err(error) => faults.push(error.to_string()),
+        }
+    }
+    (profiles, faults)
+}
+
 /// Returns the files of the user's own profiles, sorted by name.
 fn own() -> Vec<PathBuf> {
     own_folder().map_or_else(Vec::new, |folder| profiles_in(&folder))
@@ -163,6 +139,36 @@ pub struct UnprofiledDevice {
     pub axes: AxisRanges,
     /// Present raw value of each axis.
     pub values: BTreeMap<u16, i32>,
+    /// Vendor and product of the further devices of the rig, such as pedals. The axes of the first have codes from
+    /// [`PART`] on, those of the second from twice that.
+    pub parts: Vec<(u16, u16)>,
+}
+
+impl UnprofiledDevice {
+    /// Adds a further device of the rig.
+    pub fn add(&mut self, part: &Self) {
+        self.parts.push(part.id);
+        let code = |code: &u16| code + PART * self.parts.len() as u16;
+        self.axes.extend(part.axes.iter().map(|(axis, range)| (code(axis), *range)));
+        // If all values are 0, the driver has not read the device yet.
+        if part.values.values().any(|raw| *raw != 0) {
+            self.values.extend(part.values.iter().map(|(axis, raw)| (code(axis), *raw)));
+        }
+    }
+
+    /// Leaves out the axes of further devices that the profile does not use. The others keep their codes.
+    pub fn keep_parts_of(&mut self, profile: &WheelProfile) {
+        self.axes.retain(|code, _| profile.uses_part(code / PART));
+        self.values.retain(|code, _| profile.uses_part(code / PART));
+    }
+
+    /// Returns the profile with its pedals found on the devices of this rig.
+    fn fitted(&self, profile: &WheelProfile) -> Result<WheelProfile, ProfileError> {
+        let mut profile = profile.clone();
+        profile.find_parts(&self.parts)?;
+        profile.fits(&self.axes)?;
+        Ok(profile)
+    }
 }
 
 /// Chooses the profile of a device, and lists the errors of profiles that were skipped. `asked` is the profile that a
@@ -184,19 +190,36 @@ fn choose_from(
     asked: Option<&WheelProfile>,
 ) -> Result<(WheelProfile, Vec<String>), ProfileError> {
     let mut faults = Vec::new();
-    if let Some(profile) = asked {
-        return profile.fits(&device.axes).map(|()| (profile.clone(), faults));
-    }
     let (vendor, product) = device.id;
+    if let Some(profile) = asked {
+        if !profile.products.is_empty() && !profile.is_for(vendor, product) {
+            faults.push(format!(
+                "profile \"{}\" is for {}, and {} is {vendor:04x}:{product:04x}; it is used all the same\n  remedy: plug \
+                 its wheel in, or make a profile with codrive calibrate",
+                profile.name,
+                profile.products.join(", "),
+                device.name
+            ));
+        }
+        return device.fitted(profile).map(|profile| (profile, faults));
+    }
+    let mut missing = None;
     for path in own {
         match load(path) {
-            Ok(profile) if profile.is_for(vendor, product) => match profile.fits(&device.axes) {
-                Ok(()) => return Ok((profile, faults)),
+            Ok(profile) if profile.is_for(vendor, product) && !profile.has_its_parts(&device.parts) => {
+                missing = device.fitted(&profile).err();
+            }
+            Ok(profile) if profile.is_for(vendor, product) => match device.fitted(&profile) {
+                Ok(profile) => return Ok((profile, faults)),
                 Err(error) => faults.push(error.to_string()),
             },
             Ok(_) => {}
             Err(error) => faults.push(error.to_string()),
         }
+    }
+    if let Some(error) = missing {
+        // Another profile would drive without the pedals that the person named.
+        return Err(error);
     }
     if let Some(mut profile) = shipped().find(|profile| profile.is_for(vendor, product)) {
         profile.fits(&device.axes)?;
@@ -211,7 +234,19 @@ fn choose_from(
             device.name
         )));
     }
-    let profile = WheelProfile::generic(&device.name, &device.axes, &device.values)?;
+    let profile = WheelProfile::generic(&device.name, &device.axes, &device.values).map_err(|error| {
+        // The reasons why own profiles were refused come first.
+        ProfileError([&faults[..], &[error.to_string()]].concat().join("\n"))
+    })?;
+    let in_the_middle = |raw: &i32, pedal: &Pedal| (0.3..0.7).contains(&pedal.way(*raw));
+    let combined = |pedal: &Pedal| device.values.get(&pedal.code()).is_some_and(|raw| in_the_middle(raw, pedal));
+    if let Some((name, pedal)) = profile.pedals().find(|(_, pedal)| combined(pedal)) {
+        return Err(ProfileError(format!(
+            "{} is not known, and axis {}, taken for the {name}, rests in the middle, as pedals that share one axis do\n  \
+             remedy: calibrate it with codrive calibrate",
+            device.name, pedal.axis
+        )));
+    }
     faults.push(format!("{} is not known: its first axes are used; codrive calibrate measures them", device.name));
     Ok((profile, faults))
 }
@@ -232,7 +267,10 @@ fn scale(profile: &mut WheelProfile, axes: &AxisRanges) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::{
+        super::kinds::{self, Abilities, DeviceKind},
+        *,
+    };
 
     fn g29() -> UnprofiledDevice {
         let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (16, [-1, 1]), (17, [-1, 1])];
@@ -242,7 +280,14 @@ mod tests {
             id: (0x046d, 0xc24f),
             axes: axes.into(),
             values: values.into(),
+            parts: Vec::new(),
         }
+    }
+
+    /// Returns the kind of a device with two axes and a button.
+    fn kind(vendor: u16, product: u16, name: &str) -> DeviceKind {
+        let abilities = Abilities::from_uevent("EV=b\nKEY=100000000 0 0 0 0\nABS=3\n");
+        kinds::kind((vendor, product), name, abilities, &[], &shipped().collect::<Vec<_>>())
     }
 
     #[test]
@@ -266,7 +311,7 @@ mod tests {
 
     #[test]
     fn a_pad_is_no_wheel_and_an_unknown_wheel_is() {
-        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), DeviceKind::Other);
+        assert_eq!(kind(0x045e, 0x028e, "Xbox 360 Controller"), DeviceKind::Controller);
         assert_eq!(kind(0x1234, 0x5678, "Some Racing Wheel"), DeviceKind::Wheel);
     }
 
@@ -274,7 +319,7 @@ mod tests {
     fn a_guessed_profile_takes_present_pedal_values_as_released() {
         let values = [(0, 512), (1, 3), (2, 1020)].into();
         let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
-        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values };
+        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values, parts: Vec::new() };
         let (profile, faults) = choose(&device, None).unwrap();
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
         assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));
@@ -282,6 +327,9 @@ mod tests {
         let unread = UnprofiledDevice { values: [(0, 0), (1, 0), (2, 0)].into(), ..device.clone() };
         let message = choose(&unread, None).unwrap_err().0;
         assert!(message.contains("codrive calibrate"), "nobody guesses where a pedal rests: {message}");
+        let combined = UnprofiledDevice { values: [(0, 512), (1, 500), (2, 1020)].into(), ..device.clone() };
+        let message = choose(&combined, None).unwrap_err().0;
+        assert!(message.contains("axis 1, taken for the accelerator, rests in the middle"), "{message}");
         let one_axis = UnprofiledDevice { axes: [(0, [0, 1023])].into(), ..device };
         assert!(choose(&one_axis, None).unwrap_err().0.contains("fewer than two axes"));
     }
@@ -302,6 +350,43 @@ mod tests {
         let (profile, _) = choose(&device, None).unwrap();
         assert_eq!((profile.steering.right, profile.steering.centre), (16_383, 8191));
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (1023, 0));
+    }
+
+    #[test]
+    fn a_pedal_on_a_device_of_its_own_is_found_by_the_devices_id() {
+        let mut profile = named("g29").unwrap();
+        profile.accelerator =
+            Pedal { device: Some("0EB7:183b".into()), axis: 0, released: 0, pressed: 4095, ..profile.accelerator };
+        let profile = WheelProfile::from_toml(&profile.to_toml(), "mine").unwrap();
+        let message = choose(&g29(), Some(&profile)).unwrap_err().0;
+        assert!(message.contains("the device of the accelerator, 0EB7:183b, is not plugged in"), "{message}");
+        let folder = tempfile::tempdir().unwrap();
+        let own = WheelProfile { products: vec!["046d:c24f".into()], ..profile.clone() };
+        std::fs::write(folder.path().join("a.toml"), own.to_toml()).unwrap();
+        let refused = choose_from(&profiles_in(folder.path()), &g29(), None).unwrap_err().0;
+        assert!(refused.contains("is not plugged in"), "no other profile takes its place: {refused}");
+        let mut rig = g29();
+        let part = |product, raw| UnprofiledDevice {
+            id: (0x0eb7, product),
+            axes: [(0, [0, 4095])].into(),
+            values: [(0, raw)].into(),
+            ..UnprofiledDevice::default()
+        };
+        [part(0x0001, 7), part(0x183b, 0)].iter().for_each(|part| rig.add(part));
+        let (chosen, _) = choose(&rig, Some(&profile)).unwrap();
+        assert_eq!((chosen.accelerator.code(), chosen.brake.as_ref().map(Pedal::code)), (2 * PART, Some(5)));
+        assert_eq!(WheelProfile::from_toml(&chosen.to_toml(), "again").unwrap(), profile, "the file has evdev's codes");
+        assert_eq!(
+            (rig.values.get(&PART), rig.values.get(&(2 * PART))),
+            (Some(&7), None),
+            "the second is not read yet"
+        );
+        rig.keep_parts_of(&chosen);
+        assert!(!rig.axes.contains_key(&PART) && rig.axes.contains_key(&(2 * PART)));
+        let bad = profile.to_toml().replace("0EB7:183b", "pedals");
+        assert!(
+            WheelProfile::from_toml(&bad, "x").unwrap_err().0.contains("accelerator.device: \"pedals\" is no USB id")
+        );
     }
 
     #[test]
@@ -338,6 +423,13 @@ mod tests {
         let asked = WheelProfile { name: "asked".into(), ..named("g29").unwrap() };
         let (profile, faults) = choose_from(&profiles_in(folder.path()), &g29(), Some(&asked)).unwrap();
         assert_eq!((profile.name.as_str(), faults.len()), ("asked", 0), "the one that was named comes first");
+        let other = WheelProfile { products: vec!["346e:0004".into()], ..asked };
+        let (profile, faults) = choose_from(&[], &g29(), Some(&other)).unwrap();
+        assert_eq!(profile.name, "asked");
+        assert!(
+            faults[0].contains("profile \"asked\" is for 346e:0004") && faults[0].contains("is 046d:c24f"),
+            "{faults:?}"
+        );
         assert!(profiles_in(&folder.path().join("nothing")).is_empty());
     }
 

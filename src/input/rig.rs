@@ -50,6 +50,25 @@ struct ConnectedWheel {
     state: WheelState,
     lamps: Lamps,
     force: Option<ForceThread>,
+    /// True once the direction of the pedals was checked, which takes a value of each axis.
+    checked: bool,
+}
+
+impl ConnectedWheel {
+    /// Checks the direction of the pedals once all are read. Returns the message for pedals that are refused.
+    fn check_pedals(&mut self) -> Option<String> {
+        let (profile, raw) = (self.state.profile(), self.state.raw());
+        let is_read = profile.pedals().all(|(_, pedal)| raw.contains_key(&pedal.code()));
+        if self.checked || !is_read || !raw.contains_key(&profile.steering.axis) {
+            return None;
+        }
+        self.checked = true;
+        let text = profile.upside_down_message(&self.device.name);
+        profile.pedals_upside_down(&self.device.axes, raw).then(|| {
+            self.state.refuse_pedals();
+            text
+        })
+    }
 }
 
 impl Rig {
@@ -87,6 +106,7 @@ impl Rig {
                     log::info!("found {} (profile {})", found.device.name, found.profile.name);
                     news.push(RigEvent::Connected(found.device.name.clone()));
                     self.plug(*found);
+                    news.extend(self.check_pedals());
                 }
                 WheelMessage::Axis { code, raw, at } => {
                     if let Some(wheel) = &mut self.wheel {
@@ -100,6 +120,7 @@ impl Rig {
                             calibration.moved(code, raw, at_s);
                         }
                     }
+                    news.extend(self.check_pedals());
                 }
                 WheelMessage::Button { code, down: false, .. } => {
                     if let Some(wheel) = &mut self.wheel {
@@ -134,6 +155,12 @@ impl Rig {
         (touched, news)
     }
 
+    fn check_pedals(&mut self) -> Option<RigEvent> {
+        let text = self.wheel.as_mut()?.check_pedals()?;
+        log::warn!("{text}");
+        Some(RigEvent::Trouble(text))
+    }
+
     fn plug(&mut self, found: FoundWheel) {
         // The old wheel's force ends before the new one's begins.
         self.calibration = None;
@@ -146,7 +173,7 @@ impl Rig {
         let force = force.map(|force| ForceThread::start(force, found.angle));
         let force = force
             .and_then(|started| started.map_err(|e| log::warn!("the thread for the force cannot start: {e}")).ok());
-        self.wheel = Some(ConnectedWheel { device: found.device, state, lamps: found.lamps, force });
+        self.wheel = Some(ConnectedWheel { device: found.device, state, lamps: found.lamps, force, checked: false });
     }
 
     /// Returns the controls that the wheel asks for; without a wheel the pedals are released and the steering stays.

@@ -20,7 +20,13 @@ fn rest() -> BTreeMap<u16, i32> {
 /// A G29 at rest as the reading thread reports it.
 fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
-    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: rest() };
+    let device = UnprofiledDevice {
+        name: "G29".into(),
+        id: (0x046d, 0xc24f),
+        axes: axes.into(),
+        values: rest(),
+        parts: Vec::new(),
+    };
     let profile = profiles::named("g29").unwrap();
     FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(SharedAngle::default()) }
 }

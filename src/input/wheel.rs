@@ -13,8 +13,6 @@ use super::{
 use crate::controls::{Controls, Selector};
 use std::{collections::BTreeMap, sync::Arc};
 
-/// Pedal travel, 0 to 1, below which the pedal counts as seen at rest.
-const AT_REST: f64 = 0.15;
 /// Smallest change of pedal travel (share) and of wheel angle (rad) that counts as a hand or foot; a worn sensor's
 /// noise is smaller.
 const TOUCH_WAY: f64 = 0.03;
@@ -47,6 +45,13 @@ pub enum WheelMessage {
     Trouble(String),
 }
 
+impl WheelMessage {
+    /// Returns the code of the axis that moved.
+    pub fn axis(&self) -> Option<u16> {
+        if let Self::Axis { code, .. } = self { Some(*code) } else { None }
+    }
+}
+
 /// A wheel that was found and opened.
 pub struct FoundWheel {
     /// Name and axes of the device, and the axes' values when it was opened.
@@ -74,6 +79,8 @@ pub struct WheelState {
     touched: BTreeMap<u16, i32>,
     reverse: bool,
     horn: bool,
+    /// True if the pedals have no effect, because the driver reports them the other way round.
+    pedals_refused: bool,
 }
 
 impl WheelState {
@@ -82,7 +89,8 @@ impl WheelState {
     pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
         let (touched, hats) = (raw.clone(), BTreeMap::new());
-        let mut state = Self { profile, touched, raw, hats, armed: Vec::new(), reverse: false, horn: false };
+        let (armed, reverse, horn, pedals_refused) = (Vec::new(), false, false, false);
+        let mut state = Self { profile, touched, raw, hats, armed, reverse, horn, pedals_refused };
         state.arm();
         state
     }
@@ -100,7 +108,7 @@ impl WheelState {
             (self.profile.steering.wheel_rad(raw) - self.profile.steering.wheel_rad(before)).abs() > TOUCH_RAD
         } else {
             let way = |pedal: &super::profile::Pedal| (pedal.way(raw) - pedal.way(before)).abs() > TOUCH_WAY;
-            self.profile.pedals().any(|(_, pedal)| pedal.axis == code && way(pedal))
+            self.profile.pedals().any(|(_, pedal)| pedal.code() == code && way(pedal))
         };
         if touched {
             self.touched.insert(code, raw);
@@ -139,6 +147,11 @@ impl WheelState {
         &self.raw
     }
 
+    /// Takes the effect from the pedals until the wheel is opened again.
+    pub fn refuse_pedals(&mut self) {
+        self.pedals_refused = true;
+    }
+
     /// Sets the selector, to keep it when a wheel is plugged in again.
     pub fn set_reverse(&mut self, reverse: bool) {
         self.reverse = reverse;
@@ -158,17 +171,21 @@ impl WheelState {
 
     fn effect(&self, pedal: Option<&super::profile::Pedal>) -> f32 {
         pedal
-            .filter(|pedal| self.armed.contains(&pedal.axis))
-            .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.axis)?)))
+            .filter(|pedal| !self.pedals_refused && self.armed.contains(&pedal.code()))
+            .and_then(|pedal| Some(pedal.effect(*self.raw.get(&pedal.code())?)))
             .unwrap_or(0.0)
     }
 
+    /// Arms the pedals that are seen at rest. The two pedals of a combined axis rest together, in its middle.
     fn arm(&mut self) {
         let Self { profile, raw, armed, .. } = self;
+        let rests = |axis: u16| {
+            let mut its = profile.pedals().filter(|(_, pedal)| pedal.code() == axis);
+            raw.get(&axis).is_some_and(|raw| its.all(|(_, pedal)| pedal.is_released(*raw)))
+        };
         for (_, pedal) in profile.pedals() {
-            let rests = raw.get(&pedal.axis).is_some_and(|raw| pedal.way(*raw) < AT_REST);
-            if rests && !armed.contains(&pedal.axis) {
-                armed.push(pedal.axis);
+            if !armed.contains(&pedal.code()) && rests(pedal.code()) {
+                armed.push(pedal.code());
             }
         }
     }
@@ -208,6 +225,36 @@ mod tests {
         assert_eq!(wheel.controls().throttle, 1.0);
         wheel.moved(5, 0);
         assert_eq!(wheel.controls().brake, 1.0);
+    }
+
+    #[test]
+    fn a_combined_axis_is_accelerator_and_brake_after_it_rested_in_the_middle() {
+        let mut profile = profiles::named("g29").unwrap();
+        let pedal = |pressed| super::super::profile::Pedal { released: 128, pressed, ..profile.accelerator.clone() };
+        (profile.accelerator, profile.brake) = (pedal(0), Some(pedal(255)));
+        let profile = WheelProfile::from_toml(&profile.to_toml(), "combined").unwrap();
+        let asked = |wheel: &WheelState| (wheel.controls().throttle, wheel.controls().brake);
+        let mut wheel = WheelState::new(profile, [(0, 32_767), (2, 0)].into());
+        assert_eq!(asked(&wheel), (0.0, 0.0), "a foot was on it at the start");
+        wheel.moved(2, 255);
+        assert_eq!(asked(&wheel), (0.0, 0.0), "it went through the middle unseen");
+        wheel.moved(2, 128);
+        assert_eq!(asked(&wheel), (0.0, 0.0));
+        for (raw, expected) in [(0, (1.0, 0.0)), (255, (0.0, 1.0)), (128, (0.0, 0.0))] {
+            wheel.moved(2, raw);
+            assert_eq!(asked(&wheel), expected, "at {raw}");
+        }
+    }
+
+    #[test]
+    fn refused_pedals_have_no_effect_and_the_wheel_still_steers() {
+        let mut wheel = g29(&REST);
+        wheel.refuse_pedals();
+        for (code, raw) in [(2, 0), (5, 0), (0, 0)] {
+            wheel.moved(code, raw);
+        }
+        let controls = wheel.controls();
+        assert_eq!((controls.throttle, controls.brake, controls.steering_wheel_rad), (0.0, 0.0, STEERING_LOCK_RAD));
     }
 
     #[test]

@@ -43,8 +43,13 @@ fn show(scenario: Scenario) -> (LiveDrive, Sender<WheelMessage>) {
 fn g29(lamps: Lamps, force: bool) -> WheelMessage {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)];
-    let device =
-        UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+    let device = UnprofiledDevice {
+        name: "G29".into(),
+        id: (0x046d, 0xc24f),
+        axes: axes.into(),
+        values: values.into(),
+        parts: Vec::new(),
+    };
     let force = force.then(|| Box::new(Motor) as Box<dyn ForceDevice>);
     let profile = profiles::named("g29").unwrap();
     WheelMessage::Connected(Box::new(FoundWheel {

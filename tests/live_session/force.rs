@@ -73,8 +73,13 @@ impl WheelPort for Desk {
         let angle = Arc::new(SharedAngle::default());
         let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
         let values = [(STEERING, STRAIGHT), (1, 255), (ACCELERATOR, 255), (5, 255)];
-        let device =
-            UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() };
+        let device = UnprofiledDevice {
+            name: "G29".into(),
+            id: (0x046d, 0xc24f),
+            axes: axes.into(),
+            values: values.into(),
+            parts: Vec::new(),
+        };
         let force: Option<Box<dyn ForceDevice>> = Some(Box::new(self.motor.clone()));
         let (profile, lamps) = (self.profile.clone(), Lamps::default());
         Some((FoundWheel { device, profile, lamps, force, angle: Arc::clone(&angle) }, angle))

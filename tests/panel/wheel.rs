@@ -27,7 +27,13 @@ struct Bench {
 fn device() -> UnprofiledDevice {
     let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255])];
     let values = [(0, 27_000), (1, 255), (2, 130), (5, 255)];
-    UnprofiledDevice { name: "Logitech G29".into(), id: (0x046d, 0xc24f), axes: axes.into(), values: values.into() }
+    UnprofiledDevice {
+        name: "Logitech G29".into(),
+        id: (0x046d, 0xc24f),
+        axes: axes.into(),
+        values: values.into(),
+        parts: Vec::new(),
+    }
 }
 
 fn wheel() -> PluggedWheel {

@@ -1,12 +1,17 @@
 /* Library with the interface of SDL2's joysticks and haptics that logs its calls, with the bytes of each effect. The test builds it
  * with the system's cc. -DLACKING leaves one function out, -DROOM=n limits the number of effects, -DFIRST=n sets the first effect id,
- * -DSTUCK runs no effect. Calls are also written to the file HAPTIC_LOG, line by line, for a test that watches another process. */
+ * -DSTUCK runs no effect, -DVENDOR=n -DPRODUCT=n set the wheel's ids. Calls are also written to the file HAPTIC_LOG, line by line, for a test that watches another process. */
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#ifndef VENDOR
+#define VENDOR 0x046d
+#define PRODUCT 0xc24f
+#endif
 
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static char text[1 << 20];
@@ -56,8 +61,8 @@ int SDL_InitSubSystem(uint32_t flags) { return note("init %x\n", flags), 0; }
 void SDL_QuitSubSystem(uint32_t flags) { note("quit %x\n", flags); }
 const char *SDL_GetError(void) { return "the recorder says no"; }
 int SDL_NumJoysticks(void) { return 2; }
-uint16_t SDL_JoystickGetDeviceVendor(int index) { return index == 1 ? 0x046d : 0x045e; }
-uint16_t SDL_JoystickGetDeviceProduct(int index) { return index == 1 ? 0xc24f : 0x028e; }
+uint16_t SDL_JoystickGetDeviceVendor(int index) { return index == 1 ? VENDOR : 0x045e; }
+uint16_t SDL_JoystickGetDeviceProduct(int index) { return index == 1 ? PRODUCT : 0x028e; }
 void *SDL_JoystickOpen(int index) { return note("joystick %d\n", index), (void *)(intptr_t)(16 + index); }
 void SDL_JoystickClose(void *joystick) { note("close joystick %d\n", (int)(intptr_t)joystick - 16); }
 void *SDL_HapticOpenFromJoystick(void *joystick) {

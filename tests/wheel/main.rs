@@ -3,8 +3,10 @@
 //! devices in `src/input/` cover these, as do `uinput.rs` and `usb.rs` with a real kernel.
 #![cfg(target_os = "linux")]
 
+mod described;
 mod haptic;
 mod kernel;
+mod other_devices;
 mod uinput;
 mod usb;
 

@@ -2,7 +2,10 @@
 
 use crate::cli::CliError;
 #[cfg(target_os = "linux")]
-use crate::cli::out;
+use crate::{
+    cli::out,
+    input::{kinds::DeviceKind, linux::DeviceNode},
+};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::path::PathBuf;
 
@@ -10,6 +13,11 @@ pub(super) fn command() -> Command {
     Command::new("calibrate")
         .about("Calibrate a steering wheel and save a profile; a text asks for each turn and pedal")
         .arg(Arg::new("name").long("name").value_name("NAME").help("Name of the profile [default: the device's]"))
+        .arg(
+            Arg::new("device").long("device").value_name("VENDOR:PRODUCT").help(
+                "USB id of the device, for one that is not known as a wheel [default: the wheel that is plugged in]",
+            ),
+        )
         .arg(
             Arg::new("out")
                 .long("out")
@@ -38,37 +46,28 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         TimeStamp,
         calibrate::{Calibration, CalibrationStep},
         linux::{self, OpenWheel},
-        profiles::{self, DeviceKind},
+        profiles,
         wheel::WheelMessage,
     };
     use std::time::Duration;
 
-    let nodes = linux::wheels();
-    if let Some(text) =
-        nodes.iter().find_map(|node| if let DeviceKind::Unfit(text) = node.kind { Some(text) } else { None })
-    {
-        out::status_line(format_args!("{text}"));
-    }
-    let node = nodes.iter().find(|node| node.kind == DeviceKind::Wheel).ok_or_else(|| {
-        CliError::Failed(
-            "no steering wheel is plugged in\n  remedy: plug it in, wait until it has turned, and begin again".into(),
-        )
-    })?;
-    let others = nodes.iter().filter(|other| other.kind == DeviceKind::Wheel && other.path != node.path);
-    for other in others {
-        out::status_line(format_args!(
-            "two wheels are plugged in, {} and {}; the second is calibrated\n  remedy: unplug the other wheel",
-            other.name, node.name
-        ));
-    }
+    let nodes = linux::controllers(None);
+    let node = chosen(&nodes, matches.get_one::<String>("device"))?;
     let failed = |error: &std::io::Error| CliError::Failed(linux::trouble(node, error));
-    let (mut wheel, device) = OpenWheel::open(node).map_err(|e| failed(&e))?;
+    let (mut wheel, device) = OpenWheel::open_rig(node, &nodes).map_err(|e| failed(&e))?;
     let name = matches.get_one::<String>("name").cloned().unwrap_or_else(|| device.name.clone());
     let begin = TimeStamp::now();
     let seconds = || begin.until(TimeStamp::now()).as_secs_f64();
-    let mut calibration = Calibration::new(device, 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
+    let mut calibration = Calibration::new(device.clone(), 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut screen = CalibrationScreen::new();
-    out::line(format_args!("{}", node.name))?;
+    out::line(format_args!("{}", node.described()))?;
+    for part in nodes.iter().filter(|other| device.parts.contains(&other.id)) {
+        out::line(format_args!("with {}", part.described()))?;
+    }
+    let known = profiles::choose(&device, None).ok().map(|(profile, _)| profile);
+    if let Some(known) = known.filter(|known| known.pedals_upside_down(&device.axes, &device.values)) {
+        out::line(format_args!("{}", upside_down(&known)))?;
+    }
     if let Some(path) = matches.get_one::<PathBuf>("replay") {
         for (at_s, code, raw) in events(path)? {
             screen.show(calibration.step().question(), &calibration.bars())?;
@@ -92,6 +91,53 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let path = profiles::save(&profile, path).map_err(|e| CliError::Failed(e.to_string()))?;
     out::line(format_args!("\n{}\nsaved in {}", summary(&profile), path.display()))?;
     Ok(())
+}
+
+/// Returns the device to be calibrated: the one that a person named, or the first wheel.
+#[cfg(target_os = "linux")]
+fn chosen<'a>(nodes: &'a [DeviceNode], named: Option<&String>) -> Result<&'a DeviceNode, CliError> {
+    let described = |nodes: &[&DeviceNode]| nodes.iter().map(|node| node.described()).collect::<Vec<_>>().join(", ");
+    let all: Vec<&DeviceNode> = nodes.iter().collect();
+    if let Some(named) = named {
+        let matching = nodes.iter().find(|node| node.described().ends_with(&format!("({})", named.to_lowercase())));
+        return matching.ok_or_else(|| {
+            let there = if all.is_empty() { "none".into() } else { described(&all) };
+            CliError::Failed(format!(
+                "no device with axes has the id {named}; there are: {there}\n  remedy: name one of these ids, as \
+                 --device 346e:0004"
+            ))
+        });
+    }
+    for node in nodes {
+        if let DeviceKind::Unfit(text) = node.kind {
+            out::status_line(format_args!("{text}"));
+        }
+    }
+    let wheels: Vec<&DeviceNode> = nodes.iter().filter(|node| node.kind == DeviceKind::Wheel).collect();
+    if let [first, _, ..] = wheels[..] {
+        out::status_line(format_args!(
+            "{} wheels are plugged in, {}; {} is calibrated\n  remedy: unplug the others, or name one with --device",
+            wheels.len(),
+            described(&wheels),
+            first.name
+        ));
+    }
+    let others: Vec<&DeviceNode> =
+        nodes.iter().filter(|node| node.kind == DeviceKind::Controller || node.kind == DeviceKind::Pad).collect();
+    let seen = if others.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "\n  not known as a wheel by force, maker, name or profile: {}\n  remedy: if one of these is the wheel, name \
+             its id with --device",
+            described(&others)
+        )
+    };
+    wheels.first().copied().ok_or_else(|| {
+        CliError::Failed(format!(
+            "no steering wheel is plugged in\n  remedy: plug it in, wait until it has turned, and begin again{seen}"
+        ))
+    })
 }
 
 /// Returns the axis events of a file of evemu-record: seconds, code, value. Other lines describe the device and are skipped.
@@ -158,6 +204,16 @@ fn bar(share: f64) -> String {
     format!("{}{}", "#".repeat(full), ".".repeat(10 - full))
 }
 
+/// Returns the question for a wheel whose driver reports the pedals the other way round than `known` expects.
+#[cfg(target_os = "linux")]
+fn upside_down(known: &crate::input::WheelProfile) -> String {
+    format!(
+        "Is a foot on the pedals? If so, release them. If not, the wheel's driver turns them round: they rest where the \
+         profile \"{}\" calls them pressed. This calibration measures them, and its profile then replaces that one.",
+        known.name
+    )
+}
+
 /// Returns the measured profile as text, with each pedal's curve at quarters of its travel.
 #[cfg(target_os = "linux")]
 fn summary(profile: &crate::input::WheelProfile) -> String {
@@ -171,8 +227,9 @@ fn summary(profile: &crate::input::WheelProfile) -> String {
         let curve: Vec<String> =
             [0.0, 0.25, 0.5, 0.75, 1.0].map(|share| format!("{:.2}", pedal.effect(way(share)))).into();
         lines.push(format!(
-            "{name}: axis {}, {} released, {} pressed, dead {:.1} %, curve {}",
+            "{name}: axis {}{}, {} released, {} pressed, dead {:.1} %, curve {}",
             pedal.axis,
+            pedal.device.as_ref().map_or_else(String::new, |device| format!(" of {device}")),
             pedal.released,
             pedal.pressed,
             100.0 * pedal.dead,

@@ -153,7 +153,7 @@ impl CalibrationPage {
             for (name, pedal) in [("Accelerator", Some(&mut edited.accelerator)), ("Brake", edited.brake.as_mut())] {
                 let Some(pedal) = pedal else { continue };
                 ui.vertical(|ui| {
-                    let now = raw(pedal.axis);
+                    let now = raw(pedal.code());
                     ui.label(RichText::new(format!("{name}, axis {}", pedal.axis)).color(theme::DIM));
                     curve(ui, pedal, now);
                     let position_text = now.map_or("not read yet".into(), |raw| {
