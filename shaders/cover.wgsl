@@ -1,16 +1,12 @@
 // Depth pass of trees. It writes depth alone, so that the colour pass shades every pixel once. On software rendering a discarded pixel
 // costs as much as a shaded one.
 
-@fragment
-fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
+// Returns the samples of a pixel that leaves or bark cover.
+fn drawn_samples(in: Surface) -> u32 {
     var cover = textureSampleBias(leaves, leaf_sampler, in.uv, in.layer, select(0.0, BLUNTED, SAMPLES == 1u)).r;
     // With one sample, only whether it is more than half covered counts, which sharpening does not change.
     if SAMPLES > 1u {
         cover = sharpened(cover);
     }
-    let samples = covered_samples(in.clip.xy, cover, in.tint.w) & kept(in.clip.xy, in.tint.w);
-    if samples == 0u {
-        discard;
-    }
-    return samples;
+    return covered_samples(in.clip.xy, cover, in.tint.w) & kept(in.clip.xy, in.tint.w);
 }

@@ -17,7 +17,7 @@ fn dithered(pixel: vec2f) -> f32 {
 // neighbours, so that the stipple is one sample deep, not a whole pixel.
 fn samples_of(share: f32, turns: vec4f, luck: f32) -> u32 {
     let taken = (turns + luck) * 0.25 < vec4f(share);
-    return dot(select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), taken), vec4u(1u));
+    return dot(vec4u(taken), vec4u(1u, 2u, 4u, 8u));
 }
 
 // Returns the samples of a level. Between two levels of detail both are drawn, each sample by one of them: the finer one has its share in

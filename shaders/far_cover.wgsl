@@ -17,8 +17,8 @@ fn cover_of(there: f32, uv: vec2f) -> f32 {
     return clamp((there - 0.5 - 0.11 * finer) / soft + 0.5, 0.0, 1.0);
 }
 
-@fragment
-fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
+// Returns the samples of a pixel that the tree covers.
+fn drawn_samples(in: Surface) -> u32 {
     let pixel = in.clip.xy;
     var samples = kept(pixel, in.tint.w);
     if SAMPLES == 1u {
@@ -33,9 +33,6 @@ fn fragment(in: Surface) -> @builtin(sample_mask) u32 {
         let a = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.x + 0.5)).a, in.uv);
         let b = cover_of(textureSample(pictures, leaf_sampler, in.uv, 2 * i32(in.pictures.y + 0.5)).a, in.uv);
         samples &= (covered_samples(pixel, a, 1.0) & (15u - second)) | (covered_samples(pixel, b, 1.0) & second);
-    }
-    if samples == 0u {
-        discard;
     }
     return samples;
 }

@@ -44,11 +44,18 @@ pub trait Windows: Sized {
     fn first(&self) -> &Window;
 }
 
+/// Variable of the environment by which winit scales windows on X11.
+const SCALE: &str = "WINIT_X11_SCALE_FACTOR";
+/// Smallest and largest scale of windows. At the largest, the sides of a window of 1280 points still fit into a picture
+/// ([`MAX_SIDE`](crate::render::MAX_SIDE)).
+const SCALES: [f64; 2] = [0.25, 6.0];
+
 /// Creates a loop that polls instead of waiting.
 ///
 /// # Errors
-/// There is no display.
+/// There is no display, or the environment's scale of windows is not a scale.
 pub fn event_loop() -> Result<EventLoop<()>, RunError> {
+    std::env::var_os(SCALE).map_or(Ok(()), |value| check_scale(&value.to_string_lossy()))?;
     let event_loop = EventLoop::new().map_err(|error| no_display(&error))?;
     event_loop.set_control_flow(ControlFlow::Poll);
     Ok(event_loop)
@@ -120,12 +127,25 @@ impl<W: Windows> ApplicationHandler for WindowedLoop<'_, W> {
     }
 }
 
-/// Returns the error for a missing display, without the source position that winit puts in front.
+/// Checks a scale of windows as winit reads it, which panics at others: an empty one is none.
+fn check_scale(value: &str) -> Result<(), RunError> {
+    let inside = |scale: f64| (SCALES[0]..=SCALES[1]).contains(&scale);
+    if value.is_empty() || value.eq_ignore_ascii_case("randr") || value.parse().is_ok_and(inside) {
+        return Ok(());
+    }
+    Err(RunError::NoScale { variable: SCALE, value: value.to_owned(), range: SCALES })
+}
+
+/// Returns the error for a missing display, with the variables that name one and without the source position that winit puts in front.
 pub fn no_display(error: &impl std::fmt::Display) -> RunError {
     let text = error.to_string();
     let message =
         text.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(text.as_str(), |(_, why)| why);
-    RunError::NoDisplay(message.trim_end_matches('.').to_owned())
+    let named = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].iter().filter_map(|variable| {
+        let value = std::env::var_os(variable).filter(|value| !value.is_empty())?;
+        Some(format!("{variable}={}: ", value.to_string_lossy()))
+    });
+    RunError::NoDisplay(format!("{}{}", named.collect::<String>(), message.trim_end_matches('.')))
 }
 
 /// Returns the wall time, for the loop.

@@ -32,7 +32,7 @@ pub(super) fn sumo(scenario: &Scenario) -> Finding {
 pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     let gpu = match Gpu::headless() {
         Ok(gpu) => gpu,
-        Err(error) => return vec![Finding::fault("graphics", error.to_string(), "install the card's driver")],
+        Err(error) => return vec![Finding::from_message("graphics", FindingGrade::Fault, &error.to_string())],
     };
     let adapter = if gpu.is_software() {
         let remedy = "a graphics card and its driver; for Vulkan on Debian: apt install mesa-vulkan-drivers";
@@ -42,7 +42,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     };
     let times = match first_moment(scenario).map(|world| frames(&gpu, &world, size, scenario.display.quality)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
-        Ok(Err(error)) => Finding::fault("frame time", error.to_string(), "update the card's driver"),
+        Ok(Err(error)) => Finding::from_message("frame time", FindingGrade::Fault, &error.to_string()),
         Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
     };
     vec![adapter, times]

@@ -57,6 +57,21 @@ pub enum RunError {
         "no window can be opened: {0}\n  remedy: start it on a computer with a display (DISPLAY or WAYLAND_DISPLAY); without one, codrive render draws pictures and codrive run drives"
     )]
     NoDisplay(String),
+    /// The scale of the windows in the environment is not a scale.
+    #[error(
+        "{variable}={value}: the scale of windows is a number from {} to {}, or randr\n  remedy: unset {variable}, or set \
+         it to one of these",
+        range[0],
+        range[1]
+    )]
+    NoScale {
+        /// Name of the variable.
+        variable: &'static str,
+        /// Value of the variable.
+        value: String,
+        /// Smallest and largest scale.
+        range: [f64; 2],
+    },
     /// There is no such monitor.
     #[error(
         "there is no monitor {number}; there are {there}\n  remedy: name one of these monitors; codrive doctor lists \

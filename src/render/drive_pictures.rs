@@ -9,9 +9,6 @@ use crate::{
     sim::World,
 };
 
-/// Largest side of a picture, pixels: a size that every graphics card supports.
-pub const MAX_SIDE: u32 = 8192;
-
 /// Draws pictures of drives on one road: a graphics device and the static scene.
 pub struct DrivePictures {
     gpu: Gpu,
@@ -36,7 +33,7 @@ impl DrivePictures {
         Ok(Self { gpu, static_scene, renderer })
     }
 
-    /// Draws the current moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`].
+    /// Draws the current moment, `size` pixels wide and high, each from 1 to [`MAX_SIDE`](super::MAX_SIDE).
     ///
     /// # Errors
     /// The device is lost while it draws.

@@ -139,8 +139,13 @@ impl MaterialsDesc<'_> {
         let samples = ("SAMPLES", f64::from(self.quality.msaa));
         let (soft_alone, samples_alone) = ([soft], [samples]);
         let solid = self.solid(&mesh, &soft_alone);
+        // Shaders for OpenGL cannot write a mask of samples: they decide on each sample instead.
+        let [near_cover, far_cover] = match builder.device.adapter_info().backend {
+            wgpu::Backend::Gl => ["cover_by_sample", "far_cover_by_sample"],
+            _ => ["cover", "far_cover"],
+        };
         let cover = PipelineDesc {
-            program: "cover",
+            program: near_cover,
             writes: wgpu::ColorWrites::empty(),
             cull: None,
             constants: &samples_alone,
@@ -161,8 +166,8 @@ impl MaterialsDesc<'_> {
             builder.pipelines([
                 cover.clone(),
                 PipelineDesc { program: "tree", ..covered.clone() },
-                PipelineDesc { program: "far_cover", ..cover.clone() },
-                PipelineDesc { program: "far_cover", constants: &[samples, FROM_ABOVE], ..cover },
+                PipelineDesc { program: far_cover, ..cover.clone() },
+                PipelineDesc { program: far_cover, constants: &[samples, FROM_ABOVE], ..cover },
                 PipelineDesc { program: "impostor", constants: &[soft, samples], ..covered.clone() },
                 PipelineDesc { program: "impostor", constants: &[soft, samples, FROM_ABOVE], ..covered },
                 PipelineDesc { program: "grass", cull: None, cut_out, constants: &[soft, least, reach], ..solid },

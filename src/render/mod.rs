@@ -27,10 +27,10 @@ pub mod view_projection;
 
 pub use auto_quality::{quality_for, renderer_that_keeps_up};
 pub use device::cost::FrameCost;
-pub use device::gpu::{Gpu, GpuError};
+pub use device::gpu::{Gpu, GpuError, MAX_SIDE};
 pub use device::shader::ShaderFault;
 pub use device::timing::PassTimes;
-pub use drive_pictures::{DrivePictures, MAX_SIDE};
+pub use drive_pictures::DrivePictures;
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 /// Returns the program's command without the display variables of the test environment.
-fn codrive(arguments: &[&str]) -> Command {
+pub fn codrive(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_codrive"));
     command.args(arguments).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command

@@ -6,6 +6,7 @@ mod anywhere;
 mod benchmark;
 mod cli;
 mod film;
+mod graphics;
 mod hostile_texts;
 mod interrupts;
 mod portable;

@@ -3,6 +3,7 @@
 mod anywhere;
 mod display;
 mod drive;
+mod environment;
 mod keys;
 mod kills;
 mod led;

@@ -13,7 +13,13 @@ use std::{
 
 /// Starts a drive that waits for the space bar.
 fn held(server: &Server, more: &[&str]) -> Child {
+    held_with(server, more, &[])
+}
+
+/// Starts a drive that waits for the space bar, with these variables of the environment.
+fn held_with(server: &Server, more: &[&str], variables: &[(&str, &str)]) -> Child {
     Command::new(env!("CARGO_BIN_EXE_codrive"))
+        .envs(variables.iter().copied())
         .args(["drive", "--paused", "--traffic", "native", "--quality", "low", "--trees", "0", "--policy", "none"])
         .args(["--cockpit", "off"])
         .args(more)
@@ -101,8 +107,18 @@ fn found(shown: &Picture, within: &Picture) -> Option<[u32; 3]> {
 
 #[test]
 fn the_experimenter_sees_the_drivers_view() {
+    experimenter_sees_the_driver(&[]);
+}
+
+#[test]
+fn opengl_alone_draws_both_windows() {
+    // Without a driver for Vulkan nothing has to choose OpenGL.
+    experimenter_sees_the_driver(&[("VK_DRIVER_FILES", "/nonexistent"), ("VK_ICD_FILENAMES", "/nonexistent")]);
+}
+
+fn experimenter_sees_the_driver(variables: &[(&str, &str)]) {
     let server = Server::start([2000, 820]);
-    let program = held(&server, &["--experimenter"]);
+    let program = held_with(&server, &["--experimenter"], variables);
     let window = server.window("codrive");
     let experimenter = server.window("Experimenter");
     server.move_to(experimenter, [700, 0]);

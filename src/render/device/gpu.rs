@@ -1,31 +1,50 @@
 //! The graphics device. In: nothing (off-screen) or a window's display and surface. Out: a [`Gpu`] that everything in
-//! `render` borrows. `WGPU_BACKEND` (`vulkan`, `gl`, ...) and `WGPU_ADAPTER_NAME` choose among several.
+//! `render` borrows; [`adapter`](super::adapter) chooses among several.
 
+use super::adapter::{AdapterChoice, DRIVERS, no_device};
 use std::sync::{Arc, OnceLock};
+
+/// Largest side of a picture, pixels: a size that every graphics card supports.
+pub const MAX_SIDE: u32 = 8192;
 
 /// Error of the graphics device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// No adapter, or none that can show the window.
-    #[error(
-        "no graphics adapter: {0}. Install a driver (Debian, Ubuntu: `apt install mesa-vulkan-drivers libvulkan1` also \
-         brings one that needs no GPU) or choose another with WGPU_BACKEND=vulkan|gl|dx12|metal"
-    )]
-    NoAdapter(String),
-    /// The adapter refuses a device with the default limits.
-    #[error("the graphics adapter {adapter} gives no device: {why}. Choose another with WGPU_BACKEND=vulkan|gl")]
-    NoDevice {
-        /// Name of the adapter.
-        adapter: String,
-        /// Message of the driver.
+    /// A variable of the environment chooses no adapter of this computer.
+    #[error("{variable}={value}: {why}\n  remedy: unset {variable}, or {remedy}")]
+    Variable {
+        /// Name of the variable.
+        variable: &'static str,
+        /// Value of the variable.
+        value: String,
+        /// Reason for which nothing is chosen.
         why: String,
+        /// Values that choose something here.
+        remedy: String,
+    },
+    /// No adapter, or none that can show the window.
+    #[error("no graphics adapter: {0}\n  remedy: install a driver ({DRIVERS})")]
+    NoAdapter(String),
+    /// The adapter cannot draw what this program draws.
+    #[error("the graphics adapter {adapter} gives no device: {why}\n  remedy: {remedy}")]
+    NoDevice {
+        /// Name of the adapter, with its interface.
+        adapter: String,
+        /// Message of the driver, or what is missing.
+        why: String,
+        /// Other adapters of this computer.
+        remedy: String,
     },
     /// The window has no surface to draw to.
-    #[error("the window cannot be drawn to: {0}. Check that the display is still connected, or try WGPU_BACKEND=gl")]
+    #[error(
+        "the window cannot be drawn to: {0}\n  remedy: check that the display is still connected, or choose another \
+         graphics interface with WGPU_BACKEND=vulkan or WGPU_BACKEND=gl"
+    )]
     NoSurface(String),
     /// The device was lost while drawing.
     #[error(
-        "the graphics device is lost: {0}. Start the program again, or choose another device with WGPU_BACKEND=vulkan|gl"
+        "the graphics device is lost: {0}\n  remedy: start the program again, or choose another graphics interface with \
+         WGPU_BACKEND=vulkan or WGPU_BACKEND=gl"
     )]
     Lost(String),
 }
@@ -51,8 +70,9 @@ impl Gpu {
     /// # Errors
     /// There is no adapter, or it gives no device.
     pub fn headless() -> Result<Self, GpuError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        Self::from_instance(instance, None)
+        let choice = AdapterChoice::from_env()?;
+        let instance = choice.instance(wgpu::InstanceDescriptor::new_without_display_handle());
+        Self::new(&choice, instance, None)
     }
 
     /// Opens a device that can draw to `window`, and returns the window's surface too. `display` is the event loop's
@@ -64,9 +84,12 @@ impl Gpu {
         display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
         window: impl Into<wgpu::SurfaceTarget<'static>>,
     ) -> Result<(Self, wgpu::Surface<'static>), GpuError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle_from_env(display));
-        let surface = instance.create_surface(window).map_err(|e| GpuError::NoSurface(e.to_string()))?;
-        Ok((Self::from_instance(instance, Some(&surface))?, surface))
+        let choice = AdapterChoice::from_env()?;
+        let instance = choice.instance(wgpu::InstanceDescriptor::new_with_display_handle(display));
+        let surface = instance
+            .create_surface(window)
+            .map_err(|e| choice.without_interface().unwrap_or_else(|| GpuError::NoSurface(e.to_string())))?;
+        Ok((Self::new(&choice, instance, Some(&surface))?, surface))
     }
 
     /// Returns one device for the whole process, opened at the first call: for tests and for tools that draw several
@@ -105,25 +128,22 @@ impl Gpu {
         Some(report.total_allocated_bytes as f64 / 1e6)
     }
 
-    fn from_instance(instance: wgpu::Instance, surface: Option<&wgpu::Surface<'static>>) -> Result<Self, GpuError> {
-        let options = wgpu::RequestAdapterOptions {
-            power_preference: wgpu::PowerPreference::HighPerformance,
-            compatible_surface: surface,
-            ..Default::default()
-        };
-        let adapter = match std::env::var_os("WGPU_ADAPTER_NAME") {
-            Some(_) => pollster::block_on(wgpu::util::initialize_adapter_from_env(&instance, surface)),
-            None => pollster::block_on(instance.request_adapter(&options)),
-        }
-        .map_err(|e| GpuError::NoAdapter(e.to_string()))?;
+    fn new(
+        choice: &AdapterChoice,
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'static>>,
+    ) -> Result<Self, GpuError> {
+        let adapter = choice.adapter(&instance, surface)?;
         let info = adapter.get_info();
+        // Neither compute shaders nor storage are used, which older OpenGL lacks.
+        let limits = wgpu::Limits::downlevel_webgl2_defaults();
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("codrive"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            required_limits: wgpu::Limits::default(),
+            required_limits: wgpu::Limits { max_texture_dimension_2d: MAX_SIDE, ..limits },
             ..Default::default()
         }))
-        .map_err(|e| GpuError::NoDevice { adapter: info.name.clone(), why: e.to_string() })?;
+        .map_err(|e| no_device(&adapter, e.to_string()))?;
         // An error here is a mistake in our own calls: panic at once, with wgpu's explanation.
         device.on_uncaptured_error(Arc::new(|e: wgpu::Error| panic!("wgpu: {e}")));
         Ok(Self { instance, adapter, device, queue, info })

@@ -9,7 +9,7 @@ use wgpu::naga;
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// All programs and their parts. A part is a file in `shaders/` without its extension.
-pub const PROGRAMS: [ShaderProgram; 18] = [
+pub const PROGRAMS: [ShaderProgram; 20] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -17,9 +17,11 @@ pub const PROGRAMS: [ShaderProgram; 18] = [
     ("road", &["common", "light", "corner", "mesh", "ground", "road"]),
     ("land", &["common", "light", "corner", "mesh", "ground", "land"]),
     ("car", &["common", "light", "corner", "mesh", "car"]),
-    ("cover", &["common", "fade", "corner", "leaf", "cover"]),
+    ("cover", &["common", "fade", "corner", "leaf", "cover", "sample_mask"]),
+    ("cover_by_sample", &["common", "fade", "corner", "leaf", "cover", "sample_index"]),
     ("tree", &["common", "light", "foliage", "corner", "leaf", "tree"]),
-    ("far_cover", &["common", "fade", "far", "far_cover"]),
+    ("far_cover", &["common", "fade", "far", "far_cover", "sample_mask"]),
+    ("far_cover_by_sample", &["common", "fade", "far", "far_cover", "sample_index"]),
     ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
     ("grass", &["common", "light", "corner", "grass"]),
     ("contact", &["common", "contact"]),
@@ -36,7 +38,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 29] = built_in![
+const FILES: [(&str, &str); 31] = built_in![
     "common",
     "light",
     "corner",
@@ -56,6 +58,8 @@ const FILES: [(&str, &str); 29] = built_in![
     "tree",
     "far",
     "far_cover",
+    "sample_mask",
+    "sample_index",
     "impostor",
     "grass",
     "contact",
