@@ -1,5 +1,5 @@
 //! The graphics device. In: nothing (off-screen) or a window's display and surface. Out: a [`Gpu`] that everything in
-//! `render` borrows; [`adapter`](super::adapter) chooses among several.
+//! `render` borrows; `adapter` chooses among several.
 
 use super::adapter::{AdapterChoice, DRIVERS, no_device};
 use std::sync::{Arc, OnceLock};
