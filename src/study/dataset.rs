@@ -433,10 +433,10 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
         TsvColumn::new("number", "number in the study, from 1; it determines the order of conditions", ""),
         TsvColumn::new("kind", "kind of driver", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
+        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
         TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
         TsvColumn::new("state", "progress of the session", "")
             .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
-        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
     ]);
     let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
     traits.sort();
@@ -457,9 +457,9 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
             log.participant.subject(),
             (log.index + 1).to_string(),
             kind.into(),
+            bids::number(log.frames_per_s),
             log.order.join(","),
             Completion::of(log).to_string(),
-            bids::number(log.frames_per_s),
         ];
         row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
         table.rows.push(row);
