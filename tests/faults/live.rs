@@ -40,13 +40,7 @@ const DURATION_S: f64 = 2.0;
 
 fn wheel() -> WheelMessage {
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
-    let device = UnprofiledDevice {
-        name: "G29".into(),
-        id: (0x046d, 0xc24f),
-        axes: Default::default(),
-        values,
-        parts: Vec::new(),
-    };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), values, ..Default::default() };
     let profile = profiles::named("g29").unwrap();
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     WheelMessage::Connected(Box::new(found))

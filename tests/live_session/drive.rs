@@ -60,13 +60,7 @@ fn buttons_in_a_session_only_ask_and_the_selector_begins_in_drive() {
     let (to, messages) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
-    let device = UnprofiledDevice {
-        name: "G29".into(),
-        id: (0x046d, 0xc24f),
-        axes: Default::default(),
-        values,
-        parts: Vec::new(),
-    };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), values, ..Default::default() };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut wheel = Devices::with_rig(Rig::fed_by(messages));

@@ -22,13 +22,7 @@ fn a_wheel_and_its_buttons_operate_pages_and_questions() {
     let (to, messages) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
     let profile = profiles::named("g29").unwrap();
-    let device = UnprofiledDevice {
-        name: "G29".into(),
-        id: (0x046d, 0xc24f),
-        axes: Default::default(),
-        values,
-        parts: Vec::new(),
-    };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), values, ..Default::default() };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
     let mut kit =
@@ -103,13 +97,7 @@ name = "trial"
     const TRIANGLE: u16 = 291;
     let (to, messages) = std::sync::mpsc::channel();
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
-    let device = UnprofiledDevice {
-        name: "G29".into(),
-        id: (0x046d, 0xc24f),
-        axes: Default::default(),
-        values,
-        parts: Vec::new(),
-    };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), values, ..Default::default() };
     let profile = profiles::named("g29").unwrap();
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     to.send(WheelMessage::Connected(Box::new(found))).unwrap();
@@ -166,13 +154,7 @@ fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
     let mut profile = profiles::named("g29").unwrap();
     (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
-    let device = UnprofiledDevice {
-        name: "G29".into(),
-        id: (0x046d, 0xc24f),
-        axes: Default::default(),
-        values,
-        parts: Vec::new(),
-    };
+    let device = UnprofiledDevice { name: "G29".into(), id: (0x046d, 0xc24f), values, ..Default::default() };
     let found = FoundWheel { device, profile, lamps: Lamps::default(), force: None, angle: Default::default() };
     let mut after = |message: WheelMessage| {
         to.send(message).unwrap();

@@ -1,7 +1,7 @@
 //! Devices that umockdev plays from a description: name, ids, axes and abilities. In: [`Device`]s and events. Out: the files of umockdev,
 //! and a process that sees these devices and no others.
 
-use super::{UMOCKDEV, WITHIN, umockdev};
+use super::{UMOCKDEV, WITHIN, again, umockdev};
 use std::{
     fs,
     path::Path,
@@ -144,10 +144,7 @@ pub fn run_with(
 
 /// Runs one test of this program again with these devices, and asserts its success.
 pub fn again_with(test: &str, devices: &[(&Device, &str)], config: &Path, variables: &[(&str, &str)]) {
-    let this = std::env::current_exe().unwrap();
-    let output = run_with(devices, config, variables, &this, &["--exact", test, "--nocapture"]);
-    let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && text.contains("1 passed"), "{text}");
+    again(test, |this, arguments| run_with(devices, config, variables, this, arguments));
 }
 
 /// Returns movements as events of evemu: time in seconds, axis, value.

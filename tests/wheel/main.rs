@@ -57,8 +57,12 @@ fn codrive() -> &'static Path {
 
 /// Runs one test of this program within umockdev and asserts its success.
 fn again_within(test: &str, events: Option<&str>) {
-    let this = std::env::current_exe().unwrap();
-    let output = with_wheel("c24f", events, &this, &["--exact", test, "--nocapture"]);
+    again(test, |this, arguments| with_wheel("c24f", events, this, arguments));
+}
+
+/// Runs a test of this program again by `run`, and requires that this one test was run and passed.
+fn again(test: &str, run: impl FnOnce(&Path, &[&str]) -> Output) {
+    let output = run(&std::env::current_exe().unwrap(), &["--exact", test, "--nocapture"]);
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && text.contains("1 passed"), "{text}");
 }

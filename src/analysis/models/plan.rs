@@ -223,10 +223,10 @@ impl AnalysisPlan {
                 let text = format!("\"{}\" is compared with itself; name another condition", contrast.condition);
                 return fault(format!("contrasts.{i}.reference"), text);
             }
-            let pair = |contrast: &PlannedContrast| [contrast.condition.clone(), contrast.reference.clone()];
-            let [condition, reference] = pair(contrast);
-            let back = [reference.clone(), condition.clone()];
-            let same = |other: &PlannedContrast| pair(other) == back || pair(other) == [&*condition, &*reference];
+            let pair = (&contrast.condition, &contrast.reference);
+            let same = |other: &PlannedContrast| {
+                pair == (&other.condition, &other.reference) || pair == (&other.reference, &other.condition)
+            };
             if self.contrasts[..i].iter().any(same) {
                 return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
             }
