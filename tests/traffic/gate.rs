@@ -231,7 +231,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
         let net_file = input.join("net.xml");
         let Ok(network) = Network::load(net_file.to_str().unwrap()) else { continue };
         let copies = tempfile::tempdir().unwrap();
-        let demand = Demand { files: vec![input.join("demand.rou.xml")], flows: Vec::new() };
+        let demand = Demand { files: vec![input.join("demand.rou.xml")], ..Demand::default() };
         if demand.canonical(&network, HORIZON_S, copies.path()).is_err() {
             continue;
         }
@@ -327,7 +327,7 @@ fn hostile_parts_write_files_if_sumo_reads_them_without_the_gate() {
         // The gate refuses each of them by name.
         let network = Network::load(files[0].to_str().unwrap());
         let copies = tempfile::tempdir().unwrap();
-        let demand = Demand { files: vec![files[1].clone()], flows: Vec::new() };
+        let demand = Demand { files: vec![files[1].clone()], ..Demand::default() };
         let refused = match network {
             Err(error) => error.to_string(),
             Ok(network) => demand.canonical(&network, HORIZON_S, copies.path()).unwrap_err().to_string(),
@@ -384,8 +384,8 @@ fn sumo_drives_on_a_copy_as_on_the_original_to_the_last_digit() {
             format!("<routes><vType id='DEFAULT_VEHTYPE' sigma='0.5'/>\n{}</routes>", trips.collect::<String>()),
         )
         .unwrap();
-        let demand = Demand { files: vec![place("demand.rou.xml")], flows: Vec::new() };
-        let copy = &demand.canonical(&network, HORIZON_S, folder.path()).unwrap().files[0];
+        let demand = Demand { files: vec![place("demand.rou.xml")], ..Demand::default() };
+        let copy = &demand.canonical(&network, HORIZON_S, folder.path()).unwrap().demand.files[0];
         fs::write(place("copy.net.xml"), network.sumo_text().as_str()).unwrap();
         let original = vehicles_by_sumo(&file, &place("demand.rou.xml"), folder.path());
         assert!(original.matches("<vehicle ").count() > 1000, "{name}: {}", original.matches("<vehicle ").count());
