@@ -122,7 +122,8 @@ pub fn additional() -> &'static Vocabulary {
             let row = words.rules.entry(name).or_insert_with(none);
             // A list of routes may also stand within an additional file.
             let is_at_top = rule.parents.iter().any(|parent| matches!(*parent, "routes" | ""));
-            row.parents.extend(rule.parents.iter().filter(|parent| !parent.is_empty()));
+            // An interval belongs to a rerouter here, and flows stand outside of intervals, so that the nesting is limited.
+            row.parents.extend(rule.parents.iter().filter(|parent| !matches!(**parent, "" | "interval")));
             row.parents.extend(is_at_top.then_some("additional"));
             row.attributes.extend(&rule.attributes);
             row.attributes.sort_unstable();

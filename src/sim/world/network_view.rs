@@ -120,8 +120,12 @@ impl NetworkView {
         let signal_m = self.signal_ahead_m(snapshot, map);
         let yield_m = self.right_of_way.must_yield_ahead_m(snapshot, map, driver);
         let change_m = self.changing.wait_ahead_m(snapshot, driver);
-        let person_m = self.persons.stop_ahead_m(snapshot, &map.route);
-        [signal_m, yield_m, change_m, person_m].into_iter().flatten().min_by(f64::total_cmp)
+        [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are, metres.
+    pub fn person_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
+        self.persons.ahead_m(snapshot, &map.route)
     }
 
     /// Returns the distance from the ego's front bumper to the line of the path's next signal, metres, if it must not be crossed now.

@@ -1,5 +1,5 @@
-//! Persons on foot in the way of an ego. In: a map, once, and snapshots. Out: the distance to the place where a driver stops for a person: in
-//! front of a crossing on which somebody is, or waits to be, and in front of a person on the road elsewhere. Metres, m/s.
+//! Persons on foot in the way of an ego. In: a map, once, and snapshots. Out: the distance to the nearest crossing on which somebody is, or
+//! waits to be, or to a person on the road elsewhere. A driver stops before them as behind a vehicle that stands. Metres, m/s.
 
 use crate::{
     map::{RoadMap, Route, network::EdgeKind},
@@ -10,9 +10,8 @@ use glam::DVec2;
 
 /// Distance up to which a driver looks for persons: the stopping distance at 100 km/h.
 const AHEAD_M: f64 = 100.0;
-/// Distance between a stopped car and a crossing, about that of the stop line, and between a stopped car and a person elsewhere.
-const BEFORE_CROSSING_M: f64 = 0.5;
-const BEFORE_PERSON_M: f64 = 1.5;
+/// Distance into a crossing up to which a driver still stops for persons on it, half of it at most.
+const INTO_CROSSING_M: f64 = 1.0;
 /// Smallest distance at which a car passes a person.
 const BESIDE_M: f64 = 0.5;
 /// Distance from the end of a crossing without signals at which a person is waiting to cross.
@@ -64,22 +63,23 @@ impl PersonsAhead {
         Self { crossings: driven.filter_map(crossing).collect() }
     }
 
-    /// Returns the distance from the ego's front bumper to the place where a driver stops for the nearest person; `None` if nobody is in
-    /// the way.
-    pub fn stop_ahead_m(&self, snapshot: &Snapshot, route: &Route) -> Option<f64> {
+    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are; `None` if nobody
+    /// is in the way.
+    pub fn ahead_m(&self, snapshot: &Snapshot, route: &Route) -> Option<f64> {
         let ego = snapshot.ego.position.truncate();
         let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
-        let stop = |person: &VehicleSnapshot| {
-            let at_crossing = self.crossings.iter().filter(|crossing| crossing.has(person)).filter_map(|crossing| {
-                let ahead_m = route.difference(snapshot.ego_s_m, crossing.s_m);
-                (ahead_m >= 0.0).then(|| (ahead_m - BEFORE_CROSSING_M).max(0.0))
-            });
+        let ahead_m = |person: &VehicleSnapshot| {
             let on_road = on_road_ahead_m(person, snapshot, route);
             // Who has crossed the ego's lane and walks on is in nobody's way.
-            let waits = at_crossing.filter(|_| on_road.is_some() || !has_passed(person, snapshot, route));
-            waits.chain(on_road.map(|ahead_m| (ahead_m - BEFORE_PERSON_M).max(0.0))).min_by(f64::total_cmp)
+            let waits = on_road.is_some() || !has_passed(person, snapshot, route);
+            let crossings = self.crossings.iter().filter(|crossing| waits && crossing.has(person));
+            let at_crossing = crossings.filter_map(|crossing| {
+                let ahead_m = route.difference(snapshot.ego_s_m, crossing.s_m);
+                (ahead_m >= -INTO_CROSSING_M).then_some(ahead_m.max(0.0))
+            });
+            at_crossing.chain(on_road).min_by(f64::total_cmp)
         };
-        near.filter_map(stop).min_by(f64::total_cmp)
+        near.filter_map(ahead_m).min_by(f64::total_cmp)
     }
 }
 
