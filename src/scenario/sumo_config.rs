@@ -49,6 +49,8 @@ pub(super) fn read(path: &Path) -> Result<Scenario, SettingsError> {
     };
     let (mut scenario, mut end_s, mut unused) = (Scenario::default(), None, Vec::new());
     scenario.map.clear();
+    // SUMO drives the scenario without them, too.
+    scenario.demand.leave_out_faults = true;
     for ConfigOption { line, name, value } in
         options(&text).map_err(|(line, fault)| named(format!(":{line}: {fault}")))?
     {
@@ -63,6 +65,7 @@ pub(super) fn read(path: &Path) -> Result<Scenario, SettingsError> {
             "begin" | "b" => scenario.demand.begin_s = time()?,
             // A negative end stands for none.
             "end" | "e" => end_s = if value.trim().starts_with('-') { None } else { Some(time()?) },
+            "ignore-route-errors" => {}
             "seed" => scenario.seed = value.trim().parse().unwrap_or(scenario.seed),
             _ if SILENT.iter().any(|part| name.contains(part)) => {}
             _ => unused.push(name),

@@ -105,6 +105,8 @@ pub struct Gate<'v, W> {
     out: W,
     open: Vec<Open<'v>>,
     is_begun: bool,
+    /// True to drop parts that name files, outputs or devices of SUMO, or that write; false to refuse the document for them.
+    pub is_lenient: bool,
     /// Parts that were dropped so far.
     pub dropped: Dropped,
 }
@@ -112,7 +114,7 @@ pub struct Gate<'v, W> {
 impl<'v, W: Write> Gate<'v, W> {
     /// Creates a gate that writes its copy to `out`.
     pub fn new(vocabulary: &'v Vocabulary, out: W) -> Self {
-        Self { vocabulary, out, open: Vec::new(), is_begun: false, dropped: Dropped::default() }
+        Self { vocabulary, out, open: Vec::new(), is_begun: false, is_lenient: false, dropped: Dropped::default() }
     }
 
     /// Processes the start of an element: its name, and the names and values of its attributes.
@@ -125,7 +127,8 @@ impl<'v, W: Write> Gate<'v, W> {
         attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone,
     ) -> Result<(), GateError> {
         let is_within_omitted = self.is_omitting();
-        if is_within_omitted || self.open.len() == 1 && self.vocabulary.omits(name) {
+        let is_omitted = self.open.len() == 1 && self.vocabulary.omits(name) || self.is_lenient && is_writer(name);
+        if is_within_omitted || is_omitted && self.vocabulary.rule(name).is_none() {
             if !is_within_omitted {
                 self.dropped.add(|| short(name));
             }
@@ -160,6 +163,7 @@ impl<'v, W: Write> Gate<'v, W> {
                     }
                 }
                 Pass::Dropped => self.dropped.add(|| format!("{} of {name}", short(key))),
+                Pass::Refused if self.is_lenient => self.dropped.add(|| format!("{} of {name}", short(key))),
                 Pass::Refused => {
                     let problem = format!(
                         "attribute {} names a file, an output or a device of SUMO; codrive passes none to SUMO{REMEDY}",
@@ -191,6 +195,11 @@ impl<'v, W: Write> Gate<'v, W> {
     /// Returns the number of open elements: 1 within the outermost one.
     pub fn depth(&self) -> usize {
         self.open.len()
+    }
+
+    /// Returns the writer of the copy.
+    pub fn writer(&mut self) -> &mut W {
+        &mut self.out
     }
 
     /// Returns true within an element that is left out.
@@ -232,7 +241,7 @@ impl<'v, W: Write> Gate<'v, W> {
             self.out.write_all(b"\" value=\"")?;
             write_escaped(&mut self.out, value)?;
             self.out.write_all(b"\"/>\n")?;
-        } else if speaks_of_files(key) {
+        } else if speaks_of_files(key) && !self.is_lenient {
             let problem =
                 "the parameter names a file, an output or a device of SUMO, which can write to any file; codrive \
                  passes none to SUMO"

@@ -40,6 +40,10 @@ pub struct Demand {
     /// Time of day in the files at which the drive begins, seconds; vehicles that depart earlier never enter.
     #[serde(skip_serializing_if = "is_zero")]
     pub begin_s: f64,
+    /// True to leave out, with a warning, vehicles and other elements of the files that SUMO cannot drive, and parts that codrive does not
+    /// give to SUMO; false to refuse a file for the first of them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub leave_out_faults: bool,
     /// Flows from edge to edge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flows: Vec<Flow>,

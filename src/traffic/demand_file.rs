@@ -16,7 +16,7 @@ use crate::{
     private,
     sumo_xml::{
         self, Dropped, Problem, Vocabulary,
-        stream::{self, StreamError, Tag},
+        stream::{self, LeftOut, StreamError, Tag},
     },
 };
 use std::{
@@ -36,6 +36,8 @@ pub struct CanonicalDemand {
     pub defines_default_type: bool,
     /// Parts that the copies leave out, by original file.
     pub dropped: Vec<(PathBuf, Dropped)>,
+    /// Elements that the copies leave out because of a fault, by original file.
+    pub left_out: Vec<(PathBuf, LeftOut)>,
     /// First and last departures of the files, and of the demand's own flows.
     pub departures: Departures,
 }
@@ -73,9 +75,12 @@ pub(super) fn copy(
             count: &mut count,
             defines_default_type: false,
         };
-        let written = stream::copy(file, kind.vocabulary(), out, &mut |tag| scan.element(tag));
-        let (mut out, dropped) =
-            written.map_err(|error| if is_interrupted() { DemandFault::Interrupted } else { error.into() })?;
+        let is_lenient = demand.leave_out_faults;
+        let written = stream::copy_with(file, kind.vocabulary(), out, &mut |tag| scan.element(tag), is_lenient);
+        if is_interrupted() {
+            return Err(DemandFault::Interrupted);
+        }
+        let (mut out, dropped, left_out) = written?;
         out.flush().map_err(unwritable)?;
         if let Some(shipped) = shipped_bytes(file) {
             private::replace(&path, &shipped).map_err(unwritable)?;
@@ -85,6 +90,9 @@ pub(super) fn copy(
             return Err(DemandFault::Vehicles { file: file.clone(), value: count.vehicles() });
         }
         *copied = path;
+        if left_out.count > 0 {
+            copies.left_out.push((file.clone(), left_out));
+        }
         if !dropped.is_empty() {
             copies.dropped.push((file.clone(), dropped));
         }
@@ -269,6 +277,29 @@ mod tests {
         let absent = Demand { files: vec!["no.rou.xml".into()], ..Demand::default() };
         let absent = copy(&absent, &network, 3600.0, folder.path()).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
+    }
+
+    #[test]
+    fn faulty_elements_are_left_out_and_named_where_a_demand_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("town.rou.xml");
+        let good = "<trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"/>";
+        let text = format!(
+            "<routes>\n<trip id=\"x\" depart=\"1\" from=\"north\" to=\"nowhere\"/>\n{good}\n<vehicle id=\"b\" depart=\"9\">\
+             <route edges=\"south north\"/><stop lane=\"north_0\"/></vehicle><trip id=\"c\" depart=\"3\" from=\"north\" to=\"south\"/></routes>"
+        );
+        std::fs::write(&file, text).unwrap();
+        let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
+        let demand = Demand { files: vec![file], leave_out_faults: true, ..Demand::default() };
+        let copies = folder.path().join("copies");
+        std::fs::create_dir(&copies).unwrap();
+        let found = copy(&demand, &network, 3600.0, &copies).unwrap();
+        let kept = std::fs::read_to_string(&found.demand.files[0]).unwrap();
+        assert_eq!(kept, format!("{}<routes>\n    {good}\n</routes>\n", sumo_xml::DECLARATION));
+        let (_, LeftOut { count, first }) = &found.left_out[0];
+        assert!(*count == 3 && first.contains("town.rou.xml:2: trip \"x\": to is \"nowhere\""), "{count}: {first}");
+        let strict = copy(&Demand { leave_out_faults: false, ..demand }, &network, 3600.0, folder.path());
+        assert!(strict.unwrap_err().to_string().contains("to is \"nowhere\""));
     }
 
     #[test]

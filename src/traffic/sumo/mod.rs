@@ -165,6 +165,7 @@ impl SumoTraffic {
             routes: &[&[flows.path().to_owned()], demand.demand.files.as_slice()].concat(),
             begin_s: demand.demand.begin_s,
             is_trial,
+            ends_at_faults: is_trial && !demand.demand.leave_out_faults,
         };
         let net = inputs.net().display().to_string();
         shim.start(&options::network_options(&net, setup.step_s, &files, LANE_CHANGE_S, setup.seed))?;

@@ -139,8 +139,10 @@ impl Trial {
         }
         hash.update([u8::from(self.has_ego)]);
         // The names of the copies say nothing; their number says which of them are additional files.
-        let Demand { additional_files, files: _, begin_s, flows } = &self.demand;
-        hash.update(serde_json::to_vec(&(additional_files.len(), begin_s, flows)).unwrap_or_default());
+        let Demand { additional_files, files: _, begin_s, leave_out_faults, flows } = &self.demand;
+        hash.update(
+            serde_json::to_vec(&(additional_files.len(), begin_s, leave_out_faults, flows)).unwrap_or_default(),
+        );
         Ok((!is_shipped).then(|| hash.finalize().into()))
     }
 }

@@ -36,8 +36,10 @@ pub(super) struct DemandFiles<'a> {
     pub routes: &'a [PathBuf],
     /// Time of day at the drive's begin, seconds.
     pub begin_s: f64,
-    /// True to read everything at once and to end at the first fault; false to go on without a vehicle that cannot depart or drive on.
+    /// True to read everything at once.
     pub is_trial: bool,
+    /// True to end at the first vehicle that cannot depart or drive on; false to go on without it.
+    pub ends_at_faults: bool,
 }
 
 /// Returns SUMO's command-line options for a road network, with these demand files and this duration of lane changes, seconds.
@@ -57,8 +59,11 @@ pub(super) fn network_options(
     }
     options.extend(["--begin".to_string(), files.begin_s.to_string()]);
     options.extend(["--lanechange.duration".to_string(), lane_change_s.to_string()]);
-    let reading = if files.is_trial { ["--route-steps", "0"] } else { ["--ignore-route-errors", "true"] };
-    options.extend(reading.map(String::from));
+    for (is_set, option) in
+        [(files.is_trial, ["--route-steps", "0"]), (!files.ends_at_faults, ["--ignore-route-errors", "true"])]
+    {
+        options.extend(option.map(String::from).into_iter().filter(|_| is_set));
+    }
     options
 }
 
