@@ -6,7 +6,7 @@ use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
         models::{
-            mixed_model::ModelFault,
+            mixed_design::ModelFault,
             normality::NormalityTest,
             plan::{AnalysisPlan, PlanHistory, PlannedTest},
             planned::PlannedAnalysis,
@@ -88,7 +88,7 @@ impl OutcomeSpread {
         let plan = planned(study)?;
         let now = Some(plan.clone());
         let no_spread = |why| PreregistrationError::NoSpread { measure: plan.primary.clone(), why };
-        let history = PlanHistory { begun: now.clone(), now, ..PlanHistory::default() };
+        let history = PlanHistory { begun: now.clone(), now };
         let carried_out = PlannedAnalysis::of(&history, drives, people);
         let primary = carried_out.and_then(|all| all.outcomes.into_iter().next());
         let fitted = match primary.map(|outcome| outcome.fitted) {
