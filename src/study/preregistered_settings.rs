@@ -105,7 +105,8 @@ fn drive(base: &Scenario) -> String {
 /// Writes one hypothesis about the primary outcome for each contrast.
 pub(super) fn hypotheses(out: &mut String, plan: &AnalysisPlan) {
     let Some(primary) = MEASURES.iter().find(|measure| measure.name == plan.primary) else { return };
-    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided.\n\n");
+    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided. A hypothesis with a direction is supported if its p is below \
+         the level after correction and the difference has this direction.\n\n");
     for (i, contrast) in plan.contrasts.iter().enumerate() {
         let (condition, reference) = (&contrast.condition, &contrast.reference);
         let says = match contrast.expected {

@@ -180,7 +180,7 @@ fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
         let drives = driven(&study, 12);
         assert_eq!(drives.len(), 12 * trials);
         let now = study.file.analysis.clone();
-        let history = PlanHistory { begun: now.clone(), now, ..PlanHistory::default() };
+        let history = PlanHistory { begun: now.clone(), now };
         let found = PlannedAnalysis::of(&history, &drives, &StudyParticipants::default()).unwrap();
         let fitted = found.outcomes.iter().map(|outcome| outcome.fitted.as_ref().unwrap());
         let made = fitted.flat_map(|fitted| &fitted.contrasts).filter(|tested| tested.found.is_some()).count();

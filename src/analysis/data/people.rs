@@ -8,7 +8,7 @@ use super::{
     tsv::{MISSING, TsvFile},
 };
 use crate::{analysis::error::AnalysisError, record};
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 /// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
 pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
@@ -88,6 +88,8 @@ pub struct StudyParticipants {
     pub all: Vec<StudyParticipant>,
     /// Scores in the order of files and columns; scores about trials also in the order of conditions.
     pub scores: Vec<ScoreColumn>,
+    /// Descriptions of the questionnaires with their sources, by the name of the questionnaire.
+    pub questionnaires: BTreeMap<String, String>,
     /// Scores one by one, in the order of files, rows and columns.
     pub each: Vec<ParticipantScore>,
     /// Ratings of sickness while driving, in the order of participants and questions.
@@ -138,6 +140,7 @@ impl StudyParticipants {
 
     /// Adds the scores of a questionnaire. One table per place of a trial becomes one questionnaire after every trial.
     fn add(&mut self, table: &PhenotypeTable) {
+        self.questionnaires.insert(table.questionnaire.clone(), table.about.clone());
         for (i, name) in table.scores.iter().enumerate() {
             for condition in &table.conditions {
                 let of_it = table.rows.iter().filter(|row| row.trial[1] == *condition);
@@ -177,8 +180,9 @@ impl StudyParticipants {
 
 /// Scores of one questionnaire (`phenotype/NAME.tsv`), of the participants who count.
 struct PhenotypeTable {
-    /// Questionnaire of the plan, without the place of the trial.
+    /// Questionnaire of the plan, without the place of the trial, and its description.
     questionnaire: String,
+    about: String,
     /// Names of the scores.
     scores: Vec<String>,
     /// Conditions of the trials; one empty text for a questionnaire that is not about a trial.
@@ -221,7 +225,7 @@ impl PhenotypeTable {
             scores: columns.iter().map(|at| score(&row[*at])).collect(),
         };
         let rows = rows.iter().map(row).collect();
-        Ok(Some(Self { questionnaire, scores, conditions, rows }))
+        Ok(Some(Self { questionnaire, about: table.questionnaire()?, scores, conditions, rows }))
     }
 }
 

@@ -102,20 +102,18 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
     } else if !people.all.is_empty() {
         text += " No participant was excluded.";
     }
-    let sample = sample_of(drives, people);
+    let sample = sample(drives, people);
     if !sample.is_empty() {
         text += &format!(" {sample}");
     }
     text
 }
 
-/// Returns the sentences on the participants of these drives; empty outside of a study.
-pub(super) fn sample(drives: &[AnalysedRecording], people: &StudyParticipants) -> String {
-    sample_of(&drives.iter().collect::<Vec<_>>(), people)
-}
-
-fn sample_of(drives: &[&AnalysedRecording], people: &StudyParticipants) -> String {
-    let ids: BTreeSet<&str> = drives.iter().map(|drive| drive.found.participant.as_str()).collect();
+/// Returns the sentences on the participants of these drives who have a trial; empty outside of a study.
+pub(super) fn sample(drives: &[&AnalysedRecording], people: &StudyParticipants) -> String {
+    let has_conditions = drives.iter().any(|drive| !drive.found.condition.is_empty());
+    let trials = drives.iter().filter(|drive| !has_conditions || !drive.found.condition.is_empty());
+    let ids: BTreeSet<&str> = trials.map(|drive| drive.found.participant.as_str()).collect();
     sample::sentences(people, &ids.into_iter().filter(|id| !id.is_empty()).collect::<Vec<_>>())
 }
 
@@ -456,9 +454,15 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
                      difference (normal approximation, no correction for several comparisons).";
         }
     }
-    let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
+    let mut asked: Vec<&String> = people.scores.iter().map(|score| &score.questionnaire).collect();
     asked.dedup();
+    let named = |name: &&String| {
+        let about = people.questionnaires.get(*name).map_or("", |about| about.trim_end_matches('.'));
+        let about = if about.is_empty() { String::new() } else { format!(" ({about})") };
+        format!("{}{about}", name.replace('_', " "))
+    };
     if !asked.is_empty() {
+        let asked: Vec<String> = asked.iter().map(named).collect();
         text += &format!(" Questionnaires were scored by their own rules: {}.", joined_with_and(&asked));
     }
     text.trim_start().to_owned()

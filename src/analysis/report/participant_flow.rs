@@ -55,12 +55,23 @@ fn state(person: &StudyParticipant) -> String {
     match person.state.as_str() {
         "complete" => "session completed".into(),
         "partial" => "session completed, with parts skipped".into(),
-        "withdrawn" if person.ends.is_by_limit => "ended early by a limit of the study".into(),
+        "withdrawn" if person.ends.is_by_limit => limit(&person.ends.end),
         "withdrawn" => with("ended early", &person.ends.end),
         "declined" => "did not agree to take part".into(),
-        "not_eligible" => with("not eligible", &person.ends.end),
+        "not_eligible" => with("not eligible", person.ends.end.trim_end_matches(" (ends_if)")),
         "open" => "session not over".into(),
         other => other.replace('_', " "),
+    }
+}
+
+/// Returns the limit that ended a session, without the value that was found: `trial-1-a: fms is 12, above 10 (stop_above)` is `ended early
+/// by a limit: fms above 10`.
+fn limit(reason: &str) -> String {
+    let score = reason.split_once(": ").and_then(|(_, rest)| rest.split_once(" is "));
+    let above = reason.split_once(", above ").map(|(_, value)| value.trim_end_matches(" (stop_above)"));
+    match score.zip(above) {
+        Some(((score, _), above)) => format!("ended early by a limit: {score} above {above}"),
+        None => with("ended early by a limit", reason),
     }
 }
 

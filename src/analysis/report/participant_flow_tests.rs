@@ -37,11 +37,11 @@ fn people() -> StudyParticipants {
         person("sub-P04", ba, "complete", none()),
         person("sub-P05", ab, "partial", none()),
         person("sub-P06", ba, "declined", ended("did not agree", false)),
-        person("sub-P07", ab, "not_eligible", ended("{licence} = false", false)),
+        person("sub-P07", ab, "not_eligible", ended("screening: {licence} = false (ends_if)", false)),
         person("sub-P08", ba, "open", none()),
         person("sub-P09", ab, "excluded", excluded),
         person("sub-P10", ba, "withdrawn", ended("sickness", false)),
-        person("sub-P11", ab, "withdrawn", ended("fms: 12 is above 10", true)),
+        person("sub-P11", ab, "withdrawn", ended("trial-1-a: fms is 12, above 10 (stop_above)", true)),
     ];
     StudyParticipants { all, erased: 1, ..StudyParticipants::default() }
 }
@@ -87,10 +87,10 @@ fn every_number_of_the_flow_is_that_counted_by_hand() {
     let text = flow.paragraph();
     for part in [
         "Sessions begun: 12. Did not take part, or not yet: 4 (data erased on request: 1; did not agree to take part: 1; not eligible: \
-         {licence} = false: 1; session not over: 1).",
+         screening: {licence} = false: 1; session not over: 1).",
         "Took part: 8. Excluded by the experimenter: 1 (the phone rang: 1).",
         "Not excluded: 7 (session completed: 4; session completed, with parts skipped: 1; ended early: sickness: 1; ended early by a \
-         limit of the study: 1). Without a completed trial: 1 (ended early by a limit of the study: 1).",
+         limit: fms above 10: 1). Without a completed trial: 1 (ended early by a limit: fms above 10: 1).",
         "Analysed: 6 (trials: 11). Left out by rules of the plan: 3 (too few trials remained: 1; the session was not completed: 2; trials \
          left out with participants: 4; trials left out one by one, too little of the planned length was recorded: 1).",
         "In the planned models: 3 (trials: 6).",

@@ -90,7 +90,7 @@ pub fn report(
     if let Some(flow) = &flow {
         flow.section(&mut page);
     }
-    let sample = methods::sample(drives, study_participants);
+    let sample = methods::sample(&all, study_participants);
     if !sample.is_empty() {
         page.paragraph("", &escaped(&sample));
     }
