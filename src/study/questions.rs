@@ -121,7 +121,7 @@ pub struct QuestionElement {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum InputType {
-    /// Any text.
+    /// Any text, without a check.
     #[default]
     Text,
     /// A number from `min` to `max`, possibly with a unit behind it.

@@ -37,10 +37,12 @@ pub(super) struct ParticipantFlow<'a> {
     people: &'a StudyParticipants,
 }
 
+/// Adds a count to a reason, which becomes one line without control characters.
 fn add(reasons: &mut Reasons, reason: &str, count: usize) {
+    let reason = reason.replace(char::is_control, " ");
     match reasons.iter_mut().find(|known| known.0 == reason) {
         Some(known) => known.1 += count,
-        None if count > 0 => reasons.push((reason.into(), count)),
+        None if count > 0 => reasons.push((reason, count)),
         None => {}
     }
 }
@@ -108,7 +110,7 @@ impl<'a> ParticipantFlow<'a> {
         Some(Self { stages, people })
     }
 
-    /// Draws the flow.
+    /// Draws the stages as boxes, from the sessions begun to the last analysis.
     pub(super) fn figure(&self) -> ReportFigure {
         let lines = |reasons: &Reasons| reasons.iter().map(|(reason, n)| format!("{reason}: {n}")).collect();
         let step = |stage: &FlowStage<'_>| {

@@ -112,6 +112,8 @@ pub fn report(
         // After the paragraph on who took part.
         methods.insert(1.min(methods.len()), flow.paragraph());
     }
+    // Answers, reasons and descriptions of questionnaires may contain control characters.
+    methods.iter_mut().for_each(|text| *text = text.replace(char::is_control, " "));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The file methods.txt beside this page has the same text, and the measures as a table; here the data dictionary defines them.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
