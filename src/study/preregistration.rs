@@ -139,7 +139,7 @@ fn written(
     let mut out = format!("# Preregistration: {}\n\n", markdown(&study.file.title));
     let _ = writeln!(
         out,
-        "Written by codrive {} from the study's file. {}\n\nSHA-256 of the study's file, as the data set keeps it (`study.toml`): `{}`.\n",
+        "Written by codrive {} from the study's file.{}\n\nSHA-256 of the study's file, as the data set keeps it (`study.toml`): `{}`.\n",
         env!("CARGO_PKG_VERSION"),
         who_leads(study),
         sha256(source::portable(&study.source).as_bytes())
@@ -162,7 +162,7 @@ fn who_leads(study: &Study) -> String {
     let authors =
         (!study.file.authors.is_empty()).then(|| format!("Led by {}.", markdown(&study.file.authors.join(", "))));
     let place = study.file.institution.as_ref().map(|place| format!("At {}.", markdown(place)));
-    authors.into_iter().chain(place).collect::<Vec<_>>().join(" ")
+    authors.into_iter().chain(place).map(|words| format!(" {words}")).collect()
 }
 
 fn design(out: &mut String, study: &Study, participants: usize) {
@@ -221,9 +221,10 @@ fn setting(key: &str, value: &str) -> String {
     match (key, value) {
         ("sham_advice", "true") => {
             "sham advice (`sham_advice` = true): the advice that the policy gave to a simulated driver in another drive, which does not \
-             answer this participant's traffic"
+             answer this participant's traffic; the speedometer looks as with other advice"
                 .into()
         }
+        ("policy", "none") => format!("`{key}` = {value}: no speed is advised, and the speedometer shows neither line nor range"),
         _ => format!("`{key}` = {value}"),
     }
 }

@@ -285,8 +285,8 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
     let shams: Vec<&AnalysedRecording> = advised.iter().filter(|d| d.setup.scenario.sham_advice).copied().collect();
     if !shams.is_empty() {
         text += &format!(
-            " In {}{}, the advice was a sham: the speedometer showed line and range as with other advice, but the advised speeds came \
-             from a recording of another drive, so that they had no relation to the traffic around the participant.",
+            " In {}{}, the advice was a sham: the speedometer showed line and range as with other advice, but the advised speeds had \
+             been given to a simulated driver in another drive, so that they had no relation to the traffic around the participant.",
             of_all(&shams, drives),
             in_conditions(&shams)
         );

@@ -7,7 +7,7 @@ use crate::analysis::{
     data::{StudyParticipant, StudyParticipants},
     drives::AnalysedRecording,
     models::planned::PlannedAnalysis,
-    text::joined_with_and,
+    text::{joined_with_and, on_one_line},
 };
 use crate::plot::{FlowBox, FlowChart};
 use std::collections::{BTreeMap, BTreeSet};
@@ -39,7 +39,7 @@ pub(super) struct ParticipantFlow<'a> {
 
 /// Adds a count to a reason, which becomes one line without control characters.
 fn add(reasons: &mut Reasons, reason: &str, count: usize) {
-    let reason = reason.replace(char::is_control, " ");
+    let reason = on_one_line(reason);
     match reasons.iter_mut().find(|known| known.0 == reason) {
         Some(known) => known.1 += count,
         None if count > 0 => reasons.push((reason, count)),
@@ -66,13 +66,16 @@ fn state(person: &StudyParticipant) -> String {
     }
 }
 
-/// Returns the limit that ended a session, without the value that was found: `trial-1-a: fms is 12, above 10 (stop_above)` is `ended early
-/// by a limit: fms above 10`.
+/// Returns the limit that ended a session, without drive and value: `trial-1-a: fms is 12, above 10 (stop_above)` is `ended early by a limit:
+/// fms above 10`. The score of a questionnaire that is not about a trial keeps its segment: `ssq total above 60`.
 fn limit(reason: &str) -> String {
-    let score = reason.split_once(": ").and_then(|(_, rest)| rest.split_once(" is "));
+    let parts = reason.split_once(": ").and_then(|(item, rest)| Some((item, rest.split_once(" is ")?)));
     let above = reason.split_once(", above ").map(|(_, value)| value.trim_end_matches(" (stop_above)"));
-    match score.zip(above) {
-        Some(((score, _), above)) => format!("ended early by a limit: {score} above {above}"),
+    match parts.zip(above) {
+        Some(((item, (score, _)), above)) => {
+            let of = if score == "fms" || score.contains('.') { String::new() } else { format!("{item} ") };
+            format!("ended early by a limit: {of}{score} above {above}")
+        }
         None => with("ended early by a limit", reason),
     }
 }
@@ -218,7 +221,7 @@ impl FlowStage<'_> {
 /// Returns the first stage, and the participants who were allocated to an order and took part.
 fn begun<'a>(people: &'a StudyParticipants, trials: &[&str]) -> (FlowStage<'a>, BTreeSet<&'a str>) {
     let mut reasons = Reasons::new();
-    add(&mut reasons, "data erased on request", people.erased);
+    add(&mut reasons, "data erased", people.erased);
     let stays = |person: &&StudyParticipant| match person.state.as_str() {
         "declined" | "not_eligible" => false,
         "open" => trials.contains(&person.id.as_str()),
@@ -233,7 +236,7 @@ fn begun<'a>(people: &'a StudyParticipants, trials: &[&str]) -> (FlowStage<'a>, 
         ids: people.all.iter().map(|person| person.id.as_str()).collect(),
         erased: people.erased,
         facts: Reasons::new(),
-        leave: Some(("Did not take part, or not yet", people.all.len() - ids.len() + people.erased, reasons)),
+        leave: Some(("Without data to use", people.all.len() - ids.len() + people.erased, reasons)),
     };
     (stage, ids)
 }

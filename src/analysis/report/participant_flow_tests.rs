@@ -86,7 +86,7 @@ fn every_number_of_the_flow_is_that_counted_by_hand() {
     // 11 trials: P10's 1, P05's 2 and P04's other one go with them, one is too short, 6 remain.
     let text = flow.paragraph();
     for part in [
-        "Sessions begun: 12. Did not take part, or not yet: 4 (data erased on request: 1; did not agree to take part: 1; not eligible: \
+        "Sessions begun: 12. Without data to use: 4 (data erased: 1; did not agree to take part: 1; not eligible: \
          screening: {licence} = false: 1; session not over: 1).",
         "Took part: 8. Excluded by the experimenter: 1 (the phone rang: 1).",
         "Not excluded: 7 (session completed: 4; session completed, with parts skipped: 1; ended early: sickness: 1; ended early by a \
@@ -118,4 +118,17 @@ fn the_flow_without_a_plan_ends_with_the_analysed_participants() {
     let text = flow.paragraph();
     assert!(text.contains("Analysed: 6 (trials: 11). By order"), "{text}");
     assert_eq!(ParticipantFlow::of(&StudyParticipants::default(), &drives, None), None, "drives of no study");
+}
+
+#[test]
+fn a_limit_is_named_without_the_value_that_was_found() {
+    for (reason, text) in [
+        ("ssq: total is 78.54, above 60 (stop_above)", "ended early by a limit: ssq total above 60"),
+        ("trial-2-b: fms is 12, above 10 (stop_above)", "ended early by a limit: fms above 10"),
+        ("trial-2-b-trust: trust.trust is 5, above 4.5 (stop_above)", "ended early by a limit: trust.trust above 4.5"),
+        ("by hand", "ended early by a limit: by hand"),
+        ("", "ended early by a limit"),
+    ] {
+        assert_eq!(limit(reason), text);
+    }
 }

@@ -19,7 +19,7 @@ use crate::analysis::{
     error::AnalysisError,
     measures::index,
     models::planned::PlannedAnalysis,
-    text::count,
+    text::{count, on_one_line},
 };
 use crate::plot::escaped;
 
@@ -113,7 +113,7 @@ pub fn report(
         methods.insert(1.min(methods.len()), flow.paragraph());
     }
     // Answers, reasons and descriptions of questionnaires may contain control characters.
-    methods.iter_mut().for_each(|text| *text = text.replace(char::is_control, " "));
+    methods.iter_mut().for_each(|text| *text = on_one_line(text));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The file methods.txt beside this page has the same text, and the measures as a table; here the data dictionary defines them.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));
