@@ -133,8 +133,8 @@ impl<'a> ParticipantFlow<'a> {
         }
     }
 
-    /// Returns the numbers of participants at each stage by order of conditions; none if all have the same order.
-    fn by_order(&self) -> Vec<(&'a str, Vec<usize>)> {
+    /// Returns the numbers of participants at each stage by order of conditions; none if all have the same order, or each has their own.
+    fn by_order(&self) -> Vec<(String, Vec<usize>)> {
         let mut orders: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         for person in &self.people.all {
             let counts = orders.entry(&person.order).or_insert_with(|| vec![0; self.stages.len()]);
@@ -142,7 +142,10 @@ impl<'a> ParticipantFlow<'a> {
                 *count += usize::from(stage.ids.contains(person.id.as_str()));
             }
         }
-        if orders.len() < 2 { Vec::new() } else { orders.into_iter().collect() }
+        if orders.len() < 2 || orders.values().all(|counts| counts[0] < 2) {
+            return Vec::new();
+        }
+        orders.into_iter().enumerate().map(|(i, (order, counts))| (order_text(i + 1, order), counts)).collect()
     }
 
     /// Adds the diagram and the table to the page.
@@ -161,15 +164,15 @@ impl<'a> ParticipantFlow<'a> {
             return;
         }
         let head = ["Order of conditions".to_owned()].into_iter();
-        let row = |(order, counts): &(&str, Vec<usize>)| {
-            [order_text(order)].into_iter().chain(counts.iter().map(usize::to_string)).collect::<TableCells>()
+        let row = |(order, counts): &(String, Vec<usize>)| {
+            [order.clone()].into_iter().chain(counts.iter().map(usize::to_string)).collect::<TableCells>()
         };
         let mut rows: Vec<TableCells> = by_order.iter().map(row).collect();
         let sum = |k: usize| by_order.iter().map(|(_, counts)| counts[k]).sum::<usize>().to_string();
         rows.push(["All".to_owned()].into_iter().chain((0..self.stages.len()).map(sum)).collect());
         let without = if self.people.erased > 0 { ", without those whose data were erased" } else { "" };
         page.table(
-            &format!("Participants of each stage by order of conditions{without}."),
+            &format!("Participants of each stage by order of conditions{without}. The file participants.tsv of the data set has each order."),
             &head.chain(self.stages.iter().map(|stage| stage.title.to_owned())).collect(),
             &rows,
             &[],
@@ -197,7 +200,7 @@ impl<'a> ParticipantFlow<'a> {
                 .iter()
                 .map(|(order, counts)| {
                     let counts: Vec<String> = counts.iter().map(usize::to_string).collect();
-                    format!("{}: {}", order_text(order), counts.join(", "))
+                    format!("{order}: {}", counts.join(", "))
                 })
                 .collect();
             text += &format!(" By order of conditions ({}): {}.", joined_with_and(&titles), orders.join("; "));
@@ -206,9 +209,16 @@ impl<'a> ParticipantFlow<'a> {
     }
 }
 
-/// Formats the conditions of an order, joined by commas in the table of participants.
-fn order_text(order: &str) -> String {
-    if order.is_empty() { "not recorded".into() } else { order.replace(',', ", ") }
+/// Longest list of conditions that names an order, in letters; a longer one is named by its number and its first condition.
+const MOST_LETTERS: usize = 60;
+
+/// Names an order by its conditions, joined by commas in the table of participants.
+fn order_text(number: usize, order: &str) -> String {
+    match order.split(',').next() {
+        None | Some("") => "not recorded".into(),
+        Some(first) if order.len() > MOST_LETTERS => format!("order {number}, which begins with {first}"),
+        Some(_) => order.replace(',', ", "),
+    }
 }
 
 impl FlowStage<'_> {

@@ -132,3 +132,17 @@ fn a_limit_is_named_without_the_value_that_was_found() {
         assert_eq!(limit(reason), text);
     }
 }
+
+#[test]
+fn long_orders_have_a_number_and_orders_of_one_person_each_are_not_listed() {
+    let long = "none+usual+brisk,wide+usual+brisk,sham+usual+brisk,narrow+usual+brisk";
+    let orders = |orders: [&str; 3]| {
+        let one = |(i, order): (usize, &&str)| person(&format!("sub-P{i}"), order, "complete", EndReasons::default());
+        StudyParticipants { all: orders.iter().enumerate().map(one).collect(), ..StudyParticipants::default() }
+    };
+    let drives = [trial("sub-P0", "a", 1, 1.0)];
+    let text = |orders: &StudyParticipants| ParticipantFlow::of(orders, &drives, None).unwrap().paragraph();
+    let listed = text(&orders([long, long, "a,b"]));
+    assert!(listed.ends_with("a, b: 1, 1, 1, 0; order 2, which begins with none+usual+brisk: 2, 2, 2, 1."), "{listed}");
+    assert!(!text(&orders(["a,b", "b,a", long])).contains("By order"));
+}
