@@ -36,7 +36,7 @@ pub enum MapError {
         message: String,
     },
     /// XML that is not a SUMO network.
-    #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: convert it with `codrive map import`", file.display())]
+    #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: {}", file.display(), remedy_for_root(found))]
     NotANet {
         file: PathBuf,
         /// Line number, counted from 1.
@@ -281,4 +281,17 @@ pub enum MapError {
         /// Memory limit of the conversion, MiB.
         memory_mib: u64,
     },
+}
+
+/// Returns the remedy for a document that is not a network, by the name of its root element.
+fn remedy_for_root(found: &str) -> &'static str {
+    match found {
+        "configuration" | "sumoConfiguration" => {
+            "this is a configuration of SUMO; name the network that stands in its <net-file> instead"
+        }
+        "routes" | "additional" => {
+            "this is a demand of SUMO; name it in a scenario, as files = [\"...\"] under [demand]"
+        }
+        _ => "convert it with `codrive map import`",
+    }
 }

@@ -187,7 +187,7 @@ fn a_pipe_a_device_and_a_folder_are_not_networks() {
     let refusal = RoadMap::load("/dev/zero").unwrap_err().to_string();
     assert!(refusal.contains("it is a device"), "{refusal}");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 5, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 5, memory_mib: 512, stop: &stop, side: None };
     let refusal = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
     assert!(refusal.unwrap_err().to_string().contains("it is a pipe"));
 }
@@ -210,7 +210,7 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     let (program, osm) = converter(folder.path(), "sleep 600; true");
     let maps = folder.path().join("maps");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 1, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 1, memory_mib: 512, stop: &stop, side: None };
     let gone = || {
         let pid = fs::read_to_string(folder.path().join("pid")).unwrap();
         let children = format!("/proc/{0}/task/{0}/children", pid.trim());
@@ -224,7 +224,7 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     assert!(refusal.contains("allowed: 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{refusal}");
     gone();
     // The user presses Ctrl-C.
-    let bounds = import::ImportBounds { seconds: 600, ..bounds };
+    let bounds = import::ImportOptions { seconds: 600, ..bounds };
     let ended = std::thread::scope(|scope| {
         let import = scope.spawn(|| import::import_into(&maps, &program, &osm, "town", &bounds));
         std::thread::sleep(Duration::from_millis(300));
@@ -242,7 +242,7 @@ fn a_converter_gets_no_more_memory_than_its_limit() {
     let folder = tempfile::tempdir().unwrap();
     let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 60, memory_mib: 256, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 60, memory_mib: 256, stop: &stop, side: None };
     let refusal = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
     let refusal = refusal.unwrap_err().to_string();
     assert!(refusal.contains("town.osm: netconvert failed: ") && refusal.contains("memory"), "{refusal}");

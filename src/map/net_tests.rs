@@ -14,9 +14,9 @@ fn load(path: &Path) -> Result<RoadMap, MapError> {
     RoadMap::load(path.to_str().unwrap())
 }
 
-fn bounds(seconds: u64) -> import::ImportBounds<'static> {
+fn bounds(seconds: u64) -> import::ImportOptions<'static> {
     static STOP: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
-    import::ImportBounds { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP }
+    import::ImportOptions { seconds, memory_mib: import::MEMORY_MIB, stop: &STOP, side: None }
 }
 
 /// Returns the edges of the route outside junctions, in order.
