@@ -70,6 +70,15 @@ pub enum MapError {
         /// Values that are allowed.
         allowed: &'static str,
     },
+    /// Fault of a network in the format of an old version of SUMO.
+    #[error("{problem}\n  remedy: the network has the format {version}; `codrive map import {}` rebuilds it", file.display())]
+    Outdated {
+        file: PathBuf,
+        /// Version of the format, as the file names it.
+        version: String,
+        /// Fault that was found first.
+        problem: Box<MapError>,
+    },
     /// Part of a file that must not reach SUMO.
     #[error("{}:{line}: {element}: {problem}", file.display())]
     Refused {

@@ -41,7 +41,10 @@ fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
         );
     }
     // Each coordinate is within limits, but the gap between two lanes is not.
-    let refusal = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
+    let edges = ["ab", "bc", "cd", "da"].map(str::to_owned);
+    let chosen = loop_search::ChosenEdges { edges: &edges, closed: true };
+    let far = good.replace(lane, &lane.replacen(point, "9e6,0", 1));
+    let refusal = RoadMap::read(Path::new("bad.net.xml"), &far, Some(chosen)).unwrap_err().to_string();
     assert!(refusal.contains("gap in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
 }
 
@@ -69,10 +72,18 @@ fn a_long_way_into_a_loop_is_searched_in_linear_time() {
     let n = 30_000;
     let mut text = String::from("<net>");
     for k in 0..n + 3 {
-        let (x, y) = if k < n { (k as f64, 9.0) } else { ([0.0, 5.0, 5.0][k - n], [0.0, 0.0, 5.0][k - n]) };
+        // Each edge of the ring is a third of a circle with a radius of 20 m.
+        let on_ring = |part: usize| {
+            let angle = ((k - n) as f64 + part as f64 / 12.0) * std::f64::consts::TAU / 3.0;
+            format!("{:.3},{:.3} ", 20.0 * angle.cos(), 20.0 * angle.sin())
+        };
+        let (shape, length) = match k < n {
+            true => (format!("{k},9 {},9", k + 1), 9),
+            false => ((0..=12).map(on_ring).collect(), 42),
+        };
         text += &format!(
-            "<edge id=\"{k}\"><lane id=\"{k}_0\" speed=\"9\" length=\"9\" shape=\"{x},{y} {},{y}\"/></edge>",
-            x + 1.0
+            "<edge id=\"{k}\"><lane id=\"{k}_0\" speed=\"9\" length=\"{length}\" shape=\"{}\"/></edge>",
+            shape.trim()
         );
     }
     for k in 0..n + 3 {

@@ -177,41 +177,32 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
     found
 }
 
-/// Returns the path that is driven unless the user chooses one: the longest loop without lane changes that does not cross itself, else
-/// any loop without lane changes, else a loop with them, else one with U-turns, else the longest open path without lane changes. A loop
-/// comes first because a drive on it does not end. Turns that a car cannot make are used only if nothing is found without them. A loop
-/// shorter than 100 m gives way to a longer open path.
+/// Returns the path that is driven unless the user chooses one: the longest loop that does not cross itself, else any loop, else one with
+/// U-turns, else the longest open path; none of them changes lanes. Turns that a car cannot make are used only if nothing is found without
+/// them. A loop shorter than 100 m gives way to a longer open path.
 ///
 /// # Errors
 /// No chain of lanes open to cars is long enough to drive.
 pub(super) fn default_path(file: &Path, net: &Network) -> Result<DefaultPath, MapError> {
     let search = |tight_turns| {
-        let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds, tight_turns });
-        let next = links(false, false);
+        let links = |turnarounds| links_by_lane(net, AllowedLinks { changes: false, turnarounds, tight_turns });
+        let next = links(false);
+        let closed =
+            longest_without_crossing(net, &next).or_else(|| any_loop(&next)).or_else(|| any_loop(&links(true)));
+        let closed = closed.map(|found| (from_first(found), true));
         let usable = |lane| tight_turns || !has_kink(lane_at(net, lane));
         let open = || longest_open_path::longest(net, &next, usable).map(|found| (found, false));
-        match any_closed(net, &next, &links) {
-            Some(lanes) if length_m(net, &lanes) < ON_THE_SPOT_M => {
+        match closed {
+            Some((lanes, _)) if length_m(net, &lanes) < ON_THE_SPOT_M => {
                 let longer = open().filter(|(way, _)| length_m(net, way) > length_m(net, &lanes));
                 longer.or(Some((lanes, true)))
             }
-            Some(lanes) => Some((lanes, true)),
-            None => open(),
+            found => found.or_else(open),
         }
     };
     let found = search(false).or_else(|| search(true));
     let (lanes, is_closed) = found.ok_or_else(|| longest_open_path::none(file, net))?;
     Ok(DefaultPath { streets: lane_ids(lanes), is_closed })
-}
-
-/// Returns a loop, in order of preference: lanes kept, then lane changes; crossings of itself and U-turns only if unavoidable. `next` has
-/// the links without lane changes and U-turns, and `links` those with them.
-fn any_closed(net: &Network, next: &[Vec<usize>], links: &dyn Fn(bool, bool) -> Vec<Vec<usize>>) -> Option<Vec<usize>> {
-    let found = longest_without_crossing(net, next).or_else(|| any_loop(next)).or_else(|| {
-        let next = links(true, false);
-        longest_without_crossing(net, &next).or_else(|| any_loop(&next)).or_else(|| any_loop(&links(true, true)))
-    });
-    found.map(from_first)
 }
 
 /// Path that is driven unless the user chooses one.
@@ -225,9 +216,7 @@ impl DefaultPath {
     /// Returns all lanes in driving order, internal lanes included.
     pub fn lanes<'n>(&'n self, net: &'n Network) -> impl Iterator<Item = LaneId> + 'n {
         let next = move |k: usize| self.streets.get(k + 1).or_else(|| self.streets.first().filter(|_| self.is_closed));
-        let inside = move |k: usize, lane| {
-            next(k).into_iter().flat_map(move |next| net.lanes_between(lane_towards(net, lane, *next), *next))
-        };
+        let inside = move |k: usize, lane| next(k).into_iter().flat_map(move |next| net.lanes_between(lane, *next));
         let streets = self.streets.iter().enumerate();
         streets.flat_map(move |(k, lane)| std::iter::once(*lane).chain(inside(k, *lane)))
     }

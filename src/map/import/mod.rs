@@ -2,6 +2,8 @@
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
 //! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`).
 
+#[cfg(test)]
+mod format_tests;
 mod left_hand_places;
 mod netconvert;
 mod netconvert_attempts;
@@ -96,9 +98,11 @@ pub(super) fn import_into(
     }
     check_file(file)?;
     let format = SourceFormat::of(file).ok_or_else(|| {
-        let allowed =
-            "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO), which may be compressed (.gz)"
-                .to_owned();
+        let is_configuration = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("sumocfg"));
+        let remedy = if is_configuration { "\n  remedy: import the network that stands in its <net-file>" } else { "" };
+        let formats =
+            "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO), which may be compressed (.gz)";
+        let allowed = format!("{formats}{remedy}");
         MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed }
     })?;
     check_references(file)?;

@@ -178,6 +178,38 @@ impl Scan {
     }
 }
 
+/// Returns the parts of a road with the lanes of each side in reverse order: netconvert takes those of the right side from the centre
+/// outwards, and those of the left side inwards, by their order in the file.
+fn with_lanes_reversed(events: Vec<Event>) -> Vec<Event> {
+    let mut reversed = Vec::with_capacity(events.len());
+    // Lanes of the open side, each with all that belongs to it up to the next one.
+    let mut lanes: Option<Vec<Vec<Event>>> = None;
+    for event in events {
+        let name = match &event {
+            Event::Start(tag) | Event::Empty(tag) => name_of(tag).to_owned(),
+            _ => String::new(),
+        };
+        let ends_side =
+            matches!(&event, Event::End(tag) if [&b"left"[..], b"right"].contains(&tag.name().into_inner()));
+        match &mut lanes {
+            Some(open) if ends_side => {
+                reversed.extend(open.drain(..).rev().flatten());
+                reversed.push(event);
+                lanes = None;
+            }
+            Some(open) if name == "lane" => open.push(vec![event]),
+            Some(open) if !open.is_empty() => open.last_mut().into_iter().for_each(|lane| lane.push(event.clone())),
+            _ => {
+                if matches!(event, Event::Start(_)) && ["left", "right"].contains(&name.as_str()) {
+                    lanes = Some(Vec::new());
+                }
+                reversed.push(event);
+            }
+        }
+    }
+    reversed
+}
+
 /// Copy in the making.
 struct Copy {
     ids: PlainIds,
@@ -208,7 +240,7 @@ impl Copy {
                 (Some(events), event) => events.push(event),
             }
             if ends_road && let Some(events) = road.take() {
-                self.road(events);
+                self.road(if self.is_mirrored { with_lanes_reversed(events) } else { events });
             }
         }
     }
