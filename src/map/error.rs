@@ -296,7 +296,7 @@ pub enum MapError {
 fn remedy_for_root(found: &str) -> &'static str {
     match found {
         "configuration" | "sumoConfiguration" => {
-            "this is a configuration of SUMO; name the network that stands in its <net-file> instead"
+            "this is a configuration of SUMO; drive it with --scenario, or name the network that stands in its <net-file>"
         }
         "routes" | "additional" => {
             "this is a demand of SUMO; name it in a scenario, as files = [\"...\"] under [demand]"

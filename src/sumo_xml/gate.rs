@@ -92,9 +92,11 @@ impl fmt::Display for Dropped {
 
 /// Open element of the copy.
 struct Open<'v> {
-    /// Rule of the element; `None` for a parameter and for all within it.
+    /// Rule of the element; `None` for a parameter, for an element that is left out, and for all within them.
     rule: Option<&'v Rule>,
     has_children: bool,
+    /// True for an element that is left out, and for all within it.
+    is_omitted: bool,
 }
 
 /// Copier of one document.
@@ -122,6 +124,14 @@ impl<'v, W: Write> Gate<'v, W> {
         name: &str,
         attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone,
     ) -> Result<(), GateError> {
+        let is_within_omitted = self.is_omitting();
+        if is_within_omitted || self.open.len() == 1 && self.vocabulary.omits(name) {
+            if !is_within_omitted {
+                self.dropped.add(|| short(name));
+            }
+            self.open.push(Open { rule: None, has_children: false, is_omitted: true });
+            return Ok(());
+        }
         let parent = self.open.last().map_or("", |open| open.rule.map_or(PARAMETER, |rule| rule.name));
         if name == PARAMETER && parent != PARAMETER && !parent.is_empty() {
             return self.parameter(attributes);
@@ -159,7 +169,7 @@ impl<'v, W: Write> Gate<'v, W> {
                 }
             }
         }
-        self.open.push(Open { rule: Some(rule), has_children: false });
+        self.open.push(Open { rule: Some(rule), has_children: false, is_omitted: false });
         Ok(())
     }
 
@@ -168,7 +178,7 @@ impl<'v, W: Write> Gate<'v, W> {
     /// # Errors
     /// The copy cannot be written.
     pub fn close(&mut self) -> Result<(), GateError> {
-        let Some(Open { rule: Some(rule), has_children }) = self.open.pop() else { return Ok(()) };
+        let Some(Open { rule: Some(rule), has_children, .. }) = self.open.pop() else { return Ok(()) };
         if !has_children {
             return Ok(self.out.write_all(b"/>\n")?);
         }
@@ -181,6 +191,11 @@ impl<'v, W: Write> Gate<'v, W> {
     /// Returns the number of open elements: 1 within the outermost one.
     pub fn depth(&self) -> usize {
         self.open.len()
+    }
+
+    /// Returns true within an element that is left out.
+    pub fn is_omitting(&self) -> bool {
+        self.open.last().is_some_and(|open| open.is_omitted)
     }
 
     /// Returns the writer and the dropped parts, at the end of the document.
@@ -228,7 +243,7 @@ impl<'v, W: Write> Gate<'v, W> {
             let parent = rule.map_or(PARAMETER, |rule| rule.name);
             self.dropped.add(|| format!("param {} of {parent}", short(key)));
         }
-        self.open.push(Open { rule: None, has_children: false });
+        self.open.push(Open { rule: None, has_children: false, is_omitted: false });
         Ok(())
     }
 }
@@ -256,6 +271,8 @@ pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
             "projParameter" if !is_plain_projection(value) => NO_PROJECTION.into(),
             _ => value.into(),
         }),
+        // A calibrator counts its vehicles into this file, and reads nothing from it.
+        () if rule.name == "calibrator" && name == "output" => Pass::Dropped,
         () if speaks_of_files(name) => Pass::Refused,
         () => Pass::Dropped,
     }

@@ -1,4 +1,4 @@
-//! Demand files at the gate, read tag by tag, because they may be larger than the memory. In: a file, and a check for
+//! Demand and additional files at the gate, read tag by tag, because they may be larger than the memory. In: a file, and a check for
 //! each element. Out: the canonical copy with all included files in it, or the first part that is refused, with its
 //! file and line.
 
@@ -244,8 +244,11 @@ impl<W: Write> Copy<'_, W> {
             position.is_in_include = true;
             return self.include(&tag, position);
         }
-        let passed = self.gate.open(&tag.name, tag.pairs());
-        passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, position))
+        self.gate.open(&tag.name, tag.pairs()).map_err(|error| at(error, position))?;
+        if self.gate.is_omitting() {
+            return Ok(());
+        }
+        (self.look)(&tag).map_err(|problem| at(problem.into(), position))
     }
 
     fn close(&mut self, position: &mut ReadPosition) -> Result<(), StreamError> {

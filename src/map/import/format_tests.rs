@@ -328,7 +328,10 @@ fn files_of_other_kinds_are_refused_with_the_file_to_take_instead() {
         fs::write(&file, text).unwrap();
         crate::map::RoadMap::load(&file.to_string_lossy()).unwrap_err().to_string()
     };
-    assert!(load("town.sumocfg", configuration).contains("name the network that stands in its <net-file>"));
+    assert!(
+        load("town.sumocfg", configuration)
+            .contains("drive it with --scenario, or name the network that stands in its <net-file>")
+    );
     assert!(load("town.xodr", b"<OpenDRIVE/>").contains("convert it with `codrive map import`"));
     // The format of SUMO 0.x, with a fault that an import mends.
     let old = b"<net version=\"0.13\"><edge id=\"a\"><lane id=\"a_0\" index=\"1\"/></edge></net>";

@@ -99,7 +99,11 @@ pub(super) fn import_into(
     check_file(file)?;
     let format = SourceFormat::of(file).ok_or_else(|| {
         let is_configuration = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("sumocfg"));
-        let remedy = if is_configuration { "\n  remedy: import the network that stands in its <net-file>" } else { "" };
+        let remedy = if is_configuration {
+            "\n  remedy: drive it with --scenario, or import the network that stands in its <net-file>"
+        } else {
+            ""
+        };
         let formats =
             "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO), which may be compressed (.gz)";
         let allowed = format!("{formats}{remedy}");

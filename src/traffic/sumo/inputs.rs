@@ -54,11 +54,6 @@ impl Inputs {
     pub fn demand(&self) -> &CanonicalDemand {
         &self.demand
     }
-
-    /// Returns a demand with the copies in place of its files.
-    pub fn demand_of(&self, demand: &Demand) -> Demand {
-        Demand { files: self.demand.files.clone(), flows: demand.flows.clone() }
-    }
 }
 
 /// Warns once about the parts of a file that SUMO does not get.
