@@ -130,7 +130,9 @@ fn place_of(name_or_path: &str) -> Result<PathBuf, MapError> {
     let maps = list();
     let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
     let near = toml_text::did_you_mean(name_or_path, &known);
-    Err(MapError::UnknownMap { name: name_or_path.into(), near, known: super::listed(&known) })
+    let looked: Vec<String> = folders().map(|folder| folder.display().to_string()).collect();
+    let (name, known, looked) = (name_or_path.into(), super::listed(&known), looked.join(", "));
+    Err(MapError::UnknownMap { name, near, known, looked })
 }
 
 impl Network {

@@ -221,7 +221,7 @@ pub enum MapError {
     },
     /// Unknown name of a map.
     #[error(
-        "there is no map \"{name}\"{near}; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
+        "there is no map \"{name}\"{near}; maps here: {known}\n  looked in: {looked}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
     )]
     UnknownMap {
         /// Name that was requested.
@@ -230,6 +230,8 @@ pub enum MapError {
         near: String,
         /// List of the names that exist.
         known: String,
+        /// Folders in which maps are looked for.
+        looked: String,
     },
     /// Invalid TOML file: file, line, column and fault.
     #[error("{0}")]
