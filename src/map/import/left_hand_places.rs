@@ -1,5 +1,5 @@
 //! Places with left-hand traffic. In: a latitude and a longitude, degrees. Out: true where traffic drives on the left. Borders on land are
-//! accurate to about 3 km; coasts are drawn outwards (docs/references.md: left-hand traffic).
+//! accurate to about 3 km; coasts are drawn outwards (docs/references.md: sides).
 
 use std::sync::LazyLock;
 

@@ -2,6 +2,7 @@
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
 //! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`).
 
+mod driving_side;
 #[cfg(test)]
 mod format_tests;
 mod left_hand_places;
@@ -19,6 +20,7 @@ mod source_format;
 mod tests;
 mod warnings;
 
+pub use driving_side::DrivingSide;
 pub use netconvert::ImportOptions;
 pub use report::ImportReport;
 pub use source_format::SourceFormat;
@@ -38,25 +40,6 @@ pub const SECONDS: u64 = 300;
 pub const MEMORY_MIB: u64 = 4096;
 /// File name of the report in a map's folder.
 pub const REPORT_FILE: &str = "import.txt";
-
-/// Side of the road on which traffic drives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DrivingSide {
-    /// Left-hand traffic.
-    Left,
-    /// Right-hand traffic.
-    Right,
-}
-
-impl DrivingSide {
-    /// Returns the name on the command line: `left` or `right`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Left => "left",
-            Self::Right => "right",
-        }
-    }
-}
 
 /// Result of an import.
 #[derive(Debug)]

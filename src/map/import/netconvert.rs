@@ -1,7 +1,7 @@
 //! SUMO's converter, run as a program within limits of time and memory. In: a file of another format and options. Out: a `net.xml` and
 //! netconvert's messages, or its own error messages.
 
-use super::DrivingSide;
+use super::driving_side::DrivingSide;
 use crate::{
     file::read_bounded,
     map::{MapError, limits::MOST_BYTES},

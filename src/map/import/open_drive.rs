@@ -3,7 +3,7 @@
 //! of left-hand traffic are mirrored as netconvert wants them, and ids are plain; and the lines for the report. Metres, m/s.
 
 use super::{
-    DrivingSide,
+    driving_side::DrivingSide,
     plain_ids::PlainIds,
     road_lanes::{self, LaneChanges},
 };
@@ -30,7 +30,6 @@ pub(super) struct OpenDriveFault {
     pub line: u32,
     /// Element with its id.
     pub element: String,
-    /// Reason and remedy.
     pub problem: String,
 }
 

@@ -2,7 +2,7 @@
 //! two-way road with one lane. In: the file, tag by tag, because it may be larger than the memory. Out: a copy with two lanes of full
 //! width on such roads, the side of traffic by place, and lines for the report.
 
-use super::{DrivingSide, left_hand_places::is_left_hand};
+use super::{driving_side::DrivingSide, left_hand_places::is_left_hand};
 use quick_xml::{
     Reader, Writer,
     events::{BytesStart, Event},

@@ -2,7 +2,7 @@
 //! lines for the report on what was changed. The copies are removed when they are no longer needed.
 
 use super::{
-    DrivingSide,
+    driving_side::DrivingSide,
     open_drive::{self, OpenDriveFault},
     open_street_map,
     source_format::SourceFormat,
@@ -18,11 +18,11 @@ use std::path::{Path, PathBuf};
 pub(super) struct SourceCopy {
     /// Path of the prepared copy, or of the user's file.
     pub file: PathBuf,
-    /// Options of netconvert.
+    /// Options of netconvert: `--type-files`, `--lefthand`.
     pub options: Vec<String>,
     /// Lines for the report.
     pub notes: Vec<String>,
-    /// Files to remove.
+    /// Files to remove when the conversion is over.
     copies: Vec<PathBuf>,
 }
 
