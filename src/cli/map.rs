@@ -3,7 +3,10 @@
 use super::{CliError, out};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
-    map,
+    map::{
+        self,
+        import::{DrivingSide, ImportOptions},
+    },
     scenario::Scenario,
     sim::Summary,
 };
@@ -93,6 +96,13 @@ pub(super) fn command() -> Command {
                 .arg(
                     whole("memory-limit", "MIB", 256..=1_048_576, map::import::MEMORY_MIB)
                         .help("Memory limit for each attempt of netconvert, 256 to 1048576 MiB"),
+                )
+                .arg(
+                    Arg::new("driving-side")
+                        .long("driving-side")
+                        .value_name("SIDE")
+                        .value_parser(["left", "right"])
+                        .help("Side of traffic, left or right [default: as the roads of an OpenDRIVE file say, by place for OpenStreetMap]"),
                 ),
         )
 }
@@ -175,14 +185,17 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     let name = matches.get_one::<String>("name").unwrap_or(&stem);
     let number = |id: &str| matches.get_one::<u64>(id).copied().unwrap_or_default();
     let stop = super::stop_on_ctrl_c();
-    let bounds =
-        map::import::ImportBounds { seconds: number("time-limit"), memory_mib: number("memory-limit"), stop: &stop };
-    let made = map::import(file, name, &bounds)?;
+    let side = matches.get_one::<String>("driving-side").map(|side| match side.as_str() {
+        "left" => DrivingSide::Left,
+        _ => DrivingSide::Right,
+    });
+    let (seconds, memory_mib) = (number("time-limit"), number("memory-limit"));
+    let made = map::import(file, name, &ImportOptions { seconds, memory_mib, stop: &stop, side })?;
     for line in made.report.short() {
         out::line(format_args!("{line}"))?;
     }
     let trial = match &made.map {
-        Ok(_) => trial_drive(name, &stop),
+        Ok(map) => trial_drive(name, map.route.is_closed(), &stop),
         Err(error) => Err(format!("none: {error}")),
     };
     let (Ok(result) | Err(result)) = &trial;
@@ -202,13 +215,15 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
 
 /// Drives a new map for some seconds with simulated drivers. Returns the result as text, as an error if the route cannot be driven. The
 /// map is kept all the same: a person can choose another path on it.
-fn trial_drive(map: &str, stop: &AtomicBool) -> Result<String, String> {
+fn trial_drive(map: &str, is_closed: bool, stop: &AtomicBool) -> Result<String, String> {
+    let default = Scenario::default();
     let scenario = Scenario {
         map: map.to_owned(),
-        vehicles: TRIAL_VEHICLES,
+        // On an open path other vehicles come from a demand, and this number has no effect.
+        vehicles: if is_closed { TRIAL_VEHICLES } else { default.vehicles },
         duration_s: TRIAL_S,
         policy: "none".to_owned(),
-        ..Scenario::default()
+        ..default
     };
     match trial(&scenario, stop) {
         Ok((summary, is_closed, grade)) => match (summary.contact_count, summary.left_road) {

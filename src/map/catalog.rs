@@ -11,6 +11,7 @@ use super::{
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded, read_text},
+    sumo_xml::document,
     toml_text,
 };
 use serde::Deserialize;
@@ -113,7 +114,8 @@ pub fn known_as(map: &RoadMap) -> Option<String> {
 
 /// Returns true if a map is named by its path, not by the name of its folder in `maps/`.
 pub fn is_path(name_or_path: &str) -> bool {
-    name_or_path.contains(['/', '\\']) || name_or_path.ends_with(".xml")
+    let ends = [".xml", ".gz", ".xodr", ".osm", ".sumocfg"];
+    name_or_path.contains(['/', '\\']) || ends.iter().any(|end| name_or_path.ends_with(end))
 }
 
 /// Finds the folder or `net.xml` of a map's name or path.
@@ -128,7 +130,9 @@ fn place_of(name_or_path: &str) -> Result<PathBuf, MapError> {
     let maps = list();
     let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
     let near = toml_text::did_you_mean(name_or_path, &known);
-    Err(MapError::UnknownMap { name: name_or_path.into(), near, known: super::listed(&known) })
+    let looked: Vec<String> = folders().map(|folder| folder.display().to_string()).collect();
+    let (name, known, looked) = (name_or_path.into(), super::listed(&known), looked.join(", "));
+    Err(MapError::UnknownMap { name, near, known, looked })
 }
 
 impl Network {
@@ -139,7 +143,7 @@ impl Network {
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
         let place = place_of(name_or_path)?;
         let file = if place.is_dir() { place.join("net.xml") } else { place };
-        Self::read(&file, &read(&file, MOST_BYTES)?)
+        Self::read(&file, &read_network(&file)?)
     }
 }
 
@@ -185,7 +189,7 @@ impl RoadMap {
             (place.clone(), place.parent().filter(|_| place.ends_with("net.xml")))
         };
         let about = folder.map_or(Ok(None), read_map_file)?;
-        let network = Network::read(&net_file, &read(&net_file, MOST_BYTES)?)?;
+        let network = Network::read(&net_file, &read_network(&net_file)?)?;
         let route = along_edges(&net_file, &network, edges, None)?;
         let stem = || stem_of(&net_file);
         let name = folder.filter(|_| place.is_dir() || about.is_some()).map_or_else(stem, name_of);
@@ -222,7 +226,7 @@ impl RoadMap {
 
     /// Loads a `net.xml` with the chosen edges as its route, or with its default path.
     fn load_file(net_file: &Path, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
-        Self::read(net_file, &read(net_file, MOST_BYTES)?, chosen)
+        Self::read(net_file, &read_network(net_file)?, chosen)
     }
 
     /// Parses the text of a `net.xml`, with the chosen edges as its route, or with its default path.
@@ -243,18 +247,27 @@ fn name_of(folder: &Path) -> String {
 /// Returns the name of a network's file without its extensions.
 fn stem_of(net_file: &Path) -> String {
     let name = net_file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    name.trim_end_matches(".xml").trim_end_matches(".net").to_owned()
+    name.trim_end_matches(".gz").trim_end_matches(".xml").trim_end_matches(".net").to_owned()
 }
 
-/// Reads the text of a file of at most `limit` bytes.
-pub(super) fn read(file: &Path, limit: u64) -> Result<String, MapError> {
-    read_text(file, limit).map_err(|source| match source.kind() {
+/// Reads the text of a network, which may be compressed (`.gz`).
+pub(super) fn read_network(file: &Path) -> Result<String, MapError> {
+    document::read_text(file, MOST_BYTES).map_err(|source| unreadable(file, source))
+}
+
+/// Reads the text of a file of settings.
+pub(super) fn read_settings(file: &Path) -> Result<String, MapError> {
+    read_text(file, SETTINGS_BYTES).map_err(|source| unreadable(file, source))
+}
+
+fn unreadable(file: &Path, source: std::io::Error) -> MapError {
+    match source.kind() {
         std::io::ErrorKind::NotFound => MapError::Missing { file: file.into() },
         std::io::ErrorKind::InvalidData => {
-            MapError::NotXml { file: file.into(), line: 1, column: 1, message: "it is not UTF-8 text".into() }
+            MapError::NotXml { file: file.into(), line: 1, column: 1, message: source.to_string() }
         }
         _ => MapError::Io { file: file.into(), source },
-    })
+    }
 }
 
 fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
@@ -262,6 +275,7 @@ fn read_map_file(folder: &Path) -> Result<Option<MapFile>, MapError> {
     if !file.exists() {
         return Ok(None);
     }
-    let parsed = toml_text::parse(&read(&file, SETTINGS_BYTES)?, &file.display().to_string());
+    let text = read_settings(&file)?;
+    let parsed = toml_text::parse(&text, &file.display().to_string());
     parsed.map(Some).map_err(|e| MapError::Toml(e.to_string()))
 }

@@ -74,7 +74,7 @@ pub struct GeneratedNetwork {
 /// The file is absent or has unknown keys or invalid values; its bends do not add up to one turn; there are not two solved straights that
 /// can close it; or two parts of the lane come too close.
 pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
-    let text = catalog::read(file, SETTINGS_BYTES)?;
+    let text = catalog::read_settings(file)?;
     let name = file.display().to_string();
     let circuit: Circuit = toml_text::parse(&text, &name).map_err(|e| MapError::Toml(e.to_string()))?;
     let problem = |problem: CircuitFault| MapError::Circuit { file: file.into(), problem };

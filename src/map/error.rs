@@ -36,7 +36,7 @@ pub enum MapError {
         message: String,
     },
     /// XML that is not a SUMO network.
-    #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: convert it with `codrive map import`", file.display())]
+    #[error("{}:{line}: the root element is <{found}>, a SUMO network begins with <net>\n  remedy: {}", file.display(), remedy_for_root(found))]
     NotANet {
         file: PathBuf,
         /// Line number, counted from 1.
@@ -69,6 +69,15 @@ pub enum MapError {
         value: String,
         /// Values that are allowed.
         allowed: &'static str,
+    },
+    /// Fault of a network in the format of an old version of SUMO.
+    #[error("{problem}\n  remedy: the network has the format {version}; `codrive map import {}` rebuilds it", file.display())]
+    Outdated {
+        file: PathBuf,
+        /// Version of the format, as the file names it.
+        version: String,
+        /// Fault that was found first.
+        problem: Box<MapError>,
     },
     /// Part of a file that must not reach SUMO.
     #[error("{}:{line}: {element}: {problem}", file.display())]
@@ -212,7 +221,7 @@ pub enum MapError {
     },
     /// Unknown name of a map.
     #[error(
-        "there is no map \"{name}\"{near}; maps here: {known}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
+        "there is no map \"{name}\"{near}; maps here: {known}\n  looked in: {looked}\n  remedy: name one of these, or the path of a SUMO net.xml; `codrive map ring` and `codrive map import` make new ones"
     )]
     UnknownMap {
         /// Name that was requested.
@@ -221,6 +230,8 @@ pub enum MapError {
         near: String,
         /// List of the names that exist.
         known: String,
+        /// Folders in which maps are looked for.
+        looked: String,
     },
     /// Invalid TOML file: file, line, column and fault.
     #[error("{0}")]
@@ -281,4 +292,17 @@ pub enum MapError {
         /// Memory limit of the conversion, MiB.
         memory_mib: u64,
     },
+}
+
+/// Returns the remedy for a document that is not a network, by the name of its root element.
+fn remedy_for_root(found: &str) -> &'static str {
+    match found {
+        "configuration" | "sumoConfiguration" => {
+            "this is a configuration of SUMO; drive it with --scenario, or name the network that stands in its <net-file>"
+        }
+        "routes" | "additional" => {
+            "this is a demand of SUMO; name it in a scenario, as files = [\"...\"] under [demand]"
+        }
+        _ => "convert it with `codrive map import`",
+    }
 }

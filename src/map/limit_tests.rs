@@ -41,7 +41,10 @@ fn far_coordinates_and_lengths_are_refused_before_points_are_made() {
         );
     }
     // Each coordinate is within limits, but the gap between two lanes is not.
-    let refusal = message(&good.replace(lane, &lane.replacen(point, "9e6,0", 1)));
+    let edges = ["ab", "bc", "cd", "da"].map(str::to_owned);
+    let chosen = loop_search::ChosenEdges { edges: &edges, closed: true };
+    let far = good.replace(lane, &lane.replacen(point, "9e6,0", 1));
+    let refusal = RoadMap::read(Path::new("bad.net.xml"), &far, Some(chosen)).unwrap_err().to_string();
     assert!(refusal.contains("gap in the route") || refusal.contains("declared length of lane \"bc_0\""), "{refusal}");
 }
 
@@ -69,10 +72,18 @@ fn a_long_way_into_a_loop_is_searched_in_linear_time() {
     let n = 30_000;
     let mut text = String::from("<net>");
     for k in 0..n + 3 {
-        let (x, y) = if k < n { (k as f64, 9.0) } else { ([0.0, 5.0, 5.0][k - n], [0.0, 0.0, 5.0][k - n]) };
+        // Each edge of the ring is a third of a circle with a radius of 20 m.
+        let on_ring = |part: usize| {
+            let angle = ((k - n) as f64 + part as f64 / 12.0) * std::f64::consts::TAU / 3.0;
+            format!("{:.3},{:.3} ", 20.0 * angle.cos(), 20.0 * angle.sin())
+        };
+        let (shape, length) = match k < n {
+            true => (format!("{k},9 {},9", k + 1), 9),
+            false => ((0..=12).map(on_ring).collect(), 42),
+        };
         text += &format!(
-            "<edge id=\"{k}\"><lane id=\"{k}_0\" speed=\"9\" length=\"9\" shape=\"{x},{y} {},{y}\"/></edge>",
-            x + 1.0
+            "<edge id=\"{k}\"><lane id=\"{k}_0\" speed=\"9\" length=\"{length}\" shape=\"{}\"/></edge>",
+            shape.trim()
         );
     }
     for k in 0..n + 3 {
@@ -187,7 +198,7 @@ fn a_pipe_a_device_and_a_folder_are_not_networks() {
     let refusal = RoadMap::load("/dev/zero").unwrap_err().to_string();
     assert!(refusal.contains("it is a device"), "{refusal}");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 5, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 5, memory_mib: 512, stop: &stop, side: None };
     let refusal = import::import_into(folder.path(), Path::new("netconvert"), &pipe, "no", &bounds);
     assert!(refusal.unwrap_err().to_string().contains("it is a pipe"));
 }
@@ -210,7 +221,7 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     let (program, osm) = converter(folder.path(), "sleep 600; true");
     let maps = folder.path().join("maps");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 1, memory_mib: 512, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 1, memory_mib: 512, stop: &stop, side: None };
     let gone = || {
         let pid = fs::read_to_string(folder.path().join("pid")).unwrap();
         let children = format!("/proc/{0}/task/{0}/children", pid.trim());
@@ -224,7 +235,7 @@ fn a_converter_that_does_not_end_is_ended_with_its_child_processes() {
     assert!(refusal.contains("allowed: 1 s (--time-limit) and 512 MiB (--memory-limit)"), "{refusal}");
     gone();
     // The user presses Ctrl-C.
-    let bounds = import::ImportBounds { seconds: 600, ..bounds };
+    let bounds = import::ImportOptions { seconds: 600, ..bounds };
     let ended = std::thread::scope(|scope| {
         let import = scope.spawn(|| import::import_into(&maps, &program, &osm, "town", &bounds));
         std::thread::sleep(Duration::from_millis(300));
@@ -242,7 +253,7 @@ fn a_converter_gets_no_more_memory_than_its_limit() {
     let folder = tempfile::tempdir().unwrap();
     let (program, osm) = converter(folder.path(), "exec dd if=/dev/zero of=/dev/null bs=1G count=1");
     let stop = AtomicBool::new(false);
-    let bounds = import::ImportBounds { seconds: 60, memory_mib: 256, stop: &stop };
+    let bounds = import::ImportOptions { seconds: 60, memory_mib: 256, stop: &stop, side: None };
     let refusal = import::import_into(&folder.path().join("maps"), &program, &osm, "town", &bounds);
     let refusal = refusal.unwrap_err().to_string();
     assert!(refusal.contains("town.osm: netconvert failed: ") && refusal.contains("memory"), "{refusal}");

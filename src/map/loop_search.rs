@@ -41,16 +41,12 @@ pub(super) fn route_of(file: &Path, net: &Network, chosen: Option<ChosenEdges>) 
             return along_edges(file, net, &edges, None);
         }
         Some(ChosenEdges { edges, closed: true }) => along(file, net, edges)?,
-        None => match default_path(file, net) {
-            Ok(path) if path.is_closed => path.streets,
-            // A loop, even with lane changes, takes precedence over an open path: a drive on it does not end.
-            found => match (longest_loop(file, net), found) {
-                (Err(_), Ok(path)) => {
-                    let edges: Vec<&str> = path.streets.iter().map(|lane| net.edge_of(*lane).id.as_str()).collect();
-                    return along_edges(file, net, &edges, None);
-                }
-                (looped, _) => looped?,
-            },
+        None => match default_path(file, net)? {
+            path if path.is_closed => path.streets,
+            path => {
+                let edges: Vec<&str> = path.streets.iter().map(|lane| net.edge_of(*lane).id.as_str()).collect();
+                return along_edges(file, net, &edges, None);
+            }
         },
     };
     let mut lanes = Vec::new();
@@ -170,21 +166,6 @@ fn lane_towards(net: &Network, entered: LaneId, next: LaneId) -> LaneId {
     std::iter::once(entered).chain(beside).find(leads).unwrap_or(entered)
 }
 
-fn longest_loop(file: &Path, net: &Network) -> Result<Vec<LaneId>, MapError> {
-    // In order of preference: lanes kept, then lane changes; crossings of itself and U-turns only if unavoidable.
-    let links = |changes, turnarounds| links_by_lane(net, AllowedLinks { changes, turnarounds, tight_turns: true });
-    let found = longest_without_crossing(net, &links(false, false))
-        .or_else(|| longest_without_crossing(net, &links(true, false)))
-        .or_else(|| any_loop(&links(true, false)))
-        .or_else(|| any_loop(&links(true, true)));
-    let found = found.ok_or_else(|| {
-        let lanes = (0..net.lanes().len()).filter(|&lane| drivable(net, lane)).count();
-        let detail = format!("{lanes} lanes are open to passenger cars, and no chain of them returns to its start");
-        MapError::NoRoute { file: file.into(), detail }
-    })?;
-    Ok(lane_ids(from_first(found)))
-}
-
 fn lane_ids(lanes: Vec<usize>) -> Vec<LaneId> {
     lanes.into_iter().map(LaneId::from_index).collect()
 }
@@ -196,17 +177,19 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
     found
 }
 
-/// Returns the path that is driven unless the user chooses one: the longest loop without lane changes that does not cross itself, else
-/// any loop without lane changes, else the longest open path without them. Turns that a car cannot make are used only if nothing is found
-/// without them. A loop shorter than 100 m gives way to a longer open path.
+/// Returns the path that is driven unless the user chooses one: the longest loop that does not cross itself, else any loop, else one with
+/// U-turns, else the longest open path; none of them changes lanes. Turns that a car cannot make are used only if nothing is found without
+/// them. A loop shorter than 100 m gives way to a longer open path.
 ///
 /// # Errors
 /// No chain of lanes open to cars is long enough to drive.
 pub(super) fn default_path(file: &Path, net: &Network) -> Result<DefaultPath, MapError> {
     let search = |tight_turns| {
-        let next = links_by_lane(net, AllowedLinks { changes: false, turnarounds: false, tight_turns });
+        let links = |turnarounds| links_by_lane(net, AllowedLinks { changes: false, turnarounds, tight_turns });
+        let next = links(false);
         let closed =
-            longest_without_crossing(net, &next).or_else(|| any_loop(&next)).map(|found| (from_first(found), true));
+            longest_without_crossing(net, &next).or_else(|| any_loop(&next)).or_else(|| any_loop(&links(true)));
+        let closed = closed.map(|found| (from_first(found), true));
         let usable = |lane| tight_turns || !has_kink(lane_at(net, lane));
         let open = || longest_open_path::longest(net, &next, usable).map(|found| (found, false));
         match closed {

@@ -1,9 +1,72 @@
 //! Check of files in other formats before SUMO's converter reads them: OpenStreetMap and OpenDRIVE. In: the bytes. Out:
 //! nothing, or the line at which the converter's parser would follow a reference to another file: a document type,
 //! entities, an include. The files are not copied, because netconvert only reads roads from them; its command line
-//! alone determines what it writes.
+//! alone determines what it writes. Also opens such files and networks: compressed ones (`.gz`) are unpacked, within bounds, and
+//! text in Latin-1 is decoded.
 
-use std::io::{self, BufRead};
+use super::source;
+use crate::file::{open_regular, size_text};
+use std::{
+    io::{self, BufRead, BufReader, Read},
+    path::Path,
+};
+
+/// Opens a document of at most `limit` bytes, unpacked; compressed ones are unpacked.
+///
+/// # Errors
+/// The file cannot be opened. The reader fails with [`io::ErrorKind::FileTooLarge`] after `limit` bytes.
+pub fn open(path: &Path, limit: u64) -> io::Result<impl BufRead> {
+    let file = open_regular(path)?;
+    if file.metadata()?.len() > limit {
+        return Err(too_large(limit));
+    }
+    Ok(BufReader::new(Unpacked { inner: source::unpacked(file)?, limit, left: limit }))
+}
+
+/// Reads a document as text: UTF-8, or Latin-1 if its head says so.
+///
+/// # Errors
+/// As [`open`]; or the text has another encoding ([`io::ErrorKind::InvalidData`]).
+pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
+    let mut bytes = Vec::new();
+    open(path, limit)?.read_to_end(&mut bytes)?;
+    let bytes = match String::from_utf8(bytes) {
+        Ok(text) => return Ok(text),
+        Err(error) => error.into_bytes(),
+    };
+    let head = bytes.split_inclusive(|byte| *byte == b'>').next().unwrap_or_default();
+    let head = String::from_utf8_lossy(head).to_ascii_lowercase();
+    match LATIN_1.iter().any(|name| head.contains(name)) {
+        true => Ok(bytes.into_iter().map(char::from).collect()),
+        false => Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            "it is not UTF-8 text, and its first line does not declare ISO-8859-1; save it as UTF-8",
+        )),
+    }
+}
+
+/// Names of Latin-1 and of encodings that differ from it in a few signs only.
+const LATIN_1: [&str; 4] = ["iso-8859-1\"", "iso-8859-1'", "iso-8859-15", "windows-1252"];
+
+/// Content of a file, which ends with an error after `limit` bytes.
+struct Unpacked {
+    inner: Box<dyn Read>,
+    limit: u64,
+    left: u64,
+}
+
+impl Read for Unpacked {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.inner.read(buffer)?;
+        self.left = self.left.checked_sub(n as u64).ok_or_else(|| too_large(self.limit))?;
+        Ok(n)
+    }
+}
+
+fn too_large(limit: u64) -> io::Error {
+    let text = format!("it holds more than {}, unpacked, the most that is read", size_text(limit));
+    io::Error::new(io::ErrorKind::FileTooLarge, text)
+}
 
 /// Part of a file that is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,9 +150,30 @@ fn reference(markup: &[u8]) -> Option<Reference> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::{fs, io::Write};
 
     fn found(text: &[u8]) -> Option<(u32, Reference)> {
         first_reference(text).unwrap()
+    }
+
+    #[test]
+    fn compressed_documents_and_latin_1_are_read_within_bounds() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.xml.gz");
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        packed.write_all("<net x='ä'/>".as_bytes()).unwrap();
+        fs::write(&file, packed.finish().unwrap()).unwrap();
+        assert_eq!(read_text(&file, 99).unwrap(), "<net x='ä'/>");
+        // A thousand times its size once unpacked.
+        let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());
+        packed.write_all(&vec![b' '; 1 << 20]).unwrap();
+        fs::write(&file, packed.finish().unwrap()).unwrap();
+        assert_eq!(read_text(&file, 1 << 19).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        fs::write(&file, b"<?xml version=\"1.0\" encoding=\"ISO-8859-1\"?><net x='\xe4'/>").unwrap();
+        assert!(read_text(&file, 99).unwrap().ends_with("<net x='ä'/>"));
+        fs::write(&file, b"<?xml version=\"1.0\"?><net x='\xe4'/>").unwrap();
+        let error = read_text(&file, 99).unwrap_err();
+        assert!(error.kind() == io::ErrorKind::InvalidData && error.to_string().contains("save it as UTF-8"));
     }
 
     #[test]

@@ -82,15 +82,22 @@ fn too_large() -> String {
 /// # Errors
 /// The file cannot be opened, is no regular file, or is too large.
 pub(super) fn open(path: &Path, budget: &Rc<Budget>) -> io::Result<Metered> {
-    let mut file = open_regular(path)?;
+    let file = open_regular(path)?;
     if file.metadata()?.len() > budget.bytes.get() {
         return Err(io::Error::other(too_large()));
     }
-    let inner: Box<dyn Read> = match is_compressed(&mut file)? {
+    Ok(Metered { inner: BufReader::new(unpacked(file)?), budget: Rc::clone(budget) })
+}
+
+/// Returns the content of a file, compressed or not.
+///
+/// # Errors
+/// The file cannot be read.
+pub(super) fn unpacked(mut file: File) -> io::Result<Box<dyn Read>> {
+    Ok(match is_compressed(&mut file)? {
         true => Box::new(flate2::bufread::MultiGzDecoder::new(BufReader::new(file))),
         false => Box::new(file),
-    };
-    Ok(Metered { inner: BufReader::new(inner), budget: Rc::clone(budget) })
+    })
 }
 
 /// Checks whether a file begins like gzip, whatever its name is.

@@ -2,16 +2,26 @@
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
 //! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`).
 
+mod driving_side;
+#[cfg(test)]
+mod format_tests;
+mod left_hand_places;
 mod netconvert;
 mod netconvert_attempts;
+mod open_drive;
+mod open_street_map;
+mod plain_ids;
 mod repair;
 mod report;
+mod road_lanes;
+mod source_copy;
 mod source_format;
 #[cfg(test)]
 mod tests;
 mod warnings;
 
-pub use netconvert::ImportBounds;
+pub use driving_side::DrivingSide;
+pub use netconvert::ImportOptions;
 pub use report::ImportReport;
 pub use source_format::SourceFormat;
 pub use warnings::WarningKind;
@@ -20,12 +30,9 @@ use super::{MapError, RoadMap, catalog, limits::MOST_IMPORT_BYTES};
 use crate::{
     file::{open_regular, size_text},
     private,
-    sumo_xml::document::first_reference,
+    sumo_xml::document,
 };
-use std::{
-    io::BufReader,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 /// Default time limit of netconvert, seconds: a town takes 20 s.
 pub const SECONDS: u64 = 300;
@@ -49,10 +56,10 @@ pub struct Imported {
 ///
 /// # Errors
 /// The name has other characters than letters, digits, - and _; the map exists; the file is missing, empty or too large; the format is
-/// unknown; netconvert is absent, fails or exceeds `bounds`; or the network has no road for cars. Nothing is left behind then.
-pub fn import(file: &Path, name: &str, bounds: &ImportBounds) -> Result<Imported, MapError> {
+/// unknown; netconvert is absent, fails or exceeds `options`; or the network has no road for cars. Nothing is left behind then.
+pub fn import(file: &Path, name: &str, options: &ImportOptions) -> Result<Imported, MapError> {
     let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
-    import_into(&maps, &netconvert::program(), file, name, bounds)
+    import_into(&maps, &netconvert::program(), file, name, options)
 }
 
 /// Imports as [`import`] does, with the folder of maps and the converter given.
@@ -61,7 +68,7 @@ pub(super) fn import_into(
     netconvert: &Path,
     file: &Path,
     name: &str,
-    bounds: &ImportBounds,
+    options: &ImportOptions,
 ) -> Result<Imported, MapError> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || !name.chars().all(plain) {
@@ -74,7 +81,15 @@ pub(super) fn import_into(
     }
     check_file(file)?;
     let format = SourceFormat::of(file).ok_or_else(|| {
-        let allowed = "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO)".to_owned();
+        let is_configuration = file.extension().is_some_and(|end| end.eq_ignore_ascii_case("sumocfg"));
+        let remedy = if is_configuration {
+            "\n  remedy: drive it with --scenario, or import the network that stands in its <net-file>"
+        } else {
+            ""
+        };
+        let formats =
+            "a file .xodr (OpenDRIVE), .osm (OpenStreetMap) or .net.xml (SUMO), which may be compressed (.gz)";
+        let allowed = format!("{formats}{remedy}");
         MapError::Parameter { what: "the file to import", value: file.display().to_string(), allowed }
     })?;
     check_references(file)?;
@@ -83,7 +98,7 @@ pub(super) fn import_into(
     let failed = |source| MapError::Io { file: folder.clone(), source };
     let _ = std::fs::remove_dir_all(&unfinished);
     private::folder(&unfinished).map_err(failed)?;
-    let made = fill(&unfinished, netconvert, (file, format), name, bounds)
+    let made = fill(&unfinished, netconvert, (file, format), name, options)
         .and_then(|report| std::fs::rename(&unfinished, &folder).map_err(failed).map(|()| report));
     if made.is_err() {
         let _ = std::fs::remove_dir_all(&unfinished);
@@ -116,7 +131,7 @@ fn check_file(file: &Path) -> Result<(), MapError> {
 
 /// Checks that the document does not make netconvert read other files.
 fn check_references(file: &Path) -> Result<(), MapError> {
-    let found = open_regular(file).and_then(|open| first_reference(BufReader::new(open)));
+    let found = document::open(file, MOST_IMPORT_BYTES).and_then(document::first_reference);
     match found.map_err(|source| MapError::Io { file: file.into(), source })? {
         Some((line, reference)) => {
             Err(MapError::Reference { file: file.into(), line, reference: reference.in_words() })
@@ -130,9 +145,9 @@ fn fill(
     netconvert: &Path,
     (file, format): (&Path, SourceFormat),
     name: &str,
-    bounds: &ImportBounds,
+    options: &ImportOptions,
 ) -> Result<ImportReport, MapError> {
-    let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), bounds)?;
+    let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), options)?;
     let report = ImportReport::of(file, format, &made)?;
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;

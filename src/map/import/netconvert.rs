@@ -1,6 +1,7 @@
 //! SUMO's converter, run as a program within limits of time and memory. In: a file of another format and options. Out: a `net.xml` and
 //! netconvert's messages, or its own error messages.
 
+use super::driving_side::DrivingSide;
 use crate::{
     file::read_bounded,
     map::{MapError, limits::MOST_BYTES},
@@ -22,15 +23,17 @@ const NO_NODES: &str = "No nodes loaded";
 /// Largest number of lines of an error that is shown.
 const LINES_TOLD: usize = 5;
 
-/// Limits of netconvert, and the user's request to stop.
+/// Limits of netconvert, the user's request to stop, and the side of traffic.
 #[derive(Clone, Copy, Debug)]
-pub struct ImportBounds<'a> {
+pub struct ImportOptions<'a> {
     /// Time limit, all attempts together, seconds.
     pub seconds: u64,
     /// Memory limit of one run, MiB.
     pub memory_mib: u64,
     /// Set to true when the user wants the import to end.
     pub stop: &'a AtomicBool,
+    /// Side of traffic; `None` takes it from the file.
+    pub side: Option<DrivingSide>,
 }
 
 /// Returns the path of SUMO's converter: in the first of SUMO's folders that contains it.
@@ -54,7 +57,7 @@ pub(super) struct Conversion<'a> {
     /// File that is written.
     pub net: &'a Path,
     /// Further options of netconvert.
-    pub options: &'a [&'a str],
+    pub options: Vec<&'a str>,
     /// Number of runs that share the time limit of `bounds`.
     pub shares: u64,
 }
@@ -64,7 +67,7 @@ impl Conversion<'_> {
     ///
     /// # Errors
     /// netconvert is absent, fails, exceeds the bounds, or the user stopped it.
-    pub fn run(&self, bounds: &ImportBounds) -> Result<String, MapError> {
+    pub fn run(&self, bounds: &ImportOptions) -> Result<String, MapError> {
         if !self.program.is_file() {
             return Err(MapError::NetconvertAbsent { program: self.program.into() });
         }
@@ -72,7 +75,7 @@ impl Conversion<'_> {
         // Messages go into a file: a pipe that is not read would block the program.
         let log = self.net.with_extension("log");
         let mut command = bounded_command(self.program, bounds);
-        command.arg(self.format).arg(self.file).arg("--output-file").arg(self.net).args(self.options);
+        command.arg(self.format).arg(self.file).arg("--output-file").arg(self.net).args(&self.options);
         command.args(["--precision", "6", "--xml-validation", "never"]);
         if let Some(home) = self.program.parent().and_then(Path::parent) {
             // SUMO's own projection database: the system's may have another version.
@@ -110,12 +113,12 @@ impl Conversion<'_> {
         Err(MapError::Netconvert { file: self.known.into(), message })
     }
 
-    fn beyond(&self, bounds: &ImportBounds, what: String) -> MapError {
-        let ImportBounds { seconds, memory_mib, .. } = *bounds;
+    fn beyond(&self, bounds: &ImportOptions, what: String) -> MapError {
+        let ImportOptions { seconds, memory_mib, .. } = *bounds;
         MapError::NetconvertLimit { file: self.known.into(), what, seconds, memory_mib }
     }
 
-    fn wait(&self, mut child: Child, bounds: &ImportBounds) -> Result<std::process::ExitStatus, MapError> {
+    fn wait(&self, mut child: Child, bounds: &ImportOptions) -> Result<std::process::ExitStatus, MapError> {
         // Waits are counted, not timed by a clock: only the order of magnitude matters.
         let most_waits = (bounds.seconds * WAITS_PER_S / self.shares.max(1)).max(1);
         let mut waits = 0;
@@ -174,7 +177,7 @@ fn errors_of(words: &str) -> Vec<String> {
 /// Returns the command with limits that the system enforces, even after this program has ended: memory, processor time and file size. A
 /// shell sets the limits for itself and then executes the program.
 #[cfg(unix)]
-fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
+fn bounded_command(program: &Path, bounds: &ImportOptions) -> Command {
     let file_blocks = FILE_BYTES / 512;
     let script = format!(
         "ulimit -c 0; ulimit -v {} && ulimit -t {} && ulimit -f {file_blocks} && exec \"$0\" \"$@\"",
@@ -190,7 +193,7 @@ fn bounded_command(program: &Path, bounds: &ImportBounds) -> Command {
 }
 
 #[cfg(not(unix))]
-fn bounded_command(program: &Path, _bounds: &ImportBounds) -> Command {
+fn bounded_command(program: &Path, _bounds: &ImportOptions) -> Command {
     Command::new(program)
 }
 

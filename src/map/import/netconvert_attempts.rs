@@ -2,13 +2,14 @@
 //! known format. Out: the network's bytes on the disk, the network, its default path, and how it was made.
 
 use super::{
-    netconvert::{Conversion, ImportBounds},
+    netconvert::{Conversion, ImportOptions},
     repair::{repair, with_default_limits},
+    source_copy::SourceCopy,
     source_format::SourceFormat,
     warnings::{self, ERROR, WARNING, WarningKind},
 };
 use crate::{
-    file::{read_bounded, read_text, size_text},
+    file::{read_bounded, size_text},
     map::{
         MapError, SumoText, catalog,
         limits::{MOST_BYTES, MOST_IMPORT_BYTES},
@@ -16,6 +17,7 @@ use crate::{
         network::{EdgeKind, Network},
     },
     private,
+    sumo_xml::document,
 };
 use std::path::{Path, PathBuf};
 
@@ -27,9 +29,9 @@ const FITS_M: f64 = 0.5;
 enum AttemptInput {
     /// No conversion: the file is a network already.
     Nothing,
-    /// Original file; for a SUMO network, its canonical copy.
+    /// Prepared copy of the file; for a SUMO network, its canonical copy.
     File,
-    /// Repaired copy of the file.
+    /// Repaired copy of that copy.
     Repaired,
 }
 
@@ -107,6 +109,8 @@ pub(super) struct MadeNetwork {
     pub words: String,
     /// Reasons why finer attempts were rejected.
     pub before: Vec<String>,
+    /// Lines for the report on what was changed in the file before its conversion.
+    pub notes: Vec<String>,
     pub warnings: Vec<WarningKind>,
     /// Errors in the file that netconvert ignored.
     pub errors: Vec<WarningKind>,
@@ -121,7 +125,7 @@ pub(super) fn make(
     file: &Path,
     format: SourceFormat,
     net: &Path,
-    bounds: &ImportBounds,
+    bounds: &ImportOptions,
 ) -> Result<MadeNetwork, MapError> {
     let failed = |source| MapError::Io { file: net.into(), source };
     let attempts = match format {
@@ -129,12 +133,13 @@ pub(super) fn make(
         SourceFormat::OpenStreetMap => OPEN_STREET_MAP,
         SourceFormat::Sumo => SUMO,
     };
+    let source = SourceCopy::make(file, format, net.parent().unwrap_or(Path::new("")), bounds.side)?;
     let runs = attempts.iter().filter(|one| one.input != AttemptInput::Nothing).count() as u64;
     let mut errors = Vec::new();
     let mut before = Vec::new();
     let mut best: Option<(Vec<u8>, MadeNetwork)> = None;
     for AttemptOptions { input, options, words } in attempts {
-        let attempt = Attempt { program, file, format, net, bounds, runs, input: *input, options };
+        let attempt = Attempt { program, file, source: &source, format, net, bounds, runs, input: *input, options };
         match attempt.run(words) {
             Err(error @ MapError::Interrupted { .. }) => return Err(error),
             Err(error) => {
@@ -176,10 +181,11 @@ pub(super) fn make(
 struct Attempt<'a> {
     program: &'a Path,
     file: &'a Path,
+    source: &'a SourceCopy,
     format: SourceFormat,
     /// Place of the network.
     net: &'a Path,
-    bounds: &'a ImportBounds<'a>,
+    bounds: &'a ImportOptions<'a>,
     /// Number of runs of netconvert that share the time limit.
     runs: u64,
     input: AttemptInput,
@@ -207,17 +213,17 @@ impl Attempt<'_> {
             file: &input,
             known: self.file,
             net: self.net,
-            options: &self.options.concat(),
+            options: self.options.concat().into_iter().chain(self.source.options.iter().map(String::as_str)).collect(),
             shares: self.runs,
         };
         let messages = conversion.run(self.bounds);
-        if input != self.file {
+        if ![self.file, &self.source.file].contains(&input.as_path()) {
             let _ = std::fs::remove_file(&input);
         }
         messages
     }
 
-    /// Returns the file that netconvert reads: the user's, or a repaired or canonical copy of it.
+    /// Returns the file that netconvert reads: the prepared, repaired or canonical copy.
     fn prepared(&self, words: &mut String) -> Result<PathBuf, MapError> {
         let failed = |source| MapError::Io { file: self.file.into(), source };
         let copy = |name: &str, text: &str| {
@@ -226,7 +232,7 @@ impl Attempt<'_> {
         };
         match self.input {
             AttemptInput::Repaired => {
-                let text = read_text(self.file, MOST_IMPORT_BYTES).map_err(failed)?;
+                let text = document::read_text(&self.source.file, 2 * MOST_IMPORT_BYTES).map_err(failed)?;
                 let (text, done) = repair(&text).ok_or_else(|| MapError::Netconvert {
                     file: self.file.into(),
                     message: "netconvert cannot read the file, and codrive has no repair for it".into(),
@@ -235,10 +241,10 @@ impl Attempt<'_> {
                 copy("repaired.xodr", &text)
             }
             _ if self.format == SourceFormat::Sumo => {
-                let text = catalog::read(self.file, MOST_BYTES)?;
+                let text = catalog::read_network(self.file)?;
                 copy("copy.net.xml", SumoText::read(self.file, &text)?.as_str())
             }
-            _ => Ok(self.file.into()),
+            _ => Ok(self.source.file.clone()),
         }
     }
 
@@ -254,7 +260,7 @@ impl Attempt<'_> {
             true => (Path::new("net.xml"), self.net, "netconvert makes a network that has"),
             false => (self.file, self.file, "the network has"),
         };
-        let text = catalog::read(made, MOST_BYTES).map_err(|error| match error {
+        let text = catalog::read_network(made).map_err(|error| match error {
             MapError::NotXml { line, column, message, .. } => {
                 of(MapError::NotXml { file: known.into(), line, column, message })
             }
@@ -280,7 +286,8 @@ impl Attempt<'_> {
         let path = default_path(self.file, &network)?;
         let gap_m = widest_joint_m(&network);
         let [warnings, errors] = [WARNING, ERROR].map(|begin| warnings::count(messages, begin));
-        Ok(MadeNetwork { network, path, words, before: Vec::new(), warnings, errors, gap_m })
+        let (before, notes) = (Vec::new(), self.source.notes.clone());
+        Ok(MadeNetwork { network, path, words, before, notes, warnings, errors, gap_m })
     }
 }
 

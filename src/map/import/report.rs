@@ -6,11 +6,12 @@ use crate::{
     file::{open_regular, size_text},
     map::{
         MapError,
+        limits::MOST_IMPORT_BYTES,
         network::{EdgeKind, Network, NetworkCensus},
     },
-    sumo_xml::Dropped,
+    sumo_xml::{Dropped, document},
 };
-use std::io::{BufRead, BufReader};
+use std::io::BufRead;
 
 /// Number of kinds of warnings shown in the terminal; the file lists all.
 const KINDS_TOLD: usize = 3;
@@ -32,6 +33,8 @@ pub struct ImportReport {
     pub conversion: String,
     /// Reasons why finer options were rejected, one line each.
     pub finer: Vec<String>,
+    /// Lines on the side of traffic, and on what was changed in the file before its conversion.
+    pub notes: Vec<String>,
     /// Counts of the network's parts.
     pub census: NetworkCensus,
     /// Number of street lanes open to cars.
@@ -61,6 +64,7 @@ impl ImportReport {
             elements: count_elements(file, format).map_err(failed)?,
             conversion: made.words.clone(),
             finer: made.before.clone(),
+            notes: made.notes.clone(),
             census: net.census(),
             car_lanes: street_lanes(net).filter(|lane| lane.admits_cars()).count(),
             u_turns: net.connections().iter().filter(|way| way.is_turnaround()).count(),
@@ -93,6 +97,7 @@ impl ImportReport {
         }
         lines.push(format!("taken          {}", self.conversion));
         lines.extend(self.finer.iter().map(|line| format!("               {line}")));
+        lines.extend(self.notes.iter().cloned());
         lines.push(format!("streets        {}, {:.0} m of lanes", census.streets, census.lanes_m));
         let others = census.lanes - self.car_lanes;
         lines.push(format!("lanes          {} for cars, {others} not for cars", self.car_lanes));
@@ -171,7 +176,7 @@ fn count_elements(file: &std::path::Path, format: SourceFormat) -> Result<Vec<(&
         return Ok(counts);
     }
     // Tag by tag: the file may be a single line, larger than the memory to use.
-    let mut document = BufReader::new(open_regular(file)?);
+    let mut document = document::open(file, MOST_IMPORT_BYTES)?;
     let mut tag = Vec::new();
     loop {
         tag.clear();

@@ -14,9 +14,10 @@ pub enum SourceFormat {
 }
 
 impl SourceFormat {
-    /// Returns the format by the file's name; `None` if it is unknown.
+    /// Returns the format by the file's name, which may end with `.gz`; `None` if it is unknown.
     pub(super) fn of(file: &Path) -> Option<Self> {
         let name = file.file_name()?.to_string_lossy().to_lowercase();
+        let name = name.trim_end_matches(".gz");
         let ends = |ends: &[&str]| ends.iter().any(|end| name.ends_with(end));
         match () {
             () if ends(&[".xodr"]) => Some(Self::OpenDrive),

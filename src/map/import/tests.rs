@@ -6,8 +6,8 @@ use std::{f64::consts::PI, fs, sync::atomic::AtomicBool};
 
 static STOP: AtomicBool = AtomicBool::new(false);
 
-fn bounds() -> ImportBounds<'static> {
-    ImportBounds { seconds: 60, memory_mib: 1024, stop: &STOP }
+fn bounds() -> ImportOptions<'static> {
+    ImportOptions { seconds: 60, memory_mib: 1024, stop: &STOP, side: None }
 }
 
 fn sumos_netconvert() -> PathBuf {

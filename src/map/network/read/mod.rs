@@ -48,7 +48,7 @@ impl Network {
             return Err(MapError::NotANet { file: file.into(), line, found });
         }
         let sumo = SumoText::of(file, text, &tree)?;
-        net_check::check(&reader, root)?;
+        net_check::check(&reader, root).map_err(|problem| of_version(file, root, problem))?;
         let mut names = Names {
             reader: &reader,
             edges: BTreeMap::new(),
@@ -93,6 +93,15 @@ impl Network {
             net.roundabouts.push(roundabout);
         }
         Ok(net)
+    }
+}
+
+/// Returns the error for a network, with the remedy for one of an old version of SUMO.
+fn of_version(file: &Path, root: Element, problem: MapError) -> MapError {
+    let version = root.attribute("version").unwrap_or_default().to_owned();
+    match version.starts_with("0.") {
+        true => MapError::Outdated { file: file.into(), version, problem: Box::new(problem) },
+        false => problem,
     }
 }
 
