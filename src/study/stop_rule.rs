@@ -3,9 +3,7 @@
 //! is read.
 
 use super::{
-    FmsRating, PlanItem, PlannedItem, Study,
-    file::ParticipantTexts,
-    fms,
+    FmsRating, ParticipantTexts, PlanItem, PlannedItem, Study, fms,
     questions::{Answers, Questionnaire, VisibilityCondition},
     segment::{ScoreLimit, SegmentKind, StudySegment, short_name},
     session_log::EndCause,
