@@ -345,7 +345,9 @@ fn a_released_wheel_does_not_buzz_at_a_standstill() {
 #[test]
 fn a_contact_is_felt_at_the_wheel_for_a_moment() {
     let mut model = model();
-    (0..100).for_each(|_| drop(model.step(DT_S, 0.0, &rolling(0.0), 0.0)));
+    for _ in 0..100 {
+        model.step(DT_S, 0.0, &rolling(0.0), 0.0);
+    }
     let torques: Vec<f64> = (0..100)
         .map(|i| {
             let force_input = ForceInput { contact: (-f64::from(i) * DT_S / 0.12).exp(), ..rolling(0.0) };
