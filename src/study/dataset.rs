@@ -431,9 +431,9 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
     let mut table = TsvTable::new(vec![
         TsvColumn::new("participant_id", "code of the participant", ""),
         TsvColumn::new("number", "number in the study, from 1; it determines the order of conditions", ""),
+        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
         TsvColumn::new("kind", "kind of driver", "")
             .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
-        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
         TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
         TsvColumn::new("state", "progress of the session", "")
             .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
@@ -456,8 +456,8 @@ fn participants(logs: &[SessionLog]) -> TsvTable {
         let mut row = vec![
             log.participant.subject(),
             (log.index + 1).to_string(),
-            kind.into(),
             bids::number(log.frames_per_s),
+            kind.into(),
             log.order.join(","),
             Completion::of(log).to_string(),
         ];

@@ -166,13 +166,13 @@ fn participants_are_listed_with_number_order_state_and_traits() {
         log("R1", 9, drawn),
     ];
     let table = participants(&logs);
-    let expected = "participant_id\tnumber\tkind\tframes_per_s\torder\tstate\ttrue_error_mps\ttrue_level\ttrue_reaction_s\n\
-                    sub-P1\t1\tperson\t59.5\twide,narrow\tcomplete\tn/a\tn/a\tn/a\n\
-                    sub-P2\t2\tperson\tn/a\twide,narrow\twithdrawn\tn/a\tn/a\tn/a\n\
-                    sub-P3\t3\tperson\tn/a\twide,narrow\topen\tn/a\tn/a\tn/a\n\
-                    sub-P4\t4\tperson\tn/a\twide,narrow\tpartial\tn/a\tn/a\tn/a\n\
-                    sub-P5\t5\tperson\tn/a\twide,narrow\texcluded\tn/a\tn/a\tn/a\n\
-                    sub-R1\t10\tsimulated\tn/a\twide,narrow\tcomplete\t0.2\t0.5\t1.25\n";
+    let expected = "participant_id\tnumber\tframes_per_s\tkind\torder\tstate\ttrue_error_mps\ttrue_level\ttrue_reaction_s\n\
+                    sub-P1\t1\t59.5\tperson\twide,narrow\tcomplete\tn/a\tn/a\tn/a\n\
+                    sub-P2\t2\tn/a\tperson\twide,narrow\twithdrawn\tn/a\tn/a\tn/a\n\
+                    sub-P3\t3\tn/a\tperson\twide,narrow\topen\tn/a\tn/a\tn/a\n\
+                    sub-P4\t4\tn/a\tperson\twide,narrow\tpartial\tn/a\tn/a\tn/a\n\
+                    sub-P5\t5\tn/a\tperson\twide,narrow\texcluded\tn/a\tn/a\tn/a\n\
+                    sub-R1\t10\tn/a\tsimulated\twide,narrow\tcomplete\t0.2\t0.5\t1.25\n";
     assert_eq!(table.text(), expected);
     let units: Vec<&str> = table.columns[6..].iter().map(|column| column.unit.as_str()).collect();
     assert_eq!(units, ["m/s", "", "s"]);
