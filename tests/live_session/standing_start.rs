@@ -10,11 +10,10 @@ fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
     rig.next();
     rig.pass(10.0);
     assert_eq!(rig.sees(), "practice waits for a foot on the brake");
-    let now = rig.road.now;
+    let (now, texts) = (rig.road.now, rig.study.file.texts.clone());
     let ParticipantScreen::Drive(Some(words)) = rig.live_session().screen(now) else {
         panic!("words over the picture")
     };
-    let texts = &rig.study.file.texts;
     assert_eq!(texts.with_controls(words, ControlSource::Wheel), "Press the brake pedal and hold it.");
     assert_eq!(texts.with_controls(words, ControlSource::Keyboard), "Press the Down arrow key (brake) and hold it.");
     // Two of three seconds, then the foot leaves the brake: the countdown starts again.

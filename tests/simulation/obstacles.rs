@@ -78,14 +78,14 @@ fn bodies_overlap_by_at_most_a_decimetre_in_a_contact_at_5_mps() {
     // Measured: 0.014 m where the ego drives into a standing car, 0.028 m where a car drives into the ego.
     for throttle in [0.3, 1.0] {
         let controls = Controls { throttle, ..Controls::default() };
-        for yaw in [0.0, 0.3, 0.5, 0.8, 1.2, 1.57, 2.5, 3.14, -0.5] {
+        for yaw in [0.0, 0.3, 0.5, 0.8, 1.2, 1.57, 2.5, 3.1, -0.5] {
             for y in [0.0, 0.9, 1.7] {
                 let over_m = largest_overlap_m(5.0, &controls, CAR, |_| Pose::new(dvec2(8.0, y), yaw));
                 assert!((0.0..=MOST_M).contains(&over_m), "into a car at {yaw} rad, {y} m to the side: {over_m} m");
             }
         }
     }
-    for yaw in [0.0_f64, 0.5, 1.57, -1.57, 2.5, 3.14] {
+    for yaw in [0.0_f64, 0.5, 1.57, -1.57, 2.5, 3.1] {
         let way = DVec2::from_angle(yaw);
         for pedal in [0.0, 1.0] {
             for y in [0.0, 0.9, 1.7] {
