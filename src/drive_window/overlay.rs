@@ -26,8 +26,8 @@ use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
 
 /// Texts before a free drive, with a keyboard or a gamepad and with a wheel.
-const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
-const START_BY_WHEEL: &str = "The wheel's start button or Space starts.\nWheel and pedals drive.\nF1 lists all keys.";
+const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists the keys.";
+const START_BY_WHEEL: &str = "The wheel's start button or Space starts.\nWheel and pedals drive.\nF1 lists the keys.";
 
 /// Panel and overlays of a drive.
 pub struct DriveOverlay {
