@@ -12,6 +12,15 @@ pub const CAR_LENGTH_M: f64 = 5.0;
 /// Width of a car, metres (SUMO's default passenger car).
 pub const CAR_WIDTH_M: f64 = 1.8;
 
+/// Height difference from which vehicles cannot touch, m. Bridges leave 4.5 m clear, and no road climbs half of that
+/// over the length of a contact.
+const ONE_ROAD_M: f64 = 2.5;
+
+/// Checks whether two heights are so close that vehicles there can touch, rather than on a bridge and below it.
+pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
+    (a_m - b_m).abs() < ONE_ROAD_M
+}
+
 /// Position and heading of a vehicle's centre on the ground plane, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {

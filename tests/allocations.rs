@@ -147,7 +147,7 @@ fn a_network_step_without_new_vehicles_allocates_no_memory() {
     let setup = DemandSetup {
         network,
         net_file,
-        demand: Demand { files: vec![demand], flows: Vec::new() },
+        demand: Demand { files: vec![demand], ..Demand::default() },
         egos: Vec::new(),
         first_number: 0,
         idm: IdmParams::default(),

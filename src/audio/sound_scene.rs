@@ -165,8 +165,7 @@ impl Listener {
     fn hear_cars(&mut self, snapshot: &Snapshot) {
         let pose = snapshot.ego.pose();
         let mut near: Vec<(f64, VehicleId, NearbyVehicle)> = snapshot
-            .cars
-            .iter()
+            .vehicles()
             .filter_map(|car| {
                 let way = car.pose.position - pose.position;
                 let place = NearbyVehicle {

@@ -157,7 +157,7 @@ fn grid(folder: &Path) -> Result<DemandSetup, TrafficError> {
     Ok(DemandSetup {
         network: Arc::new(network),
         net_file,
-        demand: Demand { files: vec![file], flows: Vec::new() },
+        demand: Demand { files: vec![file], ..Demand::default() },
         egos: Vec::new(),
         first_number: 0,
         idm: IdmParams::default(),

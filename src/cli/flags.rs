@@ -49,7 +49,7 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
         .long("scenario")
         .value_name("FILE")
         .value_parser(value_parser!(PathBuf))
-        .help("Scenario file (TOML, at most 1 MiB); flags take precedence")
+        .help("Scenario file (TOML, at most 1 MiB, or a .sumocfg of SUMO); flags take precedence")
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
     let all = add_fields(command.arg(file), &Scenario::fields(), HEADING);

@@ -39,7 +39,7 @@ fn with_participant(drive: PlannedDrive) -> Result<EvaluationResult, RunError> {
             metrics.crash();
         }
         let snapshot = run.world().snapshot();
-        let others = snapshot.cars.iter().map(|car| car.speed_mps);
+        let others = snapshot.vehicles().map(|car| car.speed_mps);
         let ego_mps = snapshot.ego.speed_mps.max(0.0);
         let ahead = snapshot
             .leader_in_lane()
@@ -89,7 +89,7 @@ fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
 
 /// Returns numbers and speeds of the present vehicles, m/s.
 fn speeds(snapshot: &Snapshot) -> impl Iterator<Item = (u32, f64)> {
-    snapshot.cars.iter().map(|car| (car.id.0, car.speed_mps.max(0.0)))
+    snapshot.vehicles().map(|car| (car.id.0, car.speed_mps.max(0.0)))
 }
 
 /// Returns the combined state of the advised vehicles other than the ego.

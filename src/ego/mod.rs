@@ -16,7 +16,7 @@ pub use params::{
     TyreParams,
 };
 
-use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose};
+use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road};
 use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 
 /// Ground surface under a wheel.
@@ -99,20 +99,11 @@ pub struct Obstacle {
     pub height_m: f64,
 }
 
-/// Height difference from which vehicles cannot touch, m. Bridges leave 4.5 m clear, and no road climbs half of that
-/// over the length of a contact.
-const ONE_ROAD_M: f64 = 2.5;
-
 impl Obstacle {
     /// Checks whether the vehicle's road is at this height, rather than on a bridge above or below.
     pub fn is_at_height(&self, height_m: f64) -> bool {
         is_one_road(self.height_m, height_m)
     }
-}
-
-/// Checks whether two heights are so close that vehicles there can touch, rather than on a bridge and below it.
-pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
-    (a_m - b_m).abs() < ONE_ROAD_M
 }
 
 impl Default for Obstacle {

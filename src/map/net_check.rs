@@ -173,10 +173,12 @@ fn one_of(list: &str, word: &str) -> bool {
 fn edge<'a>(reader: &NetReader, node: Element<'a>, names: &mut KnownNames<'a>) -> Result<(), MapError> {
     let id = reader.text(node, "id")?;
     let lanes = node.children_named("lane");
+    // netconvert gives some lanes inside junctions the index of another; their ids are right.
+    let has_indices = node.attribute("function") != Some("internal");
     let mut n = 0;
     for lane in lanes {
         let lane_id = reader.text(lane, "id")?;
-        if lane.attribute("index").is_some_and(|index| index.trim().parse() != Ok(n)) {
+        if has_indices && lane.attribute("index").is_some_and(|index| index.trim().parse() != Ok(n)) {
             return Err(reader.value(lane, "index", "the lane's place in its edge: 0, 1, 2 and so on from the right"));
         }
         if lane_id.strip_prefix(id).and_then(|rest| rest.strip_prefix('_')).and_then(|index| index.parse().ok())

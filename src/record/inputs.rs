@@ -12,6 +12,7 @@ use crate::{
     settings::SettingsError,
     sim::World,
     sumo_xml::stream,
+    traffic::Demand,
 };
 use std::{
     fs,
@@ -31,7 +32,7 @@ pub fn portable(world: &World) -> Scenario {
         _ => world.policy().name.clone(),
     };
     let mut kept = Scenario { map, policy, ..scenario.clone() };
-    for (k, file) in kept.demand.files.iter_mut().enumerate() {
+    for (k, file) in kept.demand.input_files_mut().enumerate() {
         *file = demand_place(k, file);
     }
     kept
@@ -70,7 +71,8 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
             copy(&about, &folder.join("map.toml"))?;
         }
     }
-    for (k, (file, copied)) in scenario.demand.files.iter().zip(world.demand_files()).enumerate() {
+    let copies = world.demand().into_iter().flat_map(Demand::input_files);
+    for (k, (file, copied)) in scenario.demand.input_files().zip(copies).enumerate() {
         copy_up_to(stream::MOST_BYTES, copied, &recording.join(demand_place(k, file)))?;
     }
     if policy::is_path(&scenario.policy) {

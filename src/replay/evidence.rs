@@ -102,7 +102,7 @@ fn is_driven_with(file: &Path, scenario: &Scenario) -> bool {
     let is_of_map = map::is_path(&scenario.map) && file.starts_with(&scenario.map) && !file.ends_with("map.toml");
     let policies = Path::new(&scenario.policy).parent().filter(|_| policy::is_path(&scenario.policy));
     is_of_map
-        || scenario.demand.files.iter().any(|own| own == file)
+        || scenario.demand.input_files().any(|own| own == file)
         || policies.is_some_and(|own| file.starts_with(own))
 }
 

@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked [`Scenario`], or an error with
 //! file, line, column, value and the allowed values.
 
-use super::{AdvisedVehicles, Scenario, colour};
+use super::{AdvisedVehicles, Scenario, colour, sumo_config};
 use crate::{
     map,
     policy::{self, Hold},
@@ -19,11 +19,15 @@ impl Scenario {
         settings::fields_of::<Self>()
     }
 
-    /// Reads a scenario file; missing settings keep their default. Paths in the file are relative to its folder.
+    /// Reads a scenario file, or SUMO's configuration of a scenario (`.sumocfg`); missing settings keep their default. Paths in the file
+    /// are relative to its folder.
     ///
     /// # Errors
     /// As [`settings::from_file`].
     pub fn from_file(path: &Path) -> Result<Self, SettingsError> {
+        if sumo_config::is_sumo_config(path) {
+            return sumo_config::read(path);
+        }
         let scenario: Self = settings::from_file(path)?;
         Ok(scenario.paths_from(path.parent().unwrap_or(Path::new(""))))
     }
@@ -34,7 +38,7 @@ impl Scenario {
     pub fn paths_from(mut self, folder: &Path) -> Self {
         self.map = path_from(folder, "map", &self.map);
         self.policy = path_from(folder, "policy", &self.policy);
-        for file in &mut self.demand.files {
+        for file in self.demand.input_files_mut() {
             *file = folder.join(&file);
         }
         self

@@ -8,6 +8,7 @@ mod display;
 mod load;
 mod planned_drive;
 pub mod sound;
+mod sumo_config;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};

@@ -17,6 +17,7 @@ mod network_view;
 mod observer;
 mod outside;
 mod perception;
+mod persons_ahead;
 mod put_back;
 mod road_rules;
 mod sham;
@@ -39,13 +40,12 @@ use crate::{
     policy,
     scenario::{AdvisedVehicles, OnContact, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
-    traffic::{EGO, Traffic, VehicleId},
+    traffic::{Demand, EGO, Traffic, VehicleId},
 };
 use advice::DriveAdvice;
 use observer::Observer;
 use std::{
     collections::BTreeSet,
-    path::PathBuf,
     sync::{Arc, Mutex},
 };
 use traffic_coupling::{TOUCHABLE_M, TrafficCoupling};
@@ -387,9 +387,9 @@ impl World {
         self.traffic.engine_name()
     }
 
-    /// Returns the canonical copies of the demand's files that SUMO reads, in the scenario's order; empty after [`World::stop_traffic`].
-    pub fn demand_files(&self) -> &[PathBuf] {
-        self.traffic.demand_files()
+    /// Returns the demand with the canonical copies that SUMO reads in place of its files; `None` after [`World::stop_traffic`].
+    pub fn demand(&self) -> Option<&Demand> {
+        self.traffic.demand()
     }
 
     /// Returns the reason for the end of the drive, once it has ended.

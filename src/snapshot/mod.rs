@@ -8,7 +8,7 @@ use crate::{
     rng,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::{VehicleBody, VehicleId, VehicleLamps},
+    traffic::{VehicleBody, VehicleId, VehicleKind, VehicleLamps},
 };
 
 /// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
@@ -86,7 +86,7 @@ pub struct Snapshot {
     pub ego_indicator: Indicator,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
-    /// All other vehicles, by ascending id.
+    /// All other vehicles and persons on foot, by ascending id. Persons have no lane.
     pub cars: Vec<VehicleSnapshot>,
     /// States of the network's signals; empty without signals.
     pub signals: SignalStates,
@@ -124,10 +124,20 @@ impl Snapshot {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
     }
 
+    /// Returns all other vehicles: [`Snapshot::cars`] without persons on foot.
+    pub fn vehicles(&self) -> impl Iterator<Item = &VehicleSnapshot> {
+        self.cars.iter().filter(|car| car.body.kind != VehicleKind::Pedestrian)
+    }
+
+    /// Returns all persons on foot.
+    pub fn persons(&self) -> impl Iterator<Item = &VehicleSnapshot> {
+        self.cars.iter().filter(|car| car.body.kind == VehicleKind::Pedestrian)
+    }
+
     /// Returns the speeds of all vehicles, m/s, the ego's last; negative is backwards.
     pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
         let ego = (!self.is_without_ego).then_some(self.ego.speed_mps);
-        self.cars.iter().map(|car| car.speed_mps).chain(ego)
+        self.vehicles().map(|car| car.speed_mps).chain(ego)
     }
 
     /// Returns the ego's lamps as other drivers see them.

@@ -92,9 +92,11 @@ impl fmt::Display for Dropped {
 
 /// Open element of the copy.
 struct Open<'v> {
-    /// Rule of the element; `None` for a parameter and for all within it.
+    /// Rule of the element; `None` for a parameter, for an element that is left out, and for all within them.
     rule: Option<&'v Rule>,
     has_children: bool,
+    /// True for an element that is left out, and for all within it.
+    is_omitted: bool,
 }
 
 /// Copier of one document.
@@ -103,6 +105,8 @@ pub struct Gate<'v, W> {
     out: W,
     open: Vec<Open<'v>>,
     is_begun: bool,
+    /// True to drop parts that name files, outputs or devices of SUMO, or that write; false to refuse the document for them.
+    pub is_lenient: bool,
     /// Parts that were dropped so far.
     pub dropped: Dropped,
 }
@@ -110,7 +114,7 @@ pub struct Gate<'v, W> {
 impl<'v, W: Write> Gate<'v, W> {
     /// Creates a gate that writes its copy to `out`.
     pub fn new(vocabulary: &'v Vocabulary, out: W) -> Self {
-        Self { vocabulary, out, open: Vec::new(), is_begun: false, dropped: Dropped::default() }
+        Self { vocabulary, out, open: Vec::new(), is_begun: false, is_lenient: false, dropped: Dropped::default() }
     }
 
     /// Processes the start of an element: its name, and the names and values of its attributes.
@@ -122,6 +126,15 @@ impl<'v, W: Write> Gate<'v, W> {
         name: &str,
         attributes: impl Iterator<Item = (&'a str, &'a str)> + Clone,
     ) -> Result<(), GateError> {
+        let is_within_omitted = self.is_omitting();
+        let is_omitted = self.open.len() == 1 && self.vocabulary.omits(name) || self.is_lenient && is_writer(name);
+        if is_within_omitted || is_omitted && self.vocabulary.rule(name).is_none() {
+            if !is_within_omitted {
+                self.dropped.add(|| short(name));
+            }
+            self.open.push(Open { rule: None, has_children: false, is_omitted: true });
+            return Ok(());
+        }
         let parent = self.open.last().map_or("", |open| open.rule.map_or(PARAMETER, |rule| rule.name));
         if name == PARAMETER && parent != PARAMETER && !parent.is_empty() {
             return self.parameter(attributes);
@@ -150,6 +163,7 @@ impl<'v, W: Write> Gate<'v, W> {
                     }
                 }
                 Pass::Dropped => self.dropped.add(|| format!("{} of {name}", short(key))),
+                Pass::Refused if self.is_lenient => self.dropped.add(|| format!("{} of {name}", short(key))),
                 Pass::Refused => {
                     let problem = format!(
                         "attribute {} names a file, an output or a device of SUMO; codrive passes none to SUMO{REMEDY}",
@@ -159,7 +173,7 @@ impl<'v, W: Write> Gate<'v, W> {
                 }
             }
         }
-        self.open.push(Open { rule: Some(rule), has_children: false });
+        self.open.push(Open { rule: Some(rule), has_children: false, is_omitted: false });
         Ok(())
     }
 
@@ -168,7 +182,7 @@ impl<'v, W: Write> Gate<'v, W> {
     /// # Errors
     /// The copy cannot be written.
     pub fn close(&mut self) -> Result<(), GateError> {
-        let Some(Open { rule: Some(rule), has_children }) = self.open.pop() else { return Ok(()) };
+        let Some(Open { rule: Some(rule), has_children, .. }) = self.open.pop() else { return Ok(()) };
         if !has_children {
             return Ok(self.out.write_all(b"/>\n")?);
         }
@@ -181,6 +195,16 @@ impl<'v, W: Write> Gate<'v, W> {
     /// Returns the number of open elements: 1 within the outermost one.
     pub fn depth(&self) -> usize {
         self.open.len()
+    }
+
+    /// Returns the writer of the copy.
+    pub fn writer(&mut self) -> &mut W {
+        &mut self.out
+    }
+
+    /// Returns true within an element that is left out.
+    pub fn is_omitting(&self) -> bool {
+        self.open.last().is_some_and(|open| open.is_omitted)
     }
 
     /// Returns the writer and the dropped parts, at the end of the document.
@@ -217,7 +241,7 @@ impl<'v, W: Write> Gate<'v, W> {
             self.out.write_all(b"\" value=\"")?;
             write_escaped(&mut self.out, value)?;
             self.out.write_all(b"\"/>\n")?;
-        } else if speaks_of_files(key) {
+        } else if speaks_of_files(key) && !self.is_lenient {
             let problem =
                 "the parameter names a file, an output or a device of SUMO, which can write to any file; codrive \
                  passes none to SUMO"
@@ -228,7 +252,7 @@ impl<'v, W: Write> Gate<'v, W> {
             let parent = rule.map_or(PARAMETER, |rule| rule.name);
             self.dropped.add(|| format!("param {} of {parent}", short(key)));
         }
-        self.open.push(Open { rule: None, has_children: false });
+        self.open.push(Open { rule: None, has_children: false, is_omitted: false });
         Ok(())
     }
 }
@@ -256,6 +280,8 @@ pub fn passes<'a>(rule: &Rule, name: &str, value: &'a str) -> Pass<'a> {
             "projParameter" if !is_plain_projection(value) => NO_PROJECTION.into(),
             _ => value.into(),
         }),
+        // A calibrator counts its vehicles into this file, and reads nothing from it.
+        () if rule.name == "calibrator" && name == "output" => Pass::Dropped,
         () if speaks_of_files(name) => Pass::Refused,
         () => Pass::Dropped,
     }

@@ -1,4 +1,4 @@
-//! The gate in front of SUMO. In: a network or a demand file from outside. Out: a canonical copy that holds only what
+//! The gate in front of SUMO. In: a network, a demand or an additional file from outside. Out: a canonical copy that holds only what
 //! [`vocabulary`] lists, which is all that SUMO is ever given; or the first part that is refused, with file, line and
 //! remedy.
 //!
@@ -17,7 +17,7 @@ mod tests;
 pub mod vocabulary;
 
 pub use gate::{Dropped, Gate, GateError, Problem};
-pub use vocabulary::{Vocabulary, demand, network};
+pub use vocabulary::{Vocabulary, additional, demand, network};
 
 use std::io::{self, Write};
 

@@ -1,4 +1,4 @@
-//! Demand files at the gate, read tag by tag, because they may be larger than the memory. In: a file, and a check for
+//! Demand and additional files at the gate, read tag by tag, because they may be larger than the memory. In: a file, and a check for
 //! each element. Out: the canonical copy with all included files in it, or the first part that is refused, with its
 //! file and line.
 
@@ -86,19 +86,79 @@ pub fn copy<W: Write>(
     out: W,
     look: &mut dyn FnMut(&Tag) -> Result<(), Problem>,
 ) -> Result<(W, Dropped), StreamError> {
+    copy_with(file, vocabulary, out, look, false).map(|(out, dropped, _)| (out, dropped))
+}
+
+/// Elements that a lenient copy leaves out.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Number of elements directly within the outermost one.
+    pub count: usize,
+    /// Place and fault of the first.
+    pub first: String,
+}
+
+/// Copies `file` as [`copy`] does. If `is_lenient`, elements for which `look` returns a problem are left out with all around them up to the
+/// outermost element, and parts that name files or devices of SUMO are dropped.
+///
+/// # Errors
+/// As [`copy`].
+pub fn copy_with<W: Write>(
+    file: &Path,
+    vocabulary: &Vocabulary,
+    out: W,
+    look: &mut dyn FnMut(&Tag) -> Result<(), Problem>,
+    is_lenient: bool,
+) -> Result<(W, Dropped, LeftOut), StreamError> {
+    let pending = Pending { out: Bounded { out, left: MOST_BYTES }, element: Vec::new() };
     let mut copy = Copy {
-        gate: Gate::new(vocabulary, Bounded { out, left: MOST_BYTES }),
+        gate: Gate::new(vocabulary, pending),
         vocabulary,
         look,
+        is_faulty: false,
+        left_out: LeftOut::default(),
         budget: Budget::new(),
         elements: 0,
         includes: 0,
         open_files: Vec::new(),
     };
+    copy.gate.is_lenient = is_lenient;
     let path = file.canonicalize().map_err(|error| of_file(file, error))?;
     copy.file(file, path, false)?;
-    let (out, dropped) = copy.gate.into_inner();
-    Ok((out.out, dropped))
+    let left_out = copy.left_out;
+    let (pending, dropped) = copy.gate.into_inner();
+    Ok((pending.out.out, dropped, left_out))
+}
+
+/// Writer that keeps an element until it is known whether it is left out.
+struct Pending<W> {
+    out: W,
+    element: Vec<u8>,
+}
+
+impl<W: Write> Pending<W> {
+    /// Writes the element, or the end of the start tag before it if it is left out.
+    fn end(&mut self, is_left_out: bool) -> io::Result<()> {
+        const END_OF_TAG: &[u8] = b">\n";
+        let kept = match self.element.strip_prefix(END_OF_TAG) {
+            Some(_) if is_left_out => END_OF_TAG,
+            None if is_left_out => &[],
+            _ => &self.element,
+        };
+        self.out.write_all(kept)?;
+        self.element.clear();
+        Ok(())
+    }
+}
+
+impl<W: Write> Write for Pending<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.element.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Writer that limits the copy to the size that can be read again.
@@ -132,9 +192,12 @@ fn of_file(file: &Path, problem: impl ToString) -> StreamError {
 const INCLUDE: &str = "include";
 
 struct Copy<'a, W> {
-    gate: Gate<'a, Bounded<W>>,
+    gate: Gate<'a, Pending<Bounded<W>>>,
     vocabulary: &'a Vocabulary,
     look: &'a mut dyn FnMut(&Tag) -> Result<(), Problem>,
+    /// True if the present element within the outermost one is left out.
+    is_faulty: bool,
+    left_out: LeftOut,
     budget: Rc<Budget>,
     elements: u64,
     includes: usize,
@@ -244,8 +307,31 @@ impl<W: Write> Copy<'_, W> {
             position.is_in_include = true;
             return self.include(&tag, position);
         }
-        let passed = self.gate.open(&tag.name, tag.pairs());
-        passed.and_then(|()| (self.look)(&tag).map_err(GateError::from)).map_err(|error| at(error, position))
+        self.gate.open(&tag.name, tag.pairs()).map_err(|error| at(error, position))?;
+        if self.gate.depth() == 1 {
+            return self.end_element(position);
+        }
+        if self.gate.is_omitting() || self.is_faulty {
+            return Ok(());
+        }
+        match (self.look)(&tag) {
+            Err(Problem { element, problem }) if self.gate.is_lenient => {
+                self.is_faulty = true;
+                if self.left_out.count == 0 {
+                    self.left_out.first =
+                        format!("{}:{}: {element}: {problem}", position.file.display(), position.line);
+                }
+                self.left_out.count += 1;
+                Ok(())
+            }
+            looked => looked.map_err(|problem| at(problem.into(), position)),
+        }
+    }
+
+    /// Ends an element within the outermost one, or the outermost one's start tag.
+    fn end_element(&mut self, position: &ReadPosition) -> Result<(), StreamError> {
+        let is_left_out = std::mem::take(&mut self.is_faulty);
+        self.gate.writer().end(is_left_out).map_err(|error| at(error.into(), position))
     }
 
     fn close(&mut self, position: &mut ReadPosition) -> Result<(), StreamError> {
@@ -253,7 +339,8 @@ impl<W: Write> Copy<'_, W> {
         if std::mem::take(&mut position.is_in_include) || position.depth == 0 && position.is_included {
             return Ok(());
         }
-        self.gate.close().map_err(|error| at(error, position))
+        self.gate.close().map_err(|error| at(error, position))?;
+        if self.gate.depth() <= 1 { self.end_element(position) } else { Ok(()) }
     }
 
     /// Copies the elements of the file that an include names.

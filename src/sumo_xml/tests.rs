@@ -107,8 +107,54 @@ fn parts_without_effect_are_dropped_and_listed_by_name() {
 }
 
 #[test]
+fn an_additional_file_keeps_what_moves_traffic_and_leaves_out_what_only_writes() {
+    let folder = tempfile::tempdir().unwrap();
+    let copied = |text: &str| {
+        let file = folder.path().join("a.add.xml");
+        fs::write(&file, text).unwrap();
+        match stream::copy(&file, additional(), Vec::new(), &mut |_| Ok(())) {
+            Ok((bytes, dropped)) => Ok((String::from_utf8(bytes).unwrap(), dropped.to_string())),
+            Err(stream::StreamError::Element { line, problem, .. }) => {
+                Err(format!("{line}: {}: {}", problem.element, problem.problem))
+            }
+            Err(error) => Err(format!("{error:?}")),
+        }
+    };
+    // The examples of SUMO's documentation (Definition of Public Transport, Rerouter, Calibrator, Variable Speed Signs).
+    let moves = "<busStop id=\"s\" lane=\"e_0\" startPos=\"1\" endPos=\"9\" lines=\"100\">\n        <access lane=\"p_0\" pos=\"3\"/>\n    </busStop>\n    \
+                 <rerouter id=\"r\" edges=\"e\">\n        <interval begin=\"0\" end=\"100\">\n            \
+                 <closingReroute id=\"f\" disallow=\"passenger\"/>\n        </interval>\n    </rerouter>\n    \
+                 <calibrator id=\"c\" lane=\"e_0\" pos=\"5\">\n        <flow begin=\"0\" end=\"9\" vehsPerHour=\"90\" speed=\"8\" route=\"x\"/>\n    \
+                 </calibrator>\n    <variableSpeedSign id=\"v\" lanes=\"e_0\">\n        <step time=\"0\" speed=\"5\"/>\n    </variableSpeedSign>\n";
+    let expected = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<additional>\n    {moves}</additional>\n");
+    let only_writes = "<edgeData id='x' file='/tmp/x'/><e3Detector id='d' file='/tmp/y'><detEntry lane='e_0' pos='1'/></e3Detector>\
+                       <poly id='p' imgFile='/tmp/z'><param key='device.x.file' value='1'/></poly><edgeData id='y' file='z'/>";
+    let text = format!("<additional>{only_writes}{moves}</additional>");
+    let (copy, dropped) = copied(&text.replace("pos=\"5\"", "pos=\"5\" output=\"/tmp/c\"")).unwrap();
+    assert_eq!(copy, expected);
+    assert_eq!(dropped, "2 x edgeData, 1 x e3Detector, 1 x output of calibrator and 1 other names");
+    assert_eq!(copied(&copy).unwrap(), (expected, String::new()));
+    for (text, refused) in [
+        ("<additional><variableSpeedSign id='v' lanes='e_0' file='/x'/></additional>", "attribute file names a file"),
+        ("<additional><rerouter id='v' edges='e' file='/x'/></additional>", "attribute file names a file"),
+        (
+            "<additional><vType id='t'><param key='has.fcd.device' value='1'/></vType></additional>",
+            "the parameter names",
+        ),
+        (
+            "<additional><rerouter id='v' edges='e'><edgeData id='x'/></rerouter></additional>",
+            "edgeData \"x\": SUMO writes",
+        ),
+        ("<additional><overheadWire id='w'/></additional>", "overheadWire \"w\": SUMO writes or reads files"),
+    ] {
+        let error = copied(text).expect_err(text);
+        assert!(error.contains(refused), "{text}: {error}");
+    }
+}
+
+#[test]
 fn elements_of_the_lists_nest_to_a_limited_depth() {
-    for vocabulary in [network(), demand()] {
+    for vocabulary in [network(), demand(), additional()] {
         let mut depth = BTreeMap::from([("", 0)]);
         // Each round adds one level: after the largest allowed number of rounds nothing may be new.
         for round in 1..=8 {
@@ -126,7 +172,7 @@ fn elements_of_the_lists_nest_to_a_limited_depth() {
 
 #[test]
 fn no_allowed_name_refers_to_files() {
-    for rule in network().rules().chain(demand().rules()) {
+    for rule in network().rules().chain(demand().rules()).chain(additional().rules()) {
         for name in rule.attributes().iter().chain(rule.keys()) {
             // `accelProfile` is a curve of numbers, not a file.
             let lower = name.to_lowercase().replace("accelprofile", "");

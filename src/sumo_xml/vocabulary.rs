@@ -1,6 +1,6 @@
 //! The vocabulary that SUMO may be given: elements, their parents, their attributes and the keys of their parameters.
-//! In: names. Out: whether they pass. Compiled by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd),
-//! without anything that writes, opens, runs or connects.
+//! In: names. Out: whether they pass. Compiled by hand from SUMO 1.28's schemas (net_file.xsd, routes_file.xsd,
+//! additional_file.xsd), without anything that writes, opens, runs or connects.
 
 use std::{collections::BTreeMap, sync::LazyLock};
 
@@ -60,6 +60,8 @@ pub struct Vocabulary {
     pub root: &'static str,
     /// Other names that SUMO's own files may have for the outermost element.
     pub other_roots: &'static [&'static str],
+    /// Names of the elements within the outermost one that are left out with all that they hold, because they only write.
+    omitted: &'static str,
     rules: BTreeMap<&'static str, Rule>,
 }
 
@@ -72,7 +74,12 @@ impl Vocabulary {
             let parents = if parents.is_empty() { vec![""] } else { words(parents) };
             (name, Rule { name, parents, attributes, keys: words(keys) })
         };
-        Self { title, root, other_roots: others, rules: rows.iter().map(rule).collect() }
+        Self { title, root, other_roots: others, omitted: "", rules: rows.iter().map(rule).collect() }
+    }
+
+    /// Returns true for an element that is left out with all that it holds.
+    pub fn omits(&self, name: &str) -> bool {
+        self.omitted.split_whitespace().any(|omitted| omitted == name)
     }
 
     /// Returns the rule of an element.
@@ -102,6 +109,31 @@ pub fn demand() -> &'static Vocabulary {
     static DEMAND: LazyLock<Vocabulary> =
         LazyLock::new(|| Vocabulary::new("a demand", "routes", &["additional", "route-alternatives"], DEMAND_ROWS));
     &DEMAND
+}
+
+/// Returns the vocabulary of additional files (`add.xml`): that of demands, with stopping places, rerouters, calibrators, speed signs and
+/// programs of signals. Detectors and other elements that only write, and drawings, are left out.
+pub fn additional() -> &'static Vocabulary {
+    static ADDITIONAL: LazyLock<Vocabulary> = LazyLock::new(|| {
+        let roots = &["additionals", "add", "routes"];
+        let mut words = Vocabulary::new("an additional file", "additional", roots, ADDITIONAL_ROWS);
+        for (name, rule) in &demand().rules {
+            let none = || Rule { name, parents: Vec::new(), attributes: Vec::new(), keys: Vec::new() };
+            let row = words.rules.entry(name).or_insert_with(none);
+            // A list of routes may also stand within an additional file.
+            let is_at_top = rule.parents.iter().any(|parent| matches!(*parent, "routes" | ""));
+            // An interval belongs to a rerouter here, and flows stand outside of intervals, so that the nesting is limited.
+            row.parents.extend(rule.parents.iter().filter(|parent| !matches!(**parent, "" | "interval")));
+            row.parents.extend(is_at_top.then_some("additional"));
+            row.attributes.extend(&rule.attributes);
+            row.attributes.sort_unstable();
+            row.attributes.dedup();
+            row.keys.extend(&rule.keys);
+        }
+        words.omitted = OMITTED;
+        words
+    });
+    &ADDITIONAL
 }
 
 /// Keys of actuated, delay-based and NEMA signals. `file`, `freq` and `whetherOutputState` cause output, so they are
@@ -320,4 +352,63 @@ const DEMAND_ROWS: &[Row] = &[
         "",
     ),
     ("tranship", "container containerFlow", concat!(ends!(), "edges speed duration departPos"), ""),
+];
+
+/// Elements of additional files that only write, draw or describe.
+const OMITTED: &str = "edgeData laneData timedEvent e1Detector inductionLoop e2Detector laneAreaDetector e3Detector entryExitDetector \
+                       instantInductionLoop vTypeProbe routeProbe poly poi location metadata vaporizer deadlock";
+
+/// Attributes that all stopping places share.
+macro_rules! stopping {
+    () => {
+        "id name color lane startPos endPos angle friendlyPos lines parkingLength "
+    };
+}
+/// Elements that may stand in an additional file, and in a list of routes within one.
+const TOP: &str = "additional routes";
+
+const ADDITIONAL_ROWS: &[Row] = &[
+    ("additional", "", "", ""),
+    ("busStop", TOP, concat!(stopping!(), "personCapacity"), ""),
+    ("trainStop", TOP, concat!(stopping!(), "personCapacity"), ""),
+    ("containerStop", TOP, concat!(stopping!(), "containerCapacity"), ""),
+    (
+        "chargingStation",
+        TOP,
+        concat!(
+            stopping!(),
+            "power totalPower efficiency chargeInTransit chargeDelay chargeType waitingTime parkingArea"
+        ),
+        "",
+    ),
+    (
+        "parkingArea",
+        TOP,
+        concat!(stopping!(), "roadsideCapacity onRoad width length departPos lefthand acceptedBadges reservable"),
+        "",
+    ),
+    ("space", "parkingArea", "x y z name width length angle slope", ""),
+    ("access", "busStop trainStop containerStop chargingStation parkingArea", "lane pos friendlyPos length doors", ""),
+    ("rerouter", TOP, "id edges probability vTypes timeThreshold pos radius name visible off optional", ""),
+    ("interval", "rerouter", "begin end", ""),
+    ("closingReroute", "interval", "id allow disallow until", ""),
+    ("closingLaneReroute", "interval", "id allow disallow", ""),
+    ("destProbReroute", "interval", "id probability", ""),
+    ("routeProbReroute", "interval", "id probability", ""),
+    ("viaProbReroute", "interval", "id probability", ""),
+    ("parkingAreaReroute", "interval", "id probability visible", ""),
+    ("stationReroute", "interval", "id minSaving", ""),
+    ("calibrator", "additional", "id edge lane node pos friendlyPos local period jamThreshold vTypes name", ""),
+    ("flow", "calibrator", "speed", ""),
+    ("route", "calibrator", "", ""),
+    ("variableSpeedSign", TOP, "id lanes vTypes pos name", ""),
+    ("step", "variableSpeedSign", "time speed", ""),
+    ("tlLogic", TOP, "id type programID offset", SIGNAL_KEYS),
+    ("phase", "tlLogic", "duration state minDur maxDur earliestEnd latestEnd yellow red vehext next name", ""),
+    ("WAUT", TOP, "id refTime startProg period", ""),
+    ("wautSwitch", "WAUT", "time to", ""),
+    ("wautJunction", TOP, "wautID junctionID procedure synchron", ""),
+    ("taz", TOP, "id edges shape center name", ""),
+    ("tazSource", "taz", "id weight", ""),
+    ("tazSink", "taz", "id weight", ""),
 ];

@@ -89,8 +89,10 @@ fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
     let mut settings = serde_json::to_value(scenario).unwrap_or_default();
     settings["map"] = json!({ "files": of_files(&map)? });
     settings["policy"] = of_policy(&scenario.policy)?;
-    if !scenario.demand.files.is_empty() {
-        settings["demand"]["files"] = json!(of_files(&scenario.demand.files)?);
+    for (key, files) in [("files", &scenario.demand.files), ("additional", &scenario.demand.additional_files)] {
+        if !files.is_empty() {
+            settings["demand"][key] = json!(of_files(files)?);
+        }
     }
     Ok(settings)
 }

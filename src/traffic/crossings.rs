@@ -3,7 +3,7 @@
 
 use crate::{
     map::Route,
-    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
 };
 use glam::DVec2;
 use std::collections::BTreeMap;
@@ -14,7 +14,7 @@ const EVERY_M: f64 = 1.0;
 const SAME_PLACE_M: f64 = 2.0 * CAR_LENGTH_M;
 
 /// Returns two positions of a route, far apart along it, at which vehicles would touch: the route crosses or touches itself there. `None`
-/// if it keeps clear of itself.
+/// if it keeps clear of itself, also by a bridge.
 pub(super) fn self_crossing(route: &Route) -> Option<(f64, f64)> {
     let n = (route.length_m() / EVERY_M).ceil().max(1.0) as usize;
     let s_m = |k: usize| route.length_m() * k as f64 / n as f64;
@@ -28,6 +28,7 @@ pub(super) fn self_crossing(route: &Route) -> Option<(f64, f64)> {
         let meets = |other: &&usize| {
             route.difference(s_m(**other), s_m(k)).abs() > SAME_PLACE_M
                 && route.point_at(s_m(**other)).distance(point) < CAR_WIDTH_M
+                && is_one_road(route.height_m(s_m(**other)), route.height_m(s_m(k)))
         };
         if let Some(first) = near.filter(meets).min() {
             return Some((s_m(*first), s_m(k)));

@@ -15,8 +15,13 @@ use std::{
 /// Maximum rate of a flow, vehicles per hour. A lane carries about 2,000.
 pub const MOST_PER_HOUR: f64 = 100_000.0;
 
+/// Latest begin of a drive in the files of a demand, s: a year.
+pub const LATEST_S: f64 = 31_536_000.0;
+
 /// SUMO's type for vehicles that have no type in a file.
 pub(super) const DEFAULT_TYPE: &str = "DEFAULT_VEHTYPE";
+/// Type from which SUMO makes the type of vehicles that drivers outside SUMO move.
+pub(super) const EGO_TYPE: &str = "codrive.ego";
 /// Attributes of a vehicle type that changes lanes only while it drives, at 11 degrees at most: the lateral speed is at most 0.2 of the
 /// speed. With SUMO's share of 1, a vehicle that stops during a lane change stands across both lanes.
 const AS_A_CAR_STEERS: &str = "lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\"0.2\"";
@@ -28,6 +33,17 @@ pub struct Demand {
     /// SUMO files (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure. SUMO reads canonical copies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub files: Vec<PathBuf>,
+    /// SUMO's additional files (`add.xml`: stopping places, rerouters, calibrators, speed signs, programs of signals, types), read before
+    /// the demand files.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub additional_files: Vec<PathBuf>,
+    /// Time of day in the files at which the drive begins, seconds; vehicles that depart earlier never enter.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub begin_s: f64,
+    /// True to leave out, with a warning, vehicles and other elements of the files that SUMO cannot drive, and parts that codrive does not
+    /// give to SUMO; false to refuse a file for the first of them.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub leave_out_faults: bool,
     /// Flows from edge to edge.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub flows: Vec<Flow>,
@@ -76,6 +92,38 @@ pub enum DemandFault {
         /// Vehicle kind with this share.
         kind: VehicleKind,
         value: f64,
+    },
+    /// A kind of a flow is no vehicle.
+    #[error(
+        "flow {flow}: a share has kind {}; allowed: car, van, truck, bus, motorcycle, bicycle\n  remedy: state persons \
+         in a demand file (person, personFlow)", .kind.name()
+    )]
+    Kind {
+        /// Number of the flow, from 1.
+        flow: usize,
+        /// Kind of the share.
+        kind: VehicleKind,
+    },
+    /// The begin of the drive in the files is out of range.
+    #[error("begin_s is {value}; allowed: a number from 0 to {LATEST_S}")]
+    Begin {
+        /// Begin of the drive in the files, s.
+        value: f64,
+    },
+    /// No vehicle departs between the begin and the end of the drive.
+    #[error(
+        "{}: no vehicle departs: the {nearest} at {at_s} s; the drive begins at {begin_s} s of the file\n  remedy: \
+         begin_s = {at_s} in [demand]", .file.display()
+    )]
+    NoneDeparts {
+        /// First file of the demand.
+        file: PathBuf,
+        /// Departure nearest to the drive: `first` or `last`.
+        nearest: &'static str,
+        /// Time of that departure in the files, s.
+        at_s: f64,
+        /// Begin of the drive in the files, s.
+        begin_s: f64,
     },
     /// The reading was interrupted.
     #[error("interrupted while the demand was read")]
@@ -137,7 +185,17 @@ pub enum DemandFault {
 impl Demand {
     /// Returns true if the demand has neither files nor flows.
     pub fn is_empty(&self) -> bool {
-        self.files.is_empty() && self.flows.is_empty()
+        self.input_files().next().is_none() && self.flows.is_empty()
+    }
+
+    /// Returns all files that SUMO reads for the demand, in its order: additional files, then demand files.
+    pub fn input_files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.additional_files.iter().chain(&self.files)
+    }
+
+    /// Returns all files that SUMO reads for the demand, to be replaced, in the order of [`Demand::input_files`].
+    pub fn input_files_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        self.additional_files.iter_mut().chain(&mut self.files)
     }
 
     /// Checks rates, shares and edges of all flows. `edges` has the ids of the edges that a flow may name.
@@ -165,16 +223,22 @@ impl Demand {
         demand_file::copy(self, network, until_s, folder)
     }
 
-    /// Checks rates and shares of all flows, which do not depend on the network.
+    /// Checks the begin, and rates and shares of all flows, which do not depend on the network.
     ///
     /// # Errors
     /// The first fault.
     pub fn check_numbers(&self) -> Result<(), DemandFault> {
+        if !(0.0..=LATEST_S).contains(&self.begin_s) {
+            return Err(DemandFault::Begin { value: self.begin_s });
+        }
         for (flow, at) in self.flows.iter().zip(1..) {
             if !(flow.per_hour > 0.0 && flow.per_hour <= MOST_PER_HOUR) {
                 return Err(DemandFault::Rate { flow: at, value: flow.per_hour });
             }
             let sum: f64 = flow.mix.iter().map(|part| part.share).sum();
+            if let Some(part) = flow.mix.iter().find(|part| !VehicleKind::ALL.contains(&part.kind)) {
+                return Err(DemandFault::Kind { flow: at, kind: part.kind });
+            }
             let bad = |part: &&KindShare| !(part.share >= 0.0 && part.share.is_finite()) || sum <= 0.0;
             if let Some(part) = flow.mix.iter().find(bad) {
                 return Err(DemandFault::Share { flow: at, kind: part.kind, value: part.share });
@@ -185,18 +249,20 @@ impl Demand {
 
     /// Returns the flows as a SUMO file, with `car` as attributes of the type of passenger cars. Each kind in a flow gets a flow of its
     /// own: exponential times between vehicles stay exponential when they are split. Vehicles at a standstill do not change lanes, and
-    /// neither do vehicles without a type in a file: SUMO would move them sideways at 1 m/s, through vehicles beside them.
+    /// neither do vehicles without a type in a file: SUMO would move them sideways at 1 m/s, through vehicles beside them. Vehicles of files
+    /// without a model of their own follow SUMO's default, as in SUMO itself.
     /// `defines_default_type` is true if a file has that type.
     pub(super) fn flows_xml(&self, car: &str, defines_default_type: bool) -> String {
         let mut text = String::from("<routes>\n");
         if !defines_default_type {
             push(&mut text, format_args!("  <vType id=\"{DEFAULT_TYPE}\" {AS_A_CAR_STEERS}/>\n"));
         }
+        push(&mut text, format_args!("  <vType id=\"{EGO_TYPE}\" carFollowModel=\"IDM\" {AS_A_CAR_STEERS}/>\n"));
         if self.flows.is_empty() {
             return text + "</routes>\n";
         }
         for kind in VehicleKind::ALL {
-            let model = if kind == VehicleKind::Car { car } else { "" };
+            let model = if kind == VehicleKind::Car { car } else { "carFollowModel=\"IDM\"" };
             push(
                 &mut text,
                 format_args!(
@@ -206,6 +272,7 @@ impl Demand {
                 ),
             );
         }
+        let (begin_s, end_s) = (self.begin_s, self.begin_s + 1_000_000.0);
         const CARS: [KindShare; 1] = [KindShare { kind: VehicleKind::Car, share: 1.0 }];
         for (k, flow) in self.flows.iter().enumerate() {
             let mix = if flow.mix.is_empty() { &CARS[..] } else { &flow.mix };
@@ -217,7 +284,7 @@ impl Demand {
                 push(
                     &mut text,
                     format_args!(
-                        "  <flow id=\"flow{k}.{name}\" type=\"{kind}\" begin=\"0\" end=\"1000000\" period=\"exp({per_s:.9})\" from=\"{from}\" \
+                        "  <flow id=\"flow{k}.{name}\" type=\"{kind}\" begin=\"{begin_s}\" end=\"{end_s}\" period=\"exp({per_s:.9})\" from=\"{from}\" \
                          to=\"{to}\" departLane=\"best\" departSpeed=\"desired\" departPos=\"base\"/>\n"
                     ),
                 );
@@ -230,6 +297,10 @@ impl Demand {
 /// Returns the name of the vehicle type of a kind.
 fn type_name(kind: VehicleKind) -> String {
     format!("codrive.{}", kind.name())
+}
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 fn escaped(text: &str) -> String {
@@ -248,7 +319,7 @@ mod tests {
 
     fn flow(per_hour: f64, mix: Vec<KindShare>) -> Demand {
         let flow = Flow { from: "a".into(), to: "b".into(), per_hour, mix };
-        Demand { files: Vec::new(), flows: vec![flow] }
+        Demand { flows: vec![flow], ..Demand::default() }
     }
 
     #[test]
@@ -297,9 +368,10 @@ mod tests {
         let (folder, copies) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
         let file = folder.path().join("own.rou.xml");
         std::fs::write(&file, "<routes><vType id='DEFAULT_VEHTYPE' accel=\"3\"/></routes>").expect("written");
-        let demand = Demand { files: vec![file], flows: Vec::new() };
+        let demand = Demand { files: vec![file], ..Demand::default() };
         let network = Network::read(Path::new("n.net.xml"), "<net/>").expect("a network without roads");
         let canonical = demand.canonical(&network, 3600.0, copies.path()).expect("it passes");
-        assert_eq!(demand.flows_xml("", canonical.defines_default_type), "<routes>\n</routes>\n");
+        let own = demand.flows_xml("", canonical.defines_default_type);
+        assert!(!own.contains("DEFAULT_VEHTYPE"), "{own}");
     }
 }

@@ -6,10 +6,10 @@
 
 use super::{Demand, demand_file::MOST_VEHICLES};
 use crate::sumo_xml::{
-    self,
+    self, Vocabulary,
     stream::{self, Tag},
 };
-use std::{io, path::Path};
+use std::{io, ops::Range, path::Path};
 
 /// Maximum number of vehicles of one flow within a second: SUMO tries to insert each of them in every step. A lane carries one in two
 /// seconds.
@@ -42,26 +42,30 @@ impl Demand {
 
     /// Returns the number of vehicles due to depart before `until_s`, s; `None` if a file cannot be read or does not state the number.
     pub fn due(&self, until_s: f64) -> Option<f64> {
-        let of_flows = self.due_of_flows(until_s);
-        self.files.iter().try_fold(of_flows, |sum, file| Some(sum + due_of_file(file, until_s)?))
+        let (of_flows, drive) = (self.due_of_flows(until_s), self.begin_s..self.begin_s + until_s);
+        let files = self.additional_files.iter().map(|file| (file, sumo_xml::additional()));
+        let mut files = files.chain(self.files.iter().map(|file| (file, sumo_xml::demand())));
+        files.try_fold(of_flows, |sum, (file, vocabulary)| Some(sum + due_of_file(file, vocabulary, &drive)?))
     }
 }
 
-fn due_of_file(file: &Path, until_s: f64) -> Option<f64> {
+fn due_of_file(file: &Path, vocabulary: &Vocabulary, drive: &Range<f64>) -> Option<f64> {
     let (mut sum, mut times) = (Some(0.0), IntervalTimes::default());
     let mut look = |tag: &Tag| {
         times.leave(tag);
-        sum = sum.and_then(|sum| Some(sum + due_of_element(tag, until_s, &mut times)?));
+        sum = sum.and_then(|sum| Some(sum + due_of_element(tag, drive, &mut times)?));
         Ok(())
     };
-    stream::copy(file, sumo_xml::demand(), io::sink(), &mut look).ok()?;
+    stream::copy(file, vocabulary, io::sink(), &mut look).ok()?;
     sum
 }
 
-fn due_of_element(tag: &Tag, until_s: f64, times: &mut IntervalTimes) -> Option<f64> {
+fn due_of_element(tag: &Tag, drive: &Range<f64>, times: &mut IntervalTimes) -> Option<f64> {
     match tag.name.as_str() {
-        "trip" | "vehicle" => Some(f64::from(u8::from(seconds(tag.attribute("depart")?)? < until_s))),
-        "flow" => Some(FlowRate::of(tag, &times.of_flows).ok()?.until(until_s)),
+        // A calibrator inserts only what is missing, which nobody can say.
+        "calibrator" => None,
+        "trip" | "vehicle" | "person" => Some(f64::from(u8::from(drive.contains(&seconds(tag.attribute("depart")?)?)))),
+        "flow" | "personFlow" => Some(FlowRate::of(tag, &times.of_flows).ok()?.within(drive)),
         "interval" => {
             times.enter(tag).ok()?;
             Some(0.0)
@@ -70,10 +74,38 @@ fn due_of_element(tag: &Tag, until_s: f64, times: &mut IntervalTimes) -> Option<
     }
 }
 
+/// First and last departures of a demand's files, s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Departures {
+    /// True if a vehicle, person or container departs within the drive.
+    pub is_some_due: bool,
+    /// Earliest departure at or after the begin of the drive.
+    pub first_s: Option<f64>,
+    /// Latest departure before the begin of the drive.
+    pub last_s: Option<f64>,
+}
+
+impl Departures {
+    /// Adds departures from `from_s` to `to_s`, of which `due` are within the drive.
+    fn add(&mut self, (from_s, to_s): (f64, f64), due: f64, begin_s: f64) {
+        self.is_some_due |= due > 0.0;
+        if to_s >= begin_s {
+            let from_s = from_s.max(begin_s);
+            self.first_s = Some(self.first_s.map_or(from_s, |first_s| first_s.min(from_s)));
+        } else {
+            self.last_s = Some(self.last_s.map_or(to_s, |last_s| last_s.max(to_s)));
+        }
+    }
+}
+
 /// Running totals over all files of a demand.
 pub(super) struct DemandCount {
-    until_s: f64,
+    /// Begin and end of the drive in the files, s.
+    drive: Range<f64>,
+    departures: Departures,
     times: IntervalTimes,
+    /// Depth of the calibrator that encloses the elements being read.
+    calibrator: Option<usize>,
     vehicles: f64,
     types: usize,
     repeated_edges: f64,
@@ -82,8 +114,21 @@ pub(super) struct DemandCount {
 impl DemandCount {
     /// Creates a count until a time, s, that starts with the vehicles of the demand's own flows.
     pub fn new(demand: &Demand, until_s: f64) -> Self {
-        let vehicles = demand.due_of_flows(until_s);
-        Self { until_s, times: IntervalTimes::default(), vehicles, types: 0, repeated_edges: 0.0 }
+        let (begin_s, vehicles) = (demand.begin_s, demand.due_of_flows(until_s));
+        Self {
+            drive: begin_s..begin_s + until_s,
+            departures: Departures { is_some_due: !demand.flows.is_empty(), ..Departures::default() },
+            times: IntervalTimes::default(),
+            calibrator: None,
+            vehicles,
+            types: 0,
+            repeated_edges: 0.0,
+        }
+    }
+
+    /// Returns the first and last departures so far.
+    pub fn departures(&self) -> Departures {
+        self.departures
     }
 
     /// Returns the number of vehicles, persons and containers so far, rounded up.
@@ -94,13 +139,21 @@ impl DemandCount {
     /// Adds an element at its start tag. The error states the fault and the allowed values.
     pub fn add(&mut self, tag: &Tag) -> Result<(), String> {
         self.times.leave(tag);
+        if self.calibrator.is_some_and(|depth| tag.depth <= depth) {
+            self.calibrator = None;
+        }
         match tag.name.as_str() {
             "trip" | "vehicle" | "person" | "container" => {
-                if let Some(text) = tag.attribute("depart") {
-                    departure("depart", text)?;
+                let depart_s = tag.attribute("depart").map_or(Ok(None), |text| departure("depart", text))?;
+                if let Some(at_s) = depart_s {
+                    let due = f64::from(u8::from(self.drive.contains(&at_s)));
+                    self.departures.add((at_s, at_s), due, self.drive.start);
                 }
                 self.vehicles += 1.0;
             }
+            "calibrator" => self.calibrator = Some(tag.depth),
+            // A calibrator may set a speed only.
+            "flow" if self.calibrator.is_some() && !PER_HOUR.iter().any(|name| tag.attribute(name).is_some()) => {}
             "flow" | "personFlow" | "containerFlow" => self.flow(tag)?,
             "interval" => self.times.enter(tag)?,
             "route" => self.route(tag)?,
@@ -130,13 +183,14 @@ impl DemandCount {
             let text = rate.text;
             return Err(format!("{text}, which is {per_s:.0} per second; allowed: at most {MOST_PER_S}{LOWER}"));
         }
-        let brings = rate.until(self.until_s);
+        let brings = rate.within(&self.drive);
+        self.departures.add((rate.begin_s, rate.end_s), brings, self.drive.start);
         if brings > MOST_VEHICLES as f64 {
             return Err(format!(
                 "{} brings {} until {} s; allowed: at most {MOST_VEHICLES} of all flows and vehicles together{LOWER}",
                 rate.text,
                 brings.ceil(),
-                self.until_s
+                self.drive.end
             ));
         }
         self.vehicles += brings;
@@ -244,6 +298,11 @@ impl FlowRate {
         Ok(flow((per_s, false), format!("number is \"{count}\"")))
     }
 
+    /// Returns the number of departures within a drive, from its begin to its end, s.
+    fn within(&self, drive: &Range<f64>) -> f64 {
+        (self.until(drive.end) - self.until(drive.start)).max(0.0)
+    }
+
     /// Returns the number of departures before a time, s. The first departure of an even flow is at its begin.
     fn until(&self, until_s: f64) -> f64 {
         let most = self.number.unwrap_or(f64::INFINITY);
@@ -278,6 +337,11 @@ fn of_period(text: &str) -> Result<(f64, bool), String> {
     seconds(text).filter(|period_s| *period_s > 0.0).map(|period_s| (1.0 / period_s, false)).ok_or_else(wrong)
 }
 
+/// Parses a time in SUMO's format to seconds from 0; `None` if it is none.
+pub fn time_of_day_s(text: &str) -> Option<f64> {
+    seconds(text).filter(|seconds| *seconds >= 0.0)
+}
+
 /// Parses a time in SUMO's format to seconds: `90`, `0:01:30` or `0:00:01:30`.
 fn seconds(text: &str) -> Option<f64> {
     let parts: Vec<f64> = text.trim().split(':').map(str::parse).collect::<Result<_, _>>().ok()?;
@@ -294,7 +358,7 @@ fn seconds(text: &str) -> Option<f64> {
 fn departure(name: &str, text: &str) -> Result<Option<f64>, String> {
     match text.trim() {
         "triggered" | "containerTriggered" | "split" | "now" | "begin" => Ok(None),
-        other => match seconds(other).filter(|seconds| *seconds >= 0.0) {
+        other => match time_of_day_s(other) {
             Some(seconds) => Ok(Some(seconds)),
             None => Err(not_allowed(name, text, "seconds from 0, h:mm:ss, triggered")),
         },
@@ -303,8 +367,7 @@ fn departure(name: &str, text: &str) -> Result<Option<f64>, String> {
 
 fn time(name: &str, tag: &Tag) -> Result<Option<f64>, String> {
     let Some(text) = tag.attribute(name) else { return Ok(None) };
-    let found = seconds(text).filter(|seconds| *seconds >= 0.0);
-    found.map(Some).ok_or_else(|| not_allowed(name, text, "seconds from 0, or h:mm:ss"))
+    time_of_day_s(text).map(Some).ok_or_else(|| not_allowed(name, text, "seconds from 0, or h:mm:ss"))
 }
 
 /// Parses an attribute as a whole number from 0 to `i32::MAX`, SUMO's limit; `None` if the attribute is missing.

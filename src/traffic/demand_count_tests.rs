@@ -7,7 +7,7 @@ fn due(elements: &str, until_s: f64) -> Option<f64> {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("x.rou.xml");
     std::fs::write(&file, format!("<routes><vType id=\"a\"/>{elements}</routes>")).unwrap();
-    Demand { files: vec![file], flows: Vec::new() }.due(until_s)
+    Demand { files: vec![file], ..Demand::default() }.due(until_s)
 }
 
 /// Returns the count of one file's elements before a time, s, or the text of the first fault.
@@ -37,8 +37,8 @@ fn vehicles_that_are_due_are_counted_as_by_hand() {
     assert_eq!(due("<trip id=\"t\" depart=\"triggered\"/>", 4.0), None);
     assert_eq!(due("<flow id=\"f\" begin=\"0\"/>", 4.0), None, "no rate");
     let flow = Flow { from: "a".into(), to: "b".into(), per_hour: 720.0, mix: Vec::new() };
-    assert_eq!(Demand { files: Vec::new(), flows: vec![flow] }.due(10.0), Some(2.0));
-    assert_eq!(Demand { files: vec!["no.rou.xml".into()], flows: Vec::new() }.due(1.0), None);
+    assert_eq!(Demand { flows: vec![flow], ..Demand::default() }.due(10.0), Some(2.0));
+    assert_eq!(Demand { files: vec!["no.rou.xml".into()], ..Demand::default() }.due(1.0), None);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn every_kind_of_rate_counts_until_the_end_of_the_drive() {
     let wrong: Vec<String> = cases.iter().filter_map(wrong).collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     let flow = Flow { from: "a".into(), to: "b".into(), per_hour: 720.0, mix: Vec::new() };
-    let demand = Demand { files: Vec::new(), flows: vec![flow] };
+    let demand = Demand { flows: vec![flow], ..Demand::default() };
     assert_eq!(DemandCount::new(&demand, 100.0).vehicles(), 20, "flows of a scenario count, too");
     assert_eq!([Demand::horizon_s(300.0, 60.0), Demand::horizon_s(0.0, 60.0)], [360.0, 3660.0]);
 }

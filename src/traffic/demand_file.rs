@@ -3,38 +3,43 @@
 //! ([`crate::sumo_xml`]) element by element. SUMO itself would find a missing edge after an hour of driving, and would silently leave out
 //! vehicles that are out of order.
 
-use super::{Demand, DemandFault, demand_count::DemandCount, is_interrupted};
+use super::{
+    Demand, DemandFault,
+    demand_count::{DemandCount, Departures},
+    demand_references::DemandReferences,
+    is_interrupted,
+};
 use crate::{
     data_folders,
     file::{SETTINGS_BYTES, read_bounded},
-    map::network::{EdgeId, Network},
+    map::network::Network,
     private,
     sumo_xml::{
-        self, Dropped, Problem,
-        stream::{self, StreamError, Tag},
+        self, Dropped, Problem, Vocabulary,
+        stream::{self, LeftOut, StreamError, Tag},
     },
-    toml_text::did_you_mean,
 };
 use std::{
-    collections::BTreeMap,
     io::{BufWriter, Write},
     path::{Path, PathBuf},
 };
 
 /// Maximum number of vehicles in a demand: two days with a thousand vehicles at a time, and 0.8 GB of memory if all of them wait.
 pub const MOST_VEHICLES: u64 = 200_000;
-/// Attributes with the ids of one or several edges, in elements that define routes.
-const EDGES: [&str; 4] = ["from", "to", "via", "edges"];
 
 /// Canonical copies of a demand's files.
 #[derive(Debug, Default)]
 pub struct CanonicalDemand {
-    /// Paths of the copies, in the order of the files.
-    pub files: Vec<PathBuf>,
+    /// The demand, with the paths of the copies in place of its files.
+    pub demand: Demand,
     /// True if a file defines SUMO's default vehicle type.
     pub defines_default_type: bool,
     /// Parts that the copies leave out, by original file.
     pub dropped: Vec<(PathBuf, Dropped)>,
+    /// Elements that the copies leave out because of a fault, by original file.
+    pub left_out: Vec<(PathBuf, LeftOut)>,
+    /// First and last departures of the files, and of the demand's own flows.
+    pub departures: Departures,
 }
 
 /// Writes canonical copies of a demand's files into `folder`, which is private and holds no demand yet.
@@ -48,25 +53,34 @@ pub(super) fn copy(
     until_s: f64,
     folder: &Path,
 ) -> Result<CanonicalDemand, DemandFault> {
-    let mut copies = CanonicalDemand::default();
+    let mut copies = CanonicalDemand { demand: demand.clone(), ..CanonicalDemand::default() };
     let mut count = DemandCount::new(demand, until_s);
     if count.vehicles() > MOST_VEHICLES {
         return Err(DemandFault::FlowVehicles { value: count.vehicles(), until_s });
     }
-    let mut reachability = Reachability { network, reached: BTreeMap::new() };
-    for (k, file) in demand.files.iter().enumerate() {
-        let path = folder.join(format!("{k}.rou.xml"));
+    let mut references = DemandReferences::new(network);
+    let kinds = demand
+        .additional_files
+        .iter()
+        .map(|_| FileKind::Additional)
+        .chain(demand.files.iter().map(|_| FileKind::Routes));
+    for (k, ((file, copied), kind)) in demand.input_files().zip(copies.demand.input_files_mut()).zip(kinds).enumerate()
+    {
+        let path = folder.join(format!("{k}.{}.xml", kind.name()));
         let unwritable = |error: std::io::Error| DemandFault::File { file: file.clone(), problem: error.to_string() };
         let out = BufWriter::new(private::file(&path).map_err(unwritable)?);
         let mut scan = Scan {
-            reachability: &mut reachability,
-            last_depart_s: 0.0,
+            references: &mut references,
+            last_depart_s: (kind == FileKind::Routes).then_some(0.0),
             count: &mut count,
             defines_default_type: false,
         };
-        let copied = stream::copy(file, sumo_xml::demand(), out, &mut |tag| scan.element(tag));
-        let (mut out, dropped) =
-            copied.map_err(|error| if is_interrupted() { DemandFault::Interrupted } else { error.into() })?;
+        let is_lenient = demand.leave_out_faults;
+        let written = stream::copy_with(file, kind.vocabulary(), out, &mut |tag| scan.element(tag), is_lenient);
+        if is_interrupted() {
+            return Err(DemandFault::Interrupted);
+        }
+        let (mut out, dropped, left_out) = written?;
         out.flush().map_err(unwritable)?;
         if let Some(shipped) = shipped_bytes(file) {
             private::replace(&path, &shipped).map_err(unwritable)?;
@@ -75,12 +89,42 @@ pub(super) fn copy(
         if count.vehicles() > MOST_VEHICLES {
             return Err(DemandFault::Vehicles { file: file.clone(), value: count.vehicles() });
         }
-        copies.files.push(path);
+        *copied = path;
+        if left_out.count > 0 {
+            copies.left_out.push((file.clone(), left_out));
+        }
         if !dropped.is_empty() {
             copies.dropped.push((file.clone(), dropped));
         }
     }
+    copies.departures = count.departures();
     Ok(copies)
+}
+
+/// Kind of a file of a demand.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum FileKind {
+    /// Read at the start, in any order of departures.
+    Additional,
+    /// Read as the drive goes on, by ascending times of departure.
+    Routes,
+}
+
+impl FileKind {
+    /// Returns the middle of the file names that SUMO's documentation uses.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Additional => "add",
+            Self::Routes => "rou",
+        }
+    }
+
+    fn vocabulary(self) -> &'static Vocabulary {
+        match self {
+            Self::Additional => sumo_xml::additional(),
+            Self::Routes => sumo_xml::demand(),
+        }
+    }
 }
 
 /// Returns the bytes of a file shipped with the program, which SUMO gets unchanged; `None` for any other file.
@@ -101,8 +145,9 @@ impl From<StreamError> for DemandFault {
 
 /// State of the reading of one file.
 struct Scan<'a, 'n> {
-    reachability: &'a mut Reachability<'n>,
-    last_depart_s: f64,
+    references: &'a mut DemandReferences<'n>,
+    /// Time of the last departure, s; `None` where departures may be in any order.
+    last_depart_s: Option<f64>,
     count: &'a mut DemandCount,
     defines_default_type: bool,
 }
@@ -117,77 +162,28 @@ impl Scan<'_, '_> {
             return Err(Problem { element: tag.label(), problem: "interrupted".into() });
         }
         self.count.add(tag).map_err(|problem| Problem { element: tag.label(), problem })?;
-        match tag.name.as_str() {
-            "trip" | "vehicle" | "flow" | "route" => {}
-            "vType" => {
-                self.defines_default_type |= tag.attribute("id") == Some(super::demand::DEFAULT_TYPE);
-                return Ok(());
-            }
-            _ => return Ok(()),
-        }
-        let faults = self.edges(tag).and_then(|()| self.departure(tag));
+        self.defines_default_type |= tag.name == "vType" && tag.attribute("id") == Some(super::demand::DEFAULT_TYPE);
+        let faults = self.references.check(tag).and_then(|()| self.departure(tag));
         faults.map_err(|problem| Problem { element: tag.label(), problem })
-    }
-
-    /// Checks that the edges of an element exist and that a route leads from `from` to `to`.
-    fn edges(&mut self, tag: &Tag) -> Result<(), String> {
-        let network = self.reachability.network;
-        for name in EDGES {
-            let edges = tag.attribute(name).unwrap_or_default();
-            if let Some(edge) = edges.split_whitespace().find(|edge| network.edge_named(edge).is_none()) {
-                let known: Vec<&str> = network.edges().iter().map(|edge| edge.id.as_str()).collect();
-                let near = did_you_mean(edge, &known);
-                return Err(format!("{name} is \"{edge}\"; allowed: ids of edges of this network{near}"));
-            }
-        }
-        if let (Some(from), Some(to)) = (tag.attribute("from"), tag.attribute("to"))
-            && let [Some(start), Some(goal)] = [from, to].map(|edge| network.edge_named(edge.trim()))
-            && !self.reachability.lead(start, goal)
-        {
-            return Err(format!("no route leads from \"{from}\" to \"{to}\"; allowed: edges that roads connect"));
-        }
-        Ok(())
     }
 
     /// Checks that departure times ascend: SUMO leaves out a vehicle that departs before one above it in the file.
     fn departure(&mut self, tag: &Tag) -> Result<(), String> {
-        let Some(depart_s) = number(tag, if tag.name == "flow" { "begin" } else { "depart" }) else { return Ok(()) };
-        if depart_s < self.last_depart_s {
+        let name = match tag.name.as_str() {
+            "flow" => "begin",
+            "trip" | "vehicle" => "depart",
+            _ => return Ok(()),
+        };
+        let (Some(last_s), Some(depart_s)) = (self.last_depart_s, number(tag, name)) else { return Ok(()) };
+        if depart_s < last_s {
             return Err(format!(
                 "departs at {depart_s} s, after a departure at {} s, so SUMO would leave it out; allowed: ascending \
                  times\n  remedy: sort the file with SUMO's tools/route/sort_routes.py",
-                self.last_depart_s
+                last_s
             ));
         }
-        self.last_depart_s = depart_s;
+        self.last_depart_s = Some(depart_s);
         Ok(())
-    }
-}
-
-/// Reachability between edges, regardless of permissions.
-struct Reachability<'n> {
-    network: &'n Network,
-    /// Edges reachable from an edge, one bit each.
-    reached: BTreeMap<EdgeId, Vec<u64>>,
-}
-
-impl Reachability<'_> {
-    fn lead(&mut self, from: EdgeId, to: EdgeId) -> bool {
-        let network = self.network;
-        let reached = self.reached.entry(from).or_insert_with(|| {
-            let mut reached = vec![0u64; network.edges().len().div_ceil(64)];
-            let mut ahead = vec![from];
-            while let Some(at) = ahead.pop() {
-                let (word, bit) = (&mut reached[at.index() / 64], 1 << (at.index() % 64));
-                if *word & bit == 0 {
-                    *word |= bit;
-                    let reachability = network.edge(at).lanes().flat_map(|lane| network.connections_from(lane));
-                    ahead.extend(reachability.map(|way| network.lane(way.to).edge));
-                }
-            }
-            reached
-        });
-        reached[to.index() / 64] & (1 << (to.index() % 64)) != 0
     }
 }
 
@@ -209,7 +205,7 @@ mod tests {
         let file = folder.path().join("town.rou.xml");
         std::fs::write(&file, text).unwrap();
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
-        copy(&Demand { files: vec![file], flows: Vec::new() }, &network, 3600.0, folder.path())
+        copy(&Demand { files: vec![file], ..Demand::default() }, &network, 3600.0, folder.path())
             .map(drop)
             .map_err(|fault| fault.to_string())
     }
@@ -239,6 +235,30 @@ mod tests {
                 "town.rou.xml:2: trip \"a\": no route leads from \"south\" to \"north\"; allowed: edges that roads \
                  connect",
             ),
+            (
+                "<routes>\n<vehicle id=\"b\" depart=\"9\"><route edges=\"south north\"/></vehicle></routes>",
+                "town.rou.xml:2: route: no road leads from edge \"south\" to \"north\"; allowed after it: none, it is an end",
+            ),
+            (
+                "<routes><vehicle id=\"b\" depart=\"9\"><route edges=\"north north\"/></vehicle></routes>",
+                "no road leads from edge \"north\" to \"north\"; allowed after it: south",
+            ),
+            (
+                "<routes><trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\">\n<stop lane=\"north_1\" endPos=\"9\"/></trip></routes>",
+                "town.rou.xml:2: stop: lane is \"north_1\"; allowed on this edge: north_0",
+            ),
+            (
+                "<routes><trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"><stop busStop=\"central\"/></trip></routes>",
+                "busStop is \"central\"; allowed: the id of a stopping place of the additional_files in [demand]",
+            ),
+            (
+                "<routes><vType id=\"slow\"/>\n<trip id=\"a\" depart=\"9\" type=\"slwo\" from=\"north\" to=\"south\"/></routes>",
+                "town.rou.xml:2: trip \"a\": type is \"slwo\"; allowed: the id of a vType or a vTypeDistribution above it (did you mean slow?)",
+            ),
+            (
+                "<routes><vehicle id=\"a\" depart=\"9\" route=\"r1\"/></routes>",
+                "vehicle \"a\": route is \"r1\"; allowed: the id of a route or a routeDistribution above it",
+            ),
             ("<routes>\n<trip id=\"a\" depart=\"9\"></routes>", "town.rou.xml:2: this is not XML"),
             (
                 "<routes><flow id=\"f\" begin=\"0\" end=\"3600\" from=\"north\" to=\"south\" number=\"200001\"/></routes>",
@@ -254,9 +274,32 @@ mod tests {
         assert_eq!(check_text(good), Ok(()));
         let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
         let folder = tempfile::tempdir().unwrap();
-        let absent = Demand { files: vec!["no.rou.xml".into()], flows: Vec::new() };
+        let absent = Demand { files: vec!["no.rou.xml".into()], ..Demand::default() };
         let absent = copy(&absent, &network, 3600.0, folder.path()).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
+    }
+
+    #[test]
+    fn faulty_elements_are_left_out_and_named_where_a_demand_says_so() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("town.rou.xml");
+        let good = "<trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"/>";
+        let text = format!(
+            "<routes>\n<trip id=\"x\" depart=\"1\" from=\"north\" to=\"nowhere\"/>\n{good}\n<vehicle id=\"b\" depart=\"9\">\
+             <route edges=\"south north\"/><stop lane=\"north_0\"/></vehicle><trip id=\"c\" depart=\"3\" from=\"north\" to=\"south\"/></routes>"
+        );
+        std::fs::write(&file, text).unwrap();
+        let network = Network::read(Path::new("town.net.xml"), TOWN).unwrap();
+        let demand = Demand { files: vec![file], leave_out_faults: true, ..Demand::default() };
+        let copies = folder.path().join("copies");
+        std::fs::create_dir(&copies).unwrap();
+        let found = copy(&demand, &network, 3600.0, &copies).unwrap();
+        let kept = std::fs::read_to_string(&found.demand.files[0]).unwrap();
+        assert_eq!(kept, format!("{}<routes>\n    {good}\n</routes>\n", sumo_xml::DECLARATION));
+        let (_, LeftOut { count, first }) = &found.left_out[0];
+        assert!(*count == 3 && first.contains("town.rou.xml:2: trip \"x\": to is \"nowhere\""), "{count}: {first}");
+        let strict = copy(&Demand { leave_out_faults: false, ..demand }, &network, 3600.0, folder.path());
+        assert!(strict.unwrap_err().to_string().contains("to is \"nowhere\""));
     }
 
     #[test]

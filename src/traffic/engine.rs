@@ -159,9 +159,9 @@ pub trait Traffic: Send {
         Err(TrafficError::Setup("only vehicles of a demand are taken over along their routes".into()))
     }
 
-    /// Returns the canonical copies of the demand's files that SUMO reads, in their order.
-    fn demand_files(&self) -> &[PathBuf] {
-        &[]
+    /// Returns the demand with the canonical copies that SUMO reads in place of its files.
+    fn demand(&self) -> Option<&Demand> {
+        None
     }
 
     /// Returns name and version of the engine, for recordings and messages.

@@ -8,6 +8,7 @@ mod crossings;
 mod demand;
 mod demand_count;
 mod demand_file;
+mod demand_references;
 mod engine;
 mod error;
 mod interrupt;
@@ -23,6 +24,7 @@ mod vehicles;
 
 pub use choice::{EngineChoice, UnknownEngine};
 pub use demand::{Demand, DemandFault, Flow, KindShare};
+pub use demand_count::{Departures, time_of_day_s};
 pub use demand_file::CanonicalDemand;
 pub use engine::{
     CREEP_MPS2, DemandSetup, EMERGENCY_BRAKING_MPS2, EgoStart, ExternalVehicleState, FixedSetup, InitialVehicle,

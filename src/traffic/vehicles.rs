@@ -35,9 +35,12 @@ pub enum VehicleKind {
     Motorcycle,
     /// Bicycle; SUMO's classes `bicycle` and `scooter`.
     Bicycle,
+    /// Person on foot or in a wheelchair, who is on the road without being a part of its traffic.
+    Pedestrian,
 }
 
 impl VehicleKind {
+    /// Kinds of vehicles, which flows may have.
     pub const ALL: [Self; 6] = [Self::Car, Self::Van, Self::Truck, Self::Bus, Self::Motorcycle, Self::Bicycle];
 
     /// Returns the name used in tables and files.
@@ -49,6 +52,7 @@ impl VehicleKind {
             Self::Bus => "bus",
             Self::Motorcycle => "motorcycle",
             Self::Bicycle => "bicycle",
+            Self::Pedestrian => "pedestrian",
         }
     }
 
@@ -69,6 +73,7 @@ impl VehicleKind {
             "bus" | "coach" => Self::Bus,
             "motorcycle" | "moped" => Self::Motorcycle,
             "bicycle" | "scooter" => Self::Bicycle,
+            "pedestrian" | "wheelchair" => Self::Pedestrian,
             _ => Self::Car,
         }
     }

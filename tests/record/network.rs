@@ -144,7 +144,7 @@ pub fn run_lorries(folder: &Path, name: &str) -> (Command, PathBuf) {
 /// Runs SUMO's own program on the lorries' demand until `end` s, with the options of the engine and the output files in `outputs`.
 pub fn run_sumo(folder: &Path, end: &str, outputs: &[(&str, &Path)]) {
     let home = sumo::home().unwrap();
-    let arguments = "--step-length 0.100 --default.carfollowmodel IDM --precision 16 --time-to-teleport -1 --collision.action none \
+    let arguments = "--step-length 0.100 --precision 16 --time-to-teleport -1 --collision.action none \
                      --lanechange.duration 5 --no-step-log true --no-warnings true";
     let mut command = Command::new(sumo::program(&home));
     command.env("SUMO_HOME", &home).args(["--net-file", "tests/data/networks/grid-signals.net.xml", "--end", end]);

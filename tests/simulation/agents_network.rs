@@ -19,7 +19,7 @@ fn scenario(advised: f64) -> Scenario {
     Scenario {
         map: GRID.into(),
         path: "B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0".into(),
-        demand: Demand { files: Vec::new(), flows },
+        demand: Demand { flows, ..Demand::default() },
         advised: AdvisedVehicles::Share(advised),
         policy: "pi".into(),
         warm_up_s: 20.0,

@@ -43,7 +43,7 @@ fn on_grid(mut set: Value) -> EpisodeConfig {
         set["warm_up_s"] = 20.into();
     }
     set["advised"] = "50%".into();
-    config_of(GRID, None, Demand { files: Vec::new(), flows }, set).unwrap_or_else(|error| panic!("{error}"))
+    config_of(GRID, None, Demand { flows, ..Demand::default() }, set).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn begin(config: &EpisodeConfig, seed: u64) -> Episode {

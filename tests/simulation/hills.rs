@@ -156,7 +156,7 @@ fn vehicles_in_the_tunnel_below_do_not_touch_a_car_on_the_hill() {
     let route = codrive::map::RoadMap::load_along(HILL, &["up"]).expect("the hill").route;
     let above_m = route.project(dvec2(140.3, 130.0), None).s_m;
     let flow = Flow { from: "tunnel".into(), to: "tunnel".into(), per_hour: 1200.0, mix: Vec::new() };
-    let demand = Demand { files: Vec::new(), flows: vec![flow] };
+    let demand = Demand { flows: vec![flow], ..Demand::default() };
     let scenario = Scenario { path_start_m: above_m + CAR_LENGTH_M / 2.0, demand, ..on_slope() };
     let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
     let held = Controls { brake: 0.5, ..Controls::default() };

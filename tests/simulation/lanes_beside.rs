@@ -91,7 +91,7 @@ fn a_driver_changes_lanes_in_traffic_without_contact_and_indicates() {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 700.0, mix: Vec::new() };
     // All vehicles use B1C1, which the ego enters on the outer lane and must leave on the inner one.
     let demand =
-        Demand { files: Vec::new(), flows: vec![flow("A1B1", "C1C2"), flow("A1B1", "C1C0"), flow("B0B1", "C1C2")] };
+        Demand { flows: vec![flow("A1B1", "C1C2"), flow("A1B1", "C1C0"), flow("B0B1", "C1C2")], ..Demand::default() };
     for seed in 1..=3 {
         let on_grid = scenario("B0B1 B1C1 C1C2", demand.clone());
         let (mut beside, mut indicated) = (0, 0);

@@ -13,6 +13,7 @@ mod no_participant;
 mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;
+mod persons;
 mod policies;
 mod python_episode;
 mod right_of_way;

@@ -18,7 +18,7 @@ pub(super) const GRID: &str = "tests/data/networks/grid-signals.net.xml";
 pub(super) fn flows() -> Demand {
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 600.0, mix: Vec::new() };
     let flows = vec![flow("A0B0", "B2C2"), flow("C2C1", "A1A0"), flow("A2A1", "C0B0"), flow("B0B1", "B1B2")];
-    Demand { files: Vec::new(), flows }
+    Demand { flows, ..Demand::default() }
 }
 
 pub(super) fn scenario(path: &str, demand: Demand) -> Scenario {
@@ -150,7 +150,7 @@ fn the_ego_stops_before_a_red_signal_and_goes_when_it_is_green() {
 fn the_ego_enters_traffic_where_there_is_room() {
     let _alone = one_at_a_time();
     let busy = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 1500.0, mix: Vec::new() };
-    let demand = Demand { files: Vec::new(), flows: vec![busy("A0B0", "B0C0"), busy("A1A0", "A0B0")] };
+    let demand = Demand { flows: vec![busy("A0B0", "B0C0"), busy("A1A0", "A0B0")], ..Demand::default() };
     for seed in 1..=4 {
         let scenario = Scenario { warm_up_s: 40.0, seed, path_start_m: 60.0, ..scenario("A0B0 B0C0", demand.clone()) };
         let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
@@ -201,7 +201,7 @@ fn an_impossible_drive_is_refused_with_fault_place_and_remedy() {
     let text = refused(&far);
     assert!(text.contains("starts 5000 m along its path; allowed: less than") && text.contains("remedy"), "{text}");
     let strange = Flow { from: "A0B0".into(), to: "Z".into(), per_hour: 100.0, mix: Vec::new() };
-    let text = refused(&scenario("A0B0", Demand { files: Vec::new(), flows: vec![strange] }));
+    let text = refused(&scenario("A0B0", Demand { flows: vec![strange], ..Demand::default() }));
     assert!(text.contains("flow 1: to is \"Z\""), "{text}");
     for policy in ["two-phase", "constant", "ring-250-speed"] {
         let text = refused(&Scenario { policy: policy.into(), ..scenario("A0B0", Demand::default()) });
@@ -316,7 +316,7 @@ fn a_demand_is_part_of_the_scenario_file_with_its_files_beside_it() {
 fn an_ego_that_leaves_its_path_drives_on_and_other_vehicles_see_it() {
     let _alone = one_at_a_time();
     let flow = Flow { from: "A0B0".into(), to: "B1C1".into(), per_hour: 700.0, mix: Vec::new() };
-    let demand = Demand { files: Vec::new(), flows: vec![flow] };
+    let demand = Demand { flows: vec![flow], ..Demand::default() };
     let mut world =
         World::new(&Scenario { path_start_m: 20.0, ..scenario("A0B0 B0C0 C0C1", demand) }).expect("a world");
     // The ego turns left at B0, where its path goes straight on.
@@ -376,7 +376,7 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
     let _alone = one_at_a_time();
     let flow = |from: &str, per_hour: f64| Flow { from: from.into(), to: "eE".into(), per_hour, mix: Vec::new() };
     // Both flows pass the entry from the south; one of them comes from half-way round the ring.
-    let demand = Demand { files: Vec::new(), flows: vec![flow("Ww", 500.0), flow("Nn", 200.0)] };
+    let demand = Demand { flows: vec![flow("Ww", 500.0), flow("Nn", 200.0)], ..Demand::default() };
     let mut stood_ticks = 0;
     for seed in 1..=6 {
         let map = "tests/data/networks/roundabout.net.xml".into();

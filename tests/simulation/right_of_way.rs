@@ -31,7 +31,7 @@ fn flow(from: &str, to: &str, per_hour: f64) -> Flow {
 
 fn pass(network: &str, path: &str, flows: Vec<Flow>, seed: u64) -> (Summary, Passage) {
     let map = format!("tests/data/networks/{network}.net.xml");
-    let demand = Demand { files: Vec::new(), flows };
+    let demand = Demand { flows, ..Demand::default() };
     let scenario = scenario(path, demand);
     let scenario = Scenario { map, warm_up_s: 60.0, seed, duration_s: 180.0, path_start_m: 60.0, ..scenario };
     let (mut passage, mut goes, mut inside) = (Passage::default(), true, BTreeSet::new());

@@ -1,5 +1,5 @@
-//! Security of the gate in front of SUMO: input that passes it makes SUMO write no file and connect nowhere. In: networks and demands with
-//! hostile parts drawn from SUMO's whole vocabulary. Out: the system calls, as strace reports them.
+//! Security of the gate in front of SUMO: input that passes it makes SUMO write no file and connect nowhere. In: networks, demands and
+//! additional files with hostile parts drawn from SUMO's whole vocabulary. Out: the system calls, as strace reports them.
 //!
 //! One child process starts SUMO on many inputs in a row under one strace. `scripts/fuzz` sets `CODRIVE_GATE_INPUTS`; `CODRIVE_GATE_SEED`
 //! changes the inputs.
@@ -33,6 +33,10 @@ const HORIZON_S: f64 = 3600.0;
 const NET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/networks/grid-signals.net.xml");
 const DEMAND: &str = "<routes>\n<vType id=\"t\" accel=\"2\"/>\n<vehicle id=\"v\" type=\"t\" depart=\"0\"><route edges=\"A0A1 A1A2\"/></vehicle>\n\
                       <trip id=\"w\" depart=\"0\" from=\"B0B1\" to=\"B1B2\"/>\n<flow id=\"f\" begin=\"0\" end=\"9\" period=\"3\" from=\"A1A0\" to=\"A0B0\"/>\n</routes>\n";
+const ADDITIONAL: &str = "<additional>\n<busStop id=\"s\" lane=\"A0A1_0\" startPos=\"10\" endPos=\"30\"/>\n\
+                          <rerouter id=\"r\" edges=\"B0B1\"><interval begin=\"0\" end=\"9\"><closingReroute id=\"B1B2\" disallow=\"bus\"/></interval></rerouter>\n\
+                          <calibrator id=\"c\" edge=\"A1A0\" pos=\"1\"><flow begin=\"0\" end=\"9\" speed=\"8\"/></calibrator>\n\
+                          <variableSpeedSign id=\"z\" lanes=\"A0A1_1\"><step time=\"0\" speed=\"9\"/></variableSpeedSign>\n</additional>\n";
 
 /// Parts that write to the file VICTIM if SUMO reads them unchanged: in the network, in the type `t`, in the actuated signal.
 const IN_NETWORK: [&str; 3] = [
@@ -231,7 +235,11 @@ fn drive_all(folder: &Path) -> (usize, usize) {
         let net_file = input.join("net.xml");
         let Ok(network) = Network::load(net_file.to_str().unwrap()) else { continue };
         let copies = tempfile::tempdir().unwrap();
-        let demand = Demand { files: vec![input.join("demand.rou.xml")], flows: Vec::new() };
+        let demand = Demand {
+            files: vec![input.join("demand.rou.xml")],
+            additional_files: vec![input.join("stops.add.xml")],
+            ..Demand::default()
+        };
         if demand.canonical(&network, HORIZON_S, copies.path()).is_err() {
             continue;
         }
@@ -272,11 +280,13 @@ fn what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere() {
         let victim = place.at(&format!("victims/{k}.xml"));
         let victim = victim.to_str().unwrap();
         // A new network costs a process; a new demand does not.
-        let is_network = k % 8 == 0;
-        let net = if is_network { hostile(&mut stream, &net, &words, victim) } else { net.clone() };
-        let demand = if is_network { DEMAND.to_owned() } else { hostile(&mut stream, DEMAND, &words, victim) };
-        fs::write(folder.join("net.xml"), net).unwrap();
-        fs::write(folder.join("demand.rou.xml"), demand).unwrap();
+        let which = [0, 1, 1, 1, 2, 2, 2, 2][k % 8];
+        let mut files =
+            [("net.xml", net.clone()), ("stops.add.xml", ADDITIONAL.into()), ("demand.rou.xml", DEMAND.into())];
+        files[which].1 = hostile(&mut stream, &files[which].1, &words, victim);
+        for (name, text) in files {
+            fs::write(folder.join(name), text).unwrap();
+        }
     }
     let name = "gate::what_passes_the_gate_makes_sumo_write_nothing_and_connect_nowhere";
     let (output, trace) =
@@ -327,7 +337,7 @@ fn hostile_parts_write_files_if_sumo_reads_them_without_the_gate() {
         // The gate refuses each of them by name.
         let network = Network::load(files[0].to_str().unwrap());
         let copies = tempfile::tempdir().unwrap();
-        let demand = Demand { files: vec![files[1].clone()], flows: Vec::new() };
+        let demand = Demand { files: vec![files[1].clone()], ..Demand::default() };
         let refused = match network {
             Err(error) => error.to_string(),
             Ok(network) => demand.canonical(&network, HORIZON_S, copies.path()).unwrap_err().to_string(),
@@ -384,8 +394,8 @@ fn sumo_drives_on_a_copy_as_on_the_original_to_the_last_digit() {
             format!("<routes><vType id='DEFAULT_VEHTYPE' sigma='0.5'/>\n{}</routes>", trips.collect::<String>()),
         )
         .unwrap();
-        let demand = Demand { files: vec![place("demand.rou.xml")], flows: Vec::new() };
-        let copy = &demand.canonical(&network, HORIZON_S, folder.path()).unwrap().files[0];
+        let demand = Demand { files: vec![place("demand.rou.xml")], ..Demand::default() };
+        let copy = &demand.canonical(&network, HORIZON_S, folder.path()).unwrap().demand.files[0];
         fs::write(place("copy.net.xml"), network.sumo_text().as_str()).unwrap();
         let original = vehicles_by_sumo(&file, &place("demand.rou.xml"), folder.path());
         assert!(original.matches("<vehicle ").count() > 1000, "{name}: {}", original.matches("<vehicle ").count());

@@ -1,11 +1,13 @@
 //! The contract of the traffic engines. `contract` covers both engines, `imposed` an externally driven ego, `several` several of them, and
 //! `noise` its strength. `sumo` covers SUMO alone, `network` roads that vehicles enter and leave, `network_ego` an ego there, and
-//! `networks` networks that are not shipped. `forks` covers lanes that lead to several, and `fuel` the emission model. `gate`
+//! `networks` networks that are not shipped. `forks` covers lanes that lead to several, and `fuel` the emission model. `demand` covers
+//! additional files, begin and persons. `gate`
 //! and `gate_program` cover files that would make SUMO write. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation per process, so every test holds [`alone`].
 
 mod contract;
+mod demand;
 mod forks;
 mod fuel;
 mod gate;

@@ -72,7 +72,7 @@ impl Town {
             );
         }
         fs::write(&file, text + "</routes>\n").expect("written");
-        Demand { files: vec![file], flows: Vec::new() }
+        Demand { files: vec![file], ..Demand::default() }
     }
 }
 
@@ -110,8 +110,6 @@ fn written(town: &Town, setup: &DemandSetup, steps: usize) -> Vec<BTreeMap<Strin
             &routes,
             "--step-length",
             "0.100",
-            "--default.carfollowmodel",
-            "IDM",
             "--precision",
             "16",
             "--time-to-teleport",
@@ -231,7 +229,7 @@ fn a_stopped_vehicle_moves_sideways_only_if_a_files_type_allows_it() {
     let town = Town::grid();
     let flow = |from: &str, to: &str| Flow { from: from.into(), to: to.into(), per_hour: 900.0, mix: Vec::new() };
     let flows = vec![flow("left0A0", "C2right2"), flow("bottom1B0", "B2top1"), flow("top0A2", "C0bottom2")];
-    let (way_m, stood) = sideways_while_standing(&town.setup(Demand { files: Vec::new(), flows }), 2500);
+    let (way_m, stood) = sideways_while_standing(&town.setup(Demand { flows, ..Demand::default() }), 2500);
     assert_eq!(way_m, 0.0);
     // The test needs stopped vehicles: a queue of four at a red light of 10 s stands for 400 steps, and there are several in 250 s.
     assert!(stood > 1000, "{stood}");
@@ -266,7 +264,7 @@ fn flows_bring_as_many_vehicles_of_each_kind_as_they_say() {
         per_hour: 900.0,
         mix: vec![share(VehicleKind::Car, 2.0), share(VehicleKind::Van, 1.0), share(VehicleKind::Truck, 1.0)],
     };
-    let setup = town.setup(Demand { files: Vec::new(), flows: vec![flow] });
+    let setup = town.setup(Demand { flows: vec![flow], ..Demand::default() });
     let mut traffic = SumoTraffic::start_with_demand(&setup).expect("it starts");
     let mut found: BTreeMap<&str, f64> = BTreeMap::new();
     for _ in 0..12_000 {
@@ -296,7 +294,7 @@ fn an_impossible_demand_is_refused_with_the_names_at_fault() {
     let nowhere = town.folder.path().join("nowhere.rou.xml");
     fs::write(&nowhere, "<routes><trip id=\"lost\" depart=\"0\" from=\"left1A1\" to=\"no_such_edge\"/></routes>")
         .unwrap();
-    let of = |file: &Path| Demand { files: vec![file.into()], flows: Vec::new() };
+    let of = |file: &Path| Demand { files: vec![file.into()], ..Demand::default() };
     let error: TrafficError = refused(of(&nowhere)).expect_err("there is no such edge");
     assert!(error.to_string().contains("no_such_edge"), "{error}");
     let absent = refused(of(Path::new("absent.rou.xml"))).expect_err("there is no such file");

@@ -58,7 +58,7 @@ impl Town {
     fn demand(&self, name: &str, vehicles: &str) -> Demand {
         let file = self.folder.path().join(format!("{name}.rou.xml"));
         fs::write(&file, format!("<routes>{TYPE}{vehicles}</routes>")).expect("written");
-        Demand { files: vec![file], flows: Vec::new() }
+        Demand { files: vec![file], ..Demand::default() }
     }
 }
 

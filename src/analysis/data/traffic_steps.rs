@@ -7,6 +7,7 @@ use crate::{
     time::TICKS_PER_S,
 };
 use std::{
+    collections::BTreeSet,
     path::{Path, PathBuf},
     sync::Arc,
     vec::IntoIter,
@@ -58,18 +59,23 @@ pub struct TrafficSteps {
     path: PathBuf,
     parts: TableParts,
     network: Option<Arc<Network>>,
+    persons: BTreeSet<u32>,
     rows: IntoIter<(u64, StepVehicle)>,
     begun: Option<TrafficStep>,
 }
 
 impl TrafficSteps {
-    /// Opens the table of the vehicles; lanes are looked up if there is a network.
+    /// Opens the table of the vehicles; lanes are looked up if there is a network, and persons on foot are left out.
     ///
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
-    pub(super) fn open(path: &Path, network: Option<Arc<Network>>) -> Result<Self, RecordError> {
+    pub(super) fn open(
+        path: &Path,
+        network: Option<Arc<Network>>,
+        persons: BTreeSet<u32>,
+    ) -> Result<Self, RecordError> {
         let parts = TableReader::parts(path, &CARS)?;
-        Ok(Self { path: path.into(), parts, network, rows: Vec::new().into_iter(), begun: None })
+        Ok(Self { path: path.into(), parts, network, persons, rows: Vec::new().into_iter(), begun: None })
     }
 
     /// Returns the rows of a part that have a speed, or the name of a missing column.
@@ -87,6 +93,9 @@ impl TrafficSteps {
             Some((network.lane_named(names.get(i)?)?, lane_s_m[i]?))
         };
         let row = |i: usize| {
+            if self.persons.contains(&ids[i]) {
+                return None;
+            }
             let vehicle = StepVehicle { id: ids[i], s_m: s_m[i], speed_mps: speeds[i]?, lane: lane(i) };
             Some((ticks[i], vehicle))
         };

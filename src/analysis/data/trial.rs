@@ -160,12 +160,13 @@ impl RecordedTrial {
         Table::of(&self.setup.manifest).contains(&table)
     }
 
-    /// Reads all vehicles with a row, at every step in order.
+    /// Reads all vehicles with a row, without persons on foot, at every step in order.
     ///
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
     pub fn steps(&self) -> Result<TrafficSteps, RecordError> {
         let network = self.map.as_ref().map(|map| Arc::clone(&map.network));
-        TrafficSteps::open(&Table::Cars.parquet(&self.recording), network)
+        let persons = self.trips()?.map(|table| table.persons).unwrap_or_default();
+        TrafficSteps::open(&Table::Cars.parquet(&self.recording), network, persons)
     }
 }

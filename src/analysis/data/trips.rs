@@ -3,8 +3,12 @@
 use crate::{
     record::{RecordError, Table, TableReader},
     time::TICKS_PER_S,
+    traffic::VehicleKind,
 };
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// Place and time of a departure or arrival.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,6 +65,8 @@ const DEPARTURES: [&str; 7] = ["tick", "vehicle", "lane", "lane_s_m", "kind", "l
 pub struct TripTable {
     /// Trips by vehicle number.
     pub trips: BTreeMap<u32, Trip>,
+    /// Numbers of persons on foot, who are no vehicles and make no trips here.
+    pub persons: BTreeSet<u32>,
     /// Number of arrivals without a departure, which occur if a recording lost rows.
     pub stray_arrivals: usize,
 }
@@ -78,6 +84,10 @@ impl TripTable {
             let (kinds, lengths, speeds) = (part.words("kind"), part.numbers("length_m"), part.numbers("speed_mps"));
             for (i, (vehicle, departed)) in ends(&part, &path)?.into_iter().enumerate() {
                 let (kind, length_m) = (kinds.get(i).cloned().unwrap_or_default(), lengths[i]);
+                if kind == VehicleKind::Pedestrian.name() {
+                    table.persons.insert(vehicle);
+                    continue;
+                }
                 let departed_mps = speeds[i].unwrap_or_default();
                 table.trips.insert(vehicle, Trip { kind, length_m, departed, departed_mps, ..Trip::default() });
             }
@@ -94,6 +104,7 @@ impl TripTable {
     fn arrive(&mut self, vehicle: u32, arrived: TripEnd) {
         match self.trips.get_mut(&vehicle) {
             Some(trip) => trip.arrived = Some(arrived),
+            None if self.persons.contains(&vehicle) => {}
             None => self.stray_arrivals += 1,
         }
     }
@@ -128,7 +139,9 @@ mod tests {
     #[test]
     fn an_arrival_whose_departure_was_lost_is_counted_and_makes_no_trip() {
         let mut table = TripTable { trips: [(3, Trip::default())].into(), ..TripTable::default() };
+        table.persons.insert(9);
         table.arrive(4, TripEnd::default());
+        table.arrive(9, TripEnd::default());
         table.arrive(3, TripEnd { tick: 20, ..TripEnd::default() });
         assert_eq!((table.stray_arrivals, table.trips.len()), (1, 1));
         assert_eq!(table.trips[&3].arrived.as_ref().map(|end| end.tick), Some(20));

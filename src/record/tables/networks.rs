@@ -42,7 +42,12 @@ pub const DEPARTURES: &[TableColumn<DepartureRow>] = &[
         ColumnValue::Whole(|r| r.tick.0),
     ),
     column("vehicle", "", "number of the vehicle: that of car in cars.parquet", ColumnValue::Id(|r| Some(r.vehicle))),
-    column("kind", "", "car, van, truck, bus, motorcycle or bicycle", ColumnValue::Word(|r| r.body.kind.name().into())),
+    column(
+        "kind",
+        "",
+        "car, van, truck, bus, motorcycle or bicycle; pedestrian for a person on foot",
+        ColumnValue::Word(|r| r.body.kind.name().into()),
+    ),
     number("length_m", "m", "bumper to bumper", |r| Some(r.body.length_m)),
     number("width_m", "m", "width", |r| Some(r.body.width_m)),
     number("height_m", "m", "height", |r| Some(r.body.height_m)),

@@ -28,15 +28,15 @@ pub(super) const BICYCLE: Shape = Shape {
     indicator_radius: 0.03,
 };
 
-const JACKET: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.045, 0.05, 0.07]);
-const SHIRT: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.42, 0.40, 0.36]);
-const TROUSERS: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.035, 0.04, 0.06]);
-const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.145]);
+pub(super) const JACKET: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.045, 0.05, 0.07]);
+pub(super) const SHIRT: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.42, 0.40, 0.36]);
+pub(super) const TROUSERS: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.035, 0.04, 0.06]);
+pub(super) const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.145]);
 const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
 
 /// Adds a round limb or tube.
-fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
+pub(super) fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
     const SIDES: usize = 8;
     let ends = [Vec3::from(from), Vec3::from(to)];
     let along = (ends[1] - ends[0]).normalize_or(Vec3::X);
@@ -52,7 +52,13 @@ fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32;
 }
 
 /// Adds a limb and its mirror image in the plane y = 0.
-fn limbs(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
+pub(super) fn limbs(
+    triangles: &mut TriangleList,
+    from: [f32; 3],
+    to: [f32; 3],
+    radii: [f32; 2],
+    finish: SurfaceFinish,
+) {
     limb(triangles, from, to, radii, finish);
     let flip = |[x, y, z]: [f32; 3]| [x, -y, z];
     limb(triangles, flip(from), flip(to), radii, finish);

@@ -1,4 +1,4 @@
-//! Vehicles other than cars: a van, two lorries, a bus, a motorcycle and a bicycle, in simple shapes. In: kind and size of a
+//! Vehicles other than cars, and persons on foot: a van, two lorries, a bus, a motorcycle, a bicycle and a walker, in simple shapes. In: kind and size of a
 //! vehicle. Out: its model, the scale of the model, the positions of wheels and indicators. Metres, in a body's frame: x forward,
 //! y left, z up, origin on the ground under the centre.
 //!
@@ -7,6 +7,7 @@
 
 mod boxes;
 mod cycles;
+mod walkers;
 
 use super::{
     CarModel, Mesh,
@@ -69,8 +70,15 @@ fn car_size() -> Vec3 {
 
 /// Returns the models of all kinds but the car, in the order of their styles.
 pub(super) fn models() -> Vec<CarModel> {
-    let built =
-        [boxes::van(), boxes::lorry(), boxes::articulated(), boxes::bus(), cycles::motorcycle(), cycles::bicycle()];
+    let built = [
+        boxes::van(),
+        boxes::lorry(),
+        boxes::articulated(),
+        boxes::bus(),
+        cycles::motorcycle(),
+        cycles::bicycle(),
+        walkers::walker(),
+    ];
     built.into_iter().map(model).collect()
 }
 
@@ -112,8 +120,17 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
         VehicleKind::Bus => 3,
         VehicleKind::Motorcycle => 4,
         VehicleKind::Bicycle => 5,
+        VehicleKind::Pedestrian => 6,
     };
-    let shape = [boxes::VAN, boxes::LORRY, boxes::ARTICULATED, boxes::BUS, cycles::MOTORCYCLE, cycles::BICYCLE][style];
+    let shape = [
+        boxes::VAN,
+        boxes::LORRY,
+        boxes::ARTICULATED,
+        boxes::BUS,
+        cycles::MOTORCYCLE,
+        cycles::BICYCLE,
+        walkers::WALKER,
+    ][style];
     let stretch = size / shape.size;
     let [radius, width] = shape.wheel;
     // Wheels stay round: their radius is that of their kind, or smaller if the body is lower.
@@ -154,6 +171,20 @@ mod tests {
         let hubs = car::hubs();
         let shape = shape(&VehicleBody::CAR, &hubs);
         assert_eq!((shape.scale, shape.wheel_scale, shape.hubs, shape.style), (Vec3::ONE, Vec3::ONE, hubs, None));
+    }
+
+    #[test]
+    fn a_person_is_as_tall_and_wide_as_sumos_and_in_mid_step() {
+        let models = models();
+        let shape = shape(&body(VehicleKind::Pedestrian, 0.215, 0.478, 1.719), &car::hubs());
+        let model = &models[shape.style.expect("a model of its own") - CAR_STYLES];
+        check(&model.levels[0], "pedestrian");
+        let (low, high) = model.levels[0].bounds();
+        let size = (high - low) * shape.scale;
+        assert!(
+            size.distance(Vec3::new(0.75, 0.478, 1.719)) < 0.12 && (low.z * shape.scale.z).abs() < 0.02,
+            "{size} {low}"
+        );
     }
 
     /// Uses the sizes of SUMO's classes (its documentation, "Vehicle Type Parameter Defaults").

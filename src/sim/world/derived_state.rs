@@ -6,7 +6,7 @@ use crate::{
     map::{Route, RoutePosition, network::SignalStates},
     policy::NearVehicle,
     sim::{Event, EventKind, Leader, Snapshot, VehicleSnapshot},
-    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
     time::Tick,
 };
 
@@ -47,7 +47,7 @@ pub(super) fn update_derived(snapshot: &mut Snapshot, route: &Route) {
     look_at_all(snapshot);
     let ego_s_m = snapshot.ego_s_m;
     // On an open route the distance ahead to vehicles behind is negative.
-    let on_route = snapshot.cars.iter().filter_map(|car| match car.s_m {
+    let on_route = snapshot.vehicles().filter_map(|car| match car.s_m {
         // The speed is scaled to the drawn length of a lane whose declared length is longer.
         Some(s_m) => {
             let speed_mps = car.speed_mps * route.drawn_scale(s_m);
@@ -80,13 +80,14 @@ pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle
 }
 
 /// Returns the gap, metres, and the speed along the route, m/s, of a vehicle whose front has left the ego's route while its rear is still
-/// in the ego's way.
+/// in the ego's way. A vehicle on a bridge above the route, or below it, is in nobody's way.
 fn in_the_way<'a>(car: &'a VehicleSnapshot, route: &Route, ego_s_m: f64) -> Option<(f64, f64, &'a VehicleSnapshot)> {
     let tail = route.project(car.pose.rear(car.body.length_m), Some(ego_s_m));
     let gap_m = route.difference(ego_s_m, tail.s_m);
     let is_in_it = tail.offset_m.abs() < (CAR_WIDTH_M + car.body.width_m) / 2.0;
+    let is_level = is_one_road(car.height_m, route.height_m(tail.s_m));
     let along = (car.pose.yaw_rad - route.yaw_at(tail.s_m)).cos();
-    (is_in_it && gap_m > 0.0).then_some((gap_m, (car.speed_mps * along).max(0.0), car))
+    (is_in_it && is_level && gap_m > 0.0).then_some((gap_m, (car.speed_mps * along).max(0.0), car))
 }
 
 /// Watches whether the ego's centre is in its lane.

@@ -9,7 +9,7 @@ use crate::{
     driver::{DriverParams, bend_speed_mps},
     map::{PathLanes, RoadMap, network::LaneId},
     scenario::Scenario,
-    space::CAR_LENGTH_M,
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, is_one_road},
     traffic::{self, EGO, ExternalVehicleState, Traffic, TrafficError, VehicleLamps, VehicleReport, VehicleState},
 };
 
@@ -67,8 +67,8 @@ impl Insertion<'_> {
         for vehicle in others() {
             // Longest distance of the centres at which the bumpers touch, for a vehicle at any angle.
             let reach_m = (CAR_LENGTH_M + vehicle.body.length_m) / 2.0;
-            let is_level = (vehicle.height_m - route.height_m(self.s_m)).abs() < 3.0;
-            let is_beside = self.offset_m(vehicle) > (crate::space::CAR_WIDTH_M + vehicle.body.width_m) / 2.0;
+            let is_level = is_one_road(vehicle.height_m, route.height_m(self.s_m));
+            let is_beside = self.offset_m(vehicle) > (CAR_WIDTH_M + vehicle.body.width_m) / 2.0;
             if is_level && !is_beside && vehicle.pose.position.distance(middle) < reach_m + idm.s0 {
                 return None;
             }

@@ -1,6 +1,7 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
+use super::persons_ahead::PersonsAhead;
 use crate::{
     controls::Indicator,
     driver::{
@@ -34,6 +35,7 @@ pub(super) struct NetworkView {
     right_of_way: RightOfWay,
     changing: LaneChanging,
     turns: Turns,
+    persons: PersonsAhead,
     /// True if the ego is on the last edge of its path, or was there until its front reached the end.
     is_on_last: bool,
 }
@@ -48,6 +50,7 @@ impl NetworkView {
             right_of_way,
             turns: lanes.turns(map, &changes),
             changing: LaneChanging::new(changes),
+            persons: PersonsAhead::new(map),
             lanes,
             is_on_last: false,
         }
@@ -118,6 +121,11 @@ impl NetworkView {
         let yield_m = self.right_of_way.must_yield_ahead_m(snapshot, map, driver);
         let change_m = self.changing.wait_ahead_m(snapshot, driver);
         [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are, metres.
+    pub fn person_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
+        self.persons.ahead_m(snapshot, &map.route)
     }
 
     /// Returns the distance from the ego's front bumper to the line of the path's next signal, metres, if it must not be crossed now.

@@ -75,12 +75,20 @@ impl Agent {
             lane: driver.look_beside(&self.map.route, &snapshot.ego, Some(snapshot.ego_s_m), |s_m| {
                 self.network.beside_m(&self.map, s_m)
             }),
-            leader: snapshot.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps }),
+            leader: self.nearest_ahead(),
             stop_ahead_m: self.network.stop_ahead_m(snapshot, &self.map, driver.params()),
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
             indicator: self.network.indicator(snapshot, &self.map),
         }
+    }
+
+    /// Returns the leader, or what is nearer: persons in the way, for whom a driver stops as behind a vehicle that stands.
+    fn nearest_ahead(&self) -> Option<SeenLeader> {
+        let leader = self.view.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps });
+        let person_m = self.network.person_ahead_m(&self.view, &self.map);
+        let person = person_m.map(|gap_m| SeenLeader { gap_m, speed_mps: 0.0 });
+        [leader, person].into_iter().flatten().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 
     /// Returns the offset and heading error at this vehicle's centre and the curvature `LANE_HINT_AHEAD_S` ahead.

@@ -6,13 +6,12 @@
 //! lanes. Vehicles on a bridge do not collide with vehicles below it.
 
 use crate::{
-    ego::is_one_road,
     map::{
         RoadMap,
         network::{LanePosition, Network},
     },
     sim::{Snapshot, VehicleSnapshot},
-    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
 };
 use glam::{DVec2, DVec3};
 use std::cell::OnceCell;

@@ -23,11 +23,11 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind, VehicleReport,
+        Demand, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind, VehicleReport,
         VehicleState,
     },
 };
-use std::{path::PathBuf, sync::Arc};
+use std::sync::Arc;
 
 /// Distance in a step that counts as a jump, metres: beyond twice what the speeds explain (a lane may be drawn longer than its declared
 /// length), or sideways. SUMO moved the vehicle there at once. Interpolated over the step, it would hit vehicles in between at an
@@ -155,9 +155,9 @@ impl TrafficCoupling {
         }
     }
 
-    /// Returns the demand files that SUMO reads.
-    pub fn demand_files(&self) -> &[PathBuf] {
-        self.engine.as_ref().map_or(&[], |engine| engine.demand_files())
+    /// Returns the demand with the files that SUMO reads.
+    pub fn demand(&self) -> Option<&Demand> {
+        self.engine.as_ref().and_then(|engine| engine.demand())
     }
 
     /// Returns the start of the ego.

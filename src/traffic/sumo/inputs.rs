@@ -3,7 +3,7 @@
 
 use crate::{
     map::network::Network,
-    sumo_xml::Dropped,
+    sumo_xml::{Dropped, stream::LeftOut},
     temporary::TemporaryFolder,
     traffic::{CanonicalDemand, Demand, DemandFault, TrafficError},
 };
@@ -44,6 +44,9 @@ impl Inputs {
             other => TrafficError::Setup(other.to_string()),
         })?;
         self.demand.dropped.iter().for_each(|(file, dropped)| warn_of(file, dropped));
+        for (file, LeftOut { count, first }) in &self.demand.left_out {
+            warn_once(format!("{}: left out for a fault: {count}; the first: {first}", file.display()));
+        }
         Ok(self)
     }
 
@@ -54,20 +57,18 @@ impl Inputs {
     pub fn demand(&self) -> &CanonicalDemand {
         &self.demand
     }
-
-    /// Returns a demand with the copies in place of its files.
-    pub fn demand_of(&self, demand: &Demand) -> Demand {
-        Demand { files: self.demand.files.clone(), flows: demand.flows.clone() }
-    }
 }
 
 /// Warns once about the parts of a file that SUMO does not get.
 fn warn_of(file: &Path, dropped: &Dropped) {
-    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
-    if dropped.is_empty() {
-        return;
+    if !dropped.is_empty() {
+        warn_once(format!("{}: not passed to SUMO, because codrive does not use it: {dropped}", file.display()));
     }
-    let text = format!("{}: not passed to SUMO, because codrive does not use it: {dropped}", file.display());
+}
+
+/// Logs a warning if it is the first with this text.
+fn warn_once(text: String) {
+    static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
     if SAID.lock().unwrap_or_else(PoisonError::into_inner).insert(text.clone()) {
         log::warn!("{text}");
     }

@@ -25,7 +25,8 @@ pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network
 pub use trial_process::tell_waits_by;
 
 use super::{
-    DemandSetup, FixedSetup, Traffic, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState,
+    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, FixedSetup, Traffic, TrafficError, VehicleBody,
+    VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
 };
 use crate::{
     map::network::{EdgeKind, Network, SignalId, SignalLight},
@@ -39,7 +40,7 @@ use options::TypeFile;
 use shim::Shim;
 use shim_data::{Command, RawCommand, Reading};
 use state::{TrafficState, lamp_bits};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Duration of a lane change, s: 5 to 6 s are the mean of drivers (Toledo 2007).
 const LANE_CHANGE_S: f64 = 5.0;
@@ -68,6 +69,20 @@ impl DemandSetup {
         let edges: Vec<&str> = normal.map(|edge| edge.id.as_str()).collect();
         self.demand.check(&edges).map_err(|fault| TrafficError::Setup(fault.to_string()))?;
         Inputs::of_network(&self.network, &self.net_file)?.with_demand(&self.demand, &self.network, self.until_s)
+    }
+
+    /// Checks that a vehicle of the files departs within the drive, unless they have none at all.
+    fn departs(&self, found: &CanonicalDemand) -> Result<(), TrafficError> {
+        let Departures { is_some_due, first_s, last_s } = found.departures;
+        let (nearest, at_s) = match (first_s, last_s) {
+            (Some(first_s), _) => ("first", first_s),
+            (None, Some(last_s)) => ("last", last_s),
+            (None, None) => return Ok(()),
+        };
+        let Some(file) = self.demand.input_files().next().filter(|_| !is_some_due) else { return Ok(()) };
+        let (file, begin_s) = (file.clone(), self.demand.begin_s);
+        let fault = DemandFault::NoneDeparts { file, nearest, at_s, begin_s };
+        Err(TrafficError::Setup(fault.to_string()))
     }
 }
 
@@ -101,10 +116,11 @@ impl SumoTraffic {
         let home = home()?;
         locate::library(&home)?;
         let (inputs, has_ego) = (setup.inputs()?, !setup.egos.is_empty());
-        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand_of(&setup.demand), has_ego };
+        setup.departs(inputs.demand())?;
+        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand().demand.clone(), has_ego };
         let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
         network_check::check(&home, &trial, &named)?;
-        Self::start_demand(&home, setup, inputs)
+        Self::start_demand(&home, setup, inputs, false)
     }
 
     /// Starts SUMO without a trial in a process of its own, for tests that run in such a process themselves.
@@ -113,7 +129,7 @@ impl SumoTraffic {
     /// As [`SumoTraffic::start_with_demand`]; where SUMO breaks down, so does this process.
     #[doc(hidden)]
     pub fn start_untried(setup: &DemandSetup) -> Result<Self, TrafficError> {
-        Self::start_demand(&home()?, setup, setup.inputs()?)
+        Self::start_demand(&home()?, setup, setup.inputs()?, true)
     }
 
     /// Starts SUMO for a fixed number of cars without a trial: where SUMO breaks down on the network, so does this process.
@@ -139,15 +155,21 @@ impl SumoTraffic {
         Ok(traffic)
     }
 
-    fn start_demand(home: &Path, setup: &DemandSetup, inputs: Inputs) -> Result<Self, TrafficError> {
+    /// Starts SUMO with a demand. A trial reads all of it at once, and does not go on without a faulty vehicle.
+    fn start_demand(home: &Path, setup: &DemandSetup, inputs: Inputs, is_trial: bool) -> Result<Self, TrafficError> {
         let (network, demand) = (&setup.network, inputs.demand());
         let mut shim = Shim::open(home)?;
         let flows = TypeFile::of_demand(&setup.demand, &setup.idm, demand.defines_default_type)?;
-        let routes: Vec<&Path> =
-            std::iter::once(flows.path()).chain(demand.files.iter().map(PathBuf::as_path)).collect();
+        let files = options::DemandFiles {
+            additional: &demand.demand.additional_files,
+            routes: &[&[flows.path().to_owned()], demand.demand.files.as_slice()].concat(),
+            begin_s: demand.demand.begin_s,
+            is_trial,
+            ends_at_faults: is_trial && !demand.demand.leave_out_faults,
+        };
         let net = inputs.net().display().to_string();
-        shim.start(&options::network_options(&net, setup.step_s, &routes, LANE_CHANGE_S, setup.seed))?;
-        shim.add_type("DEFAULT_VEHTYPE", NAME, &options::vehicle_type(&setup.idm))?;
+        shim.start(&options::network_options(&net, setup.step_s, &files, LANE_CHANGE_S, setup.seed))?;
+        shim.add_type(EGO_TYPE, NAME, &options::vehicle_type(&setup.idm))?;
         let lateral = u32::from(LANE_CHANGE_S > 0.0);
         number(&mut shim, network, Reading { first_number: setup.first_number, is_fixed: 0, lateral })?;
         let mut bodies = Vec::new();
@@ -304,7 +326,7 @@ impl Traffic for SumoTraffic {
         self.description.clone()
     }
 
-    fn demand_files(&self) -> &[PathBuf] {
-        &self.inputs.demand().files
+    fn demand(&self) -> Option<&Demand> {
+        Some(&self.inputs.demand().demand)
     }
 }

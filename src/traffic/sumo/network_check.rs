@@ -87,13 +87,21 @@ impl Trial {
     /// Returns the message about a fault.
     fn about(&self, fault: &Fault) -> String {
         let net = self.net_file.display();
-        let demand: Vec<String> = self.demand.files.iter().map(|file| file.display().to_string()).collect();
+        let demand: Vec<String> = self.demand.input_files().map(|file| file.display().to_string()).collect();
         let (named, what, remedy) = if demand.is_empty() {
             let remedy = "repair it with SUMO's netconvert (--sumo-net-file OLD --output-file NEW), or import it again with codrive map import";
             (net.to_string(), "this network", remedy.to_owned())
         } else {
-            let files = demand.join(",");
-            let remedy = format!("run SUMO's own program for details: sumo --net-file {net} --route-files {files}");
+            let additional: Vec<String> =
+                self.demand.additional_files.iter().map(|file| file.display().to_string()).collect();
+            let files = demand[additional.len()..].join(",");
+            let before = if additional.is_empty() {
+                String::new()
+            } else {
+                format!("--additional-files {} ", additional.join(","))
+            };
+            let remedy =
+                format!("run SUMO's own program for details: sumo --net-file {net} {before}--route-files {files}");
             (format!("{} on {net}", demand.join(", ")), "this demand", remedy)
         };
         let on = if demand.is_empty() { "on " } else { "" };
@@ -111,7 +119,7 @@ impl Trial {
     /// Replaces the paths of the copies in a message by the paths of this trial's files.
     fn in_place_of(&self, copies: &Self, words: &str) -> String {
         let files = |trial: &Self| -> Vec<String> {
-            let all = std::iter::once(&trial.net_file).chain(&trial.demand.files);
+            let all = std::iter::once(&trial.net_file).chain(trial.demand.input_files());
             all.map(|file| file.display().to_string()).collect()
         };
         files(copies).iter().zip(files(self)).fold(words.to_owned(), |words, (copy, own)| words.replace(copy, &own))
@@ -121,7 +129,7 @@ impl Trial {
     fn hash(&self) -> Result<Option<[u8; 32]>, TrafficError> {
         let (mut hash, mut is_shipped) = (Sha256::new(), true);
         let limits = std::iter::once(MOST_BYTES).chain(std::iter::repeat(stream::MOST_BYTES));
-        for (path, limit) in std::iter::once(&self.net_file).chain(&self.demand.files).zip(limits) {
+        for (path, limit) in std::iter::once(&self.net_file).chain(self.demand.input_files()).zip(limits) {
             let failed = |error: std::io::Error| TrafficError::Setup(format!("{}: {error}", path.display()));
             let bytes = file::read_bounded(path, limit).map_err(failed)?;
             // Shipped files are recognised by their bytes, because a damaged copy would keep a mark inside the file.
@@ -130,7 +138,11 @@ impl Trial {
             hash.update(&bytes);
         }
         hash.update([u8::from(self.has_ego)]);
-        hash.update(serde_json::to_vec(&self.demand.flows).unwrap_or_default());
+        // The names of the copies say nothing; their number says which of them are additional files.
+        let Demand { additional_files, files: _, begin_s, leave_out_faults, flows } = &self.demand;
+        hash.update(
+            serde_json::to_vec(&(additional_files.len(), begin_s, leave_out_faults, flows)).unwrap_or_default(),
+        );
         Ok((!is_shipped).then(|| hash.finalize().into()))
     }
 }
@@ -178,7 +190,7 @@ fn try_in_child(home: &Path, trial: &Trial, named: &Trial) -> Result<Result<(), 
     let mut command = Command::new(&program);
     // Files that a killed child leaves are removed with the folder.
     command.args(arguments).arg(file).env("CODRIVE_SUMO_HOME", home).env("TMPDIR", folder.path());
-    let what = named.demand.files.first().map_or_else(
+    let what = named.demand.input_files().next().map_or_else(
         || named.net_file.display().to_string(),
         |demand| format!("{} on {}", demand.display(), named.net_file.display()),
     );
@@ -313,7 +325,7 @@ mod tests {
             assert_eq!(trial.hash().unwrap(), None, "{}", net.display());
         }
         let merge = |file: &str| maps.join("merge").join(file);
-        let shipped = Demand { files: vec![merge("demand.rou.xml")], flows: Vec::new() };
+        let shipped = Demand { files: vec![merge("demand.rou.xml")], ..Demand::default() };
         let trial = Trial { net_file: merge("net.xml"), demand: shipped, has_ego: false };
         assert_eq!(trial.hash().unwrap(), None);
     }
@@ -334,7 +346,7 @@ mod tests {
                 file
             };
             let files = files.iter().enumerate().map(write).collect();
-            let trial = Trial { net_file: net.clone(), demand: Demand { files, flows: Vec::new() }, has_ego };
+            let trial = Trial { net_file: net.clone(), demand: Demand { files, ..Demand::default() }, has_ego };
             trial.hash().unwrap().expect("not shipped")
         };
         let one = hash(&["<routes/>"], true);
@@ -373,7 +385,7 @@ mod tests {
         );
         let closer = trial.about(&Fault::Refused("edge a is nowhere\n  remedy: name another".into()));
         assert!(closer.ends_with("nowhere\n  remedy: name another"), "{closer}");
-        let demand = Demand { files: vec!["rush.rou.xml".into()], flows: Vec::new() };
+        let demand = Demand { files: vec!["rush.rou.xml".into()], ..Demand::default() };
         let late = Trial { demand, ..trial }.about(&Fault::TimedOut);
         assert!(late.starts_with("rush.rou.xml on town.net.xml: SUMO did not read this demand"), "{late}");
         assert!(

@@ -19,6 +19,7 @@ const ENDLESS_M: f64 = 1.0e6;
 /// Returns SUMO's command-line options for a closed route.
 pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -> Vec<String> {
     let mut options = common(net, step_s, seed);
+    options.extend(["--default.carfollowmodel", "IDM"].map(String::from));
     // The initial positions are codrive's choice.
     options.extend(["--insertion-checks", "none"].map(String::from));
     if let Some(types) = types {
@@ -27,14 +28,42 @@ pub(super) fn options(net: &str, step_s: f64, types: Option<&Path>, seed: u64) -
     options
 }
 
+/// Files of a demand, and the way in which SUMO reads them.
+pub(super) struct DemandFiles<'a> {
+    /// Files read before all others.
+    pub additional: &'a [PathBuf],
+    /// Files with vehicles, read as the drive goes on.
+    pub routes: &'a [PathBuf],
+    /// Time of day at the drive's begin, seconds.
+    pub begin_s: f64,
+    /// True to read everything at once.
+    pub is_trial: bool,
+    /// True to end at the first vehicle that cannot depart or drive on; false to go on without it.
+    pub ends_at_faults: bool,
+}
+
 /// Returns SUMO's command-line options for a road network, with these demand files and this duration of lane changes, seconds.
-pub(super) fn network_options(net: &str, step_s: f64, routes: &[&Path], lane_change_s: f64, seed: u64) -> Vec<String> {
+pub(super) fn network_options(
+    net: &str,
+    step_s: f64,
+    files: &DemandFiles,
+    lane_change_s: f64,
+    seed: u64,
+) -> Vec<String> {
     let mut options = common(net, step_s, seed);
-    if !routes.is_empty() {
-        let files: Vec<String> = routes.iter().map(|file| file.display().to_string()).collect();
-        options.extend(["--route-files".to_string(), files.join(",")]);
+    for (name, files) in [("--additional-files", files.additional), ("--route-files", files.routes)] {
+        if !files.is_empty() {
+            let files: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
+            options.extend([name.to_string(), files.join(",")]);
+        }
     }
+    options.extend(["--begin".to_string(), files.begin_s.to_string()]);
     options.extend(["--lanechange.duration".to_string(), lane_change_s.to_string()]);
+    for (is_set, option) in
+        [(files.is_trial, ["--route-steps", "0"]), (!files.ends_at_faults, ["--ignore-route-errors", "true"])]
+    {
+        options.extend(option.map(String::from).into_iter().filter(|_| is_set));
+    }
     options
 }
 
@@ -44,7 +73,6 @@ fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     let mut options: Vec<String> = [
         ("--net-file", net),
         ("--step-length", step.as_str()),
-        ("--default.carfollowmodel", "IDM"),
         // Numbers are passed as text when a type is created, so all digits are needed.
         ("--precision", "16"),
         // Vehicles in a jam must not be teleported away.

@@ -42,7 +42,7 @@ std::vector<std::string> strings(const char* const* items, size_t n) { return {i
 struct Interface {
     uint32_t number, command_bytes, record_bytes, departure_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 6;
+constexpr uint32_t INTERFACE = 7;
 
 // Same layout as in shim.rs.
 struct Command {
@@ -88,6 +88,7 @@ struct Lane {
 };
 struct Mobile {
     std::string id;
+    bool is_person;
     Record last;    // what was read of it last
     bool is_known;  // there was a step before, on a lane
     bool is_moved;  // by a driver outside SUMO, now or before: not by speed times step
@@ -106,6 +107,7 @@ std::vector<std::string> signals;
 // By ascending number: those that came later stand behind.
 std::vector<Mobile> vehicles;
 std::unordered_map<std::string, uint32_t> numbers;
+std::unordered_map<std::string, uint32_t> person_numbers;
 uint32_t next_number = 0;
 // SUMO's sum of position and way is ours to the bit. A compiler that fuses one of them may make it another.
 bool is_sum_exact = true;
@@ -191,10 +193,33 @@ void depart(const std::string& id) {
     if (numbers.count(id)) return;
     const uint32_t number = next_number++;
     numbers.emplace(id, number);
-    vehicles.push_back(Mobile{id, fresh(number), false, false, {}, 0});
+    vehicles.push_back(Mobile{id, false, fresh(number), false, false, {}, 0});
     births.push_back(Birth{id, sim::Vehicle::getVehicleClass(id), sim::Vehicle::getTypeID(id)});
     departures.push_back(Departure{sim::Vehicle::getLength(id), sim::Vehicle::getWidth(id), sim::Vehicle::getHeight(id), number, nullptr,
                                    nullptr, nullptr});
+}
+
+void depart_person(const std::string& id) {
+    if (person_numbers.count(id)) return;
+    const uint32_t number = next_number++;
+    person_numbers.emplace(id, number);
+    vehicles.push_back(Mobile{id, true, fresh(number), false, false, {}, 0});
+    const std::string type = sim::Person::getTypeID(id);
+    births.push_back(Birth{id, sim::VehicleType::getVehicleClass(type), type});
+    departures.push_back(Departure{sim::Person::getLength(id), sim::Person::getWidth(id), sim::VehicleType::getHeight(type), number,
+                                   nullptr, nullptr, nullptr});
+}
+
+// Reads a person; false in a vehicle. A person has no lane: the shape of an area for walking is no line to follow.
+bool read_person(Mobile& v) {
+    if (!sim::Person::getVehicle(v.id).empty()) return false;
+    const auto place = sim::Person::getPosition3D(v.id);
+    if (place.x == sim::INVALID_DOUBLE_VALUE) return false;
+    Record& r = v.last;
+    r.x = place.x, r.y = place.y, r.z = place.z;
+    r.angle_deg = sim::Person::getAngle(v.id);
+    r.speed = sim::Person::getSpeed(v.id);
+    return true;
 }
 
 // In process a getter costs 25 ns, some 80 ns among a thousand vehicles (a look-up by name), and a subscription copies maps. A vehicle that
@@ -208,6 +233,10 @@ void read(double step_s) {
     records.clear();
     for (size_t i = 0; i < vehicles.size(); i++) {
         Mobile& v = vehicles[i];
+        if (v.is_person) {
+            if (read_person(v)) records.push_back(v.last);
+            continue;
+        }
         Record& r = v.last;
         const double speed = sim::Vehicle::getSpeed(v.id);
         const auto lamps = reading.is_fixed ? 0u : static_cast<uint32_t>(sim::Vehicle::getSignals(v.id));
@@ -247,15 +276,20 @@ void read(double step_s) {
 // Which vehicles have come and gone.
 void count() {
     for (const std::string& id : sim::Simulation::getDepartedIDList()) depart(id);
-    for (const std::string& id : sim::Simulation::getArrivedIDList()) {
-        const auto found = numbers.find(id);
-        if (found != numbers.end()) arrivals.push_back(found->second);
-    }
+    for (const std::string& id : sim::Simulation::getDepartedPersonIDList()) depart_person(id);
+    const auto arrive = [](const std::vector<std::string>& ids, const std::unordered_map<std::string, uint32_t>& known) {
+        for (const std::string& id : ids) {
+            const auto found = known.find(id);
+            if (found != known.end()) arrivals.push_back(found->second);
+        }
+    };
+    arrive(sim::Simulation::getArrivedIDList(), numbers);
+    arrive(sim::Simulation::getArrivedPersonIDList(), person_numbers);
     if (!arrivals.empty()) {
         std::sort(arrivals.begin(), arrivals.end());
         const auto is_over = [](const Mobile& v) { return std::binary_search(arrivals.begin(), arrivals.end(), v.last.number); };
         for (const Mobile& v : vehicles) {
-            if (is_over(v)) numbers.erase(v.id);
+            if (is_over(v)) (v.is_person ? person_numbers : numbers).erase(v.id);
         }
         vehicles.erase(std::remove_if(vehicles.begin(), vehicles.end(), is_over), vehicles.end());
     }
@@ -292,6 +326,7 @@ void read_anew() {
 void forget() {
     vehicles.clear();
     numbers.clear();
+    person_numbers.clear();
     lanes.clear();
     lane_numbers.clear();
     signals.clear();
@@ -395,7 +430,7 @@ API int cs_add(const char* id, const char* route, const char* type, size_t lane,
         sim::Vehicle::add(id, route, type, "now", "first", "0", "0");
         sim::Vehicle::moveTo(id, lanes.at(lane).id, pos);
         sim::Vehicle::setPreviousSpeed(id, speed, 0.);
-        Mobile added{id, fresh(next_number), false, keeps_lane == 0, {}, 0};
+        Mobile added{id, false, fresh(next_number), false, keeps_lane == 0, {}, 0};
         if (keeps_lane) {
             sim::Vehicle::setLaneChangeMode(id, 0);
         } else {
@@ -411,6 +446,7 @@ API int cs_add(const char* id, const char* route, const char* type, size_t lane,
 API int cs_take(uint32_t number, const char** edges) {
     return guard([&] {
         Mobile& v = vehicle(number);
+        if (v.is_person) throw std::invalid_argument("a person is no vehicle");
         v.is_moved = true;
         v.path = sim::Vehicle::getRoute(v.id);
         v.path_at = 0;

@@ -39,7 +39,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 6,
+        number: 7,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,

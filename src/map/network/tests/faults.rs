@@ -117,3 +117,15 @@ fn a_stop_line_before_the_end_of_its_lane_is_read() {
     let net = Network::read(FilePath::new("t.net.xml"), text).unwrap();
     assert_eq!(["a_0", "a_1"].map(|id| net.lane(lane(&net, id)).end_offset_m), [4.0, 0.0]);
 }
+
+#[test]
+fn a_wrong_index_is_read_inside_junctions_where_netconvert_writes_it() {
+    let other = |lane: &str| {
+        let (right, wrong) = (format!("\"{lane}\" index=\"1\""), format!("\"{lane}\" index=\"0\""));
+        changed("grid-signals", &right, &wrong)
+    };
+    let net = other(":A1_0_1").unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(net.index_in_edge(lane(&net, ":A1_0_1")), 1);
+    let error = other("A0A1_1").unwrap_err();
+    assert!(error.contains("lane \"A0A1_1\": index is \"0\"; allowed: the lane's place in its edge"), "{error}");
+}

@@ -20,6 +20,8 @@ convert eight figure-eight -x eight.con.xml
 convert track track
 convert crossing crossing --no-turnarounds
 convert allway allway --no-turnarounds
+convert zebra zebra -x zebra.con.xml
+convert bridge bridge
 # When they were made, by which version and with which options is no part of them.
 for net in ../*.net.xml; do
     sed -i '/^<!-- generated on/,/^-->/d' "$net"

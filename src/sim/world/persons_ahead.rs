@@ -1,0 +1,119 @@
+//! Persons on foot in the way of an ego. In: a map, once, and snapshots. Out: the distance to the nearest crossing on which somebody is, or
+//! waits to be, or to a person on the road elsewhere. A driver stops before them as behind a vehicle that stands. Metres, m/s.
+
+use crate::{
+    map::{RoadMap, Route, network::EdgeKind},
+    sim::{Snapshot, VehicleSnapshot},
+    space::{CAR_WIDTH_M, Pose, is_one_road},
+};
+use glam::DVec2;
+
+/// Distance up to which a driver looks for persons: the stopping distance at 100 km/h.
+const AHEAD_M: f64 = 100.0;
+/// Distance into a crossing up to which a driver still stops for persons on it, half of it at most.
+const INTO_CROSSING_M: f64 = 1.0;
+/// Smallest distance at which a car passes a person.
+const BESIDE_M: f64 = 0.5;
+/// Distance from the end of a crossing without signals at which a person is waiting to cross.
+const WAITING_M: f64 = 2.0;
+/// Time for which a driver looks ahead at the way of a person, s: at 1.4 m/s the half width of a lane and of a car.
+const LOOKS_AHEAD_S: f64 = 2.0;
+
+/// Crossings along an ego's path.
+pub(super) struct PersonsAhead {
+    crossings: Vec<Crossing>,
+}
+
+/// Crossing on the path.
+struct Crossing {
+    /// Position of its near side along the route.
+    s_m: f64,
+    /// Ends of its middle line.
+    ends: [DVec2; 2],
+    half_width_m: f64,
+    height_m: f64,
+    /// Distance beyond its ends at which persons wait to cross.
+    waiting_m: f64,
+}
+
+impl PersonsAhead {
+    /// Returns the crossings of the streets that a map's route drives.
+    pub fn new(map: &RoadMap) -> Self {
+        let (net, route) = (&map.network, &map.route);
+        let is_driven =
+            |edge| route.lanes().iter().any(|lane| lane.lane.is_some_and(|lane| net.lane(lane).edge == edge));
+        let edges = net.edges().iter().filter(|edge| edge.kind == EdgeKind::Crossing);
+        let driven = edges.filter(|edge| edge.crosses.iter().any(|street| is_driven(*street)));
+        let crossing = |edge: &crate::map::network::Edge| {
+            let lane = net.lane(edge.lanes().next()?);
+            let shape = lane.shape();
+            let (first, last) = (*shape.first()?, *shape.last()?);
+            let has_signals = edge.junction.is_some_and(|junction| net.junction(junction).kind.has_signals());
+            // The place of its line that is nearest to the route.
+            let places = (0..=20).map(|k| route.project(first.lerp(last, f64::from(k) / 20.0).truncate(), None));
+            let at = places.min_by(|a, b| a.offset_m.abs().total_cmp(&b.offset_m.abs()))?;
+            (at.offset_m.abs() < lane.width_m).then_some(Crossing {
+                s_m: at.s_m - lane.half_width_m(),
+                ends: [first.truncate(), last.truncate()],
+                half_width_m: lane.half_width_m(),
+                height_m: first.z,
+                waiting_m: if has_signals { 0.0 } else { WAITING_M },
+            })
+        };
+        Self { crossings: driven.filter_map(crossing).collect() }
+    }
+
+    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are; `None` if nobody
+    /// is in the way.
+    pub fn ahead_m(&self, snapshot: &Snapshot, route: &Route) -> Option<f64> {
+        let ego = snapshot.ego.position.truncate();
+        let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
+        let ahead_m = |person: &VehicleSnapshot| {
+            let on_road = on_road_ahead_m(person, snapshot, route);
+            // Who has crossed the ego's lane and walks on is in nobody's way.
+            let waits = on_road.is_some() || !has_passed(person, snapshot, route);
+            let crossings = self.crossings.iter().filter(|crossing| waits && crossing.has(person));
+            let at_crossing = crossings.filter_map(|crossing| {
+                let ahead_m = route.difference(snapshot.ego_s_m, crossing.s_m);
+                (ahead_m >= -INTO_CROSSING_M).then_some(ahead_m.max(0.0))
+            });
+            at_crossing.chain(on_road).min_by(f64::total_cmp)
+        };
+        near.filter_map(ahead_m).min_by(f64::total_cmp)
+    }
+}
+
+impl Crossing {
+    /// Checks whether a person is on the crossing, or waits at one of its ends.
+    fn has(&self, person: &VehicleSnapshot) -> bool {
+        let line = self.ends[1] - self.ends[0];
+        let from = person.pose.position - self.ends[0];
+        let along_m = from.dot(line.normalize_or_zero());
+        let beside_m = from.perp_dot(line.normalize_or_zero()).abs();
+        let reach = -self.waiting_m..=line.length() + self.waiting_m;
+        beside_m <= self.half_width_m && reach.contains(&along_m) && is_one_road(person.height_m, self.height_m)
+    }
+}
+
+/// Returns the lateral offset of a person from the route, their position along it, and the speed at which they come nearer to its line.
+fn beside(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> (f64, f64, f64) {
+    let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
+    let at = route.project(person.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
+    let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());
+    (at.offset_m, at.s_m, -at.offset_m.signum() * to_left * person.speed_mps)
+}
+
+/// Checks whether a person is beside the ego's way and walks away from it.
+fn has_passed(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> bool {
+    let (offset_m, _, nearing_mps) = beside(person, snapshot, route);
+    nearing_mps < -0.1 && offset_m.abs() > CAR_WIDTH_M / 2.0 + BESIDE_M
+}
+
+/// Returns the distance from the ego's front bumper to a person who is in its way, or will be soon.
+fn on_road_ahead_m(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Option<f64> {
+    let (offset_m, s_m, nearing_mps) = beside(person, snapshot, route);
+    let ahead_m = route.difference(snapshot.ego_s_m, s_m);
+    let soon_m = offset_m.abs() - nearing_mps.max(0.0) * LOOKS_AHEAD_S;
+    let is_in_way = soon_m < (CAR_WIDTH_M + person.body.width_m) / 2.0 + BESIDE_M;
+    (ahead_m > 0.0 && is_in_way && is_one_road(person.height_m, route.height_m(s_m))).then_some(ahead_m)
+}
