@@ -9,6 +9,11 @@ pub fn number_text(number: f64) -> String {
     minus(if text == "-0" { "0" } else { text })
 }
 
+/// Replaces the characters that end a line or control a terminal by spaces.
+pub fn on_one_line(text: &str) -> String {
+    text.replace(|sign: char| sign.is_control() || "\u{2028}\u{2029}".contains(sign), " ")
+}
+
 /// Joins words: `a`, `a and b`, `a, b and c`.
 pub fn joined_with_and(words: &[String]) -> String {
     match words {

@@ -53,6 +53,6 @@ pub use manifest::Manifest;
 pub use recorder::{FLUSH_EVERY, Recorder, WriterStatus};
 pub use recover::{RecoveryReport, count, open, recover, remove_unbegun};
 pub use seals::{AlteredFile, changes};
-pub use sha256::file_sha256;
+pub use sha256::{file_sha256, sha256};
 pub use table::{TableColumn, TableParts, TableReader};
 pub use tables::Table;

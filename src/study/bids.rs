@@ -88,9 +88,12 @@ impl TsvTable {
     }
 }
 
+/// Checks whether some readers split lines at a character: a control character or a separator of lines.
+fn parts_lines(c: char) -> bool {
+    c.is_control() || "\u{2028}\u{2029}".contains(c)
+}
+
 fn cell_text(cell: &str) -> String {
-    // Some readers split lines at other control characters or separators than a line feed.
-    let parts_lines = |c: char| c.is_control() || "\u{2028}\u{2029}".contains(c);
     if cell.is_empty() { "n/a".into() } else { cell.replace(parts_lines, " ") }
 }
 
@@ -101,7 +104,7 @@ pub fn markdown(text: &str) -> String {
         if "\\`*_[]<>&~|$#".contains(c) {
             plain.push('\\');
         }
-        plain.push(if c.is_control() { ' ' } else { c });
+        plain.push(if parts_lines(c) { ' ' } else { c });
     }
     plain
 }

@@ -6,13 +6,15 @@ use crate::{
     analysis::{
         MEASURES,
         models::plan::{AnalysisPlan, ExpectedSign},
+        text::joined_with_and,
     },
-    policy,
+    policy::{self, Network},
     record::{inputs, manifest::NamedHash},
     scenario::{OnContact, PlannedDrive, Scenario, StartLayout},
     sim::WAVE_STANDS_S,
     traffic::EngineChoice,
 };
+use serde_json::Value;
 use std::fmt::Write;
 
 /// Writes what every drive begins from: road, traffic with its model, start, advice, and what the participant sees.
@@ -80,14 +82,25 @@ fn advice(base: &Scenario) -> String {
     let file = policy::file_of(&base.policy);
     let NamedHash { name, sha256 } = NamedHash::of(inputs::last(&base.policy), file.as_deref());
     let hash = sha256.map_or(String::new(), |hash| format!(" (file with SHA-256 `{hash}`)"));
+    let network = file.and_then(|file| Network::from_file(&file).ok()).map_or(String::new(), |network| about(&network));
     let name = markdown(&name);
     if name == "none" {
         return "Advice: none.".into();
     }
     format!(
-        "Advice: policy `{name}`{hash}; each advice stands for {} s; the acceptable range is the target +-{} mph.",
+        "Advice: policy `{name}`{hash}{network}; each advice stands for {} s; the acceptable range is the target +-{} mph.",
         base.hold_s, base.range_mph
     )
+}
+
+/// Returns what a network advises, and from what.
+fn about(network: &Network) -> String {
+    let word = |value: Value| Some(value.as_str()?.replace('_', " "));
+    let advised = serde_json::to_value(network.action).ok().and_then(word).unwrap_or_default();
+    let input = |input| word(serde_json::to_value(input).ok()?["feature"].take());
+    let inputs: Vec<String> = network.inputs.iter().filter_map(input).collect();
+    let layers = network.layers.len();
+    format!(", a neural network of {layers} layers whose {advised} is advised, from {}", joined_with_and(&inputs))
 }
 
 fn drive(base: &Scenario) -> String {
@@ -105,7 +118,8 @@ fn drive(base: &Scenario) -> String {
 /// Writes one hypothesis about the primary outcome for each contrast.
 pub(super) fn hypotheses(out: &mut String, plan: &AnalysisPlan) {
     let Some(primary) = MEASURES.iter().find(|measure| measure.name == plan.primary) else { return };
-    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided.\n\n");
+    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided. A hypothesis with a direction is supported if its p is below \
+         the level after correction and the difference has this direction.\n\n");
     for (i, contrast) in plan.contrasts.iter().enumerate() {
         let (condition, reference) = (&contrast.condition, &contrast.reference);
         let says = match contrast.expected {

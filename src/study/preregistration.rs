@@ -1,12 +1,15 @@
 //! Preregistration text of a study, to register before the first participant. In: a study with its `[analysis]`, the number of
 //! participants, and the spread of the primary outcome, from a rehearsal or unknown. Out: Markdown. The same input gives the same text.
 
-use super::{PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign, preregistered_settings};
+use super::{
+    PlanItem, PlannedItem, Study, bids::markdown, order::OrderDesign, preregistered_questions, preregistered_settings,
+    source,
+};
 use crate::{
     analysis::{
         AnalysedRecording, AnalysisError, MEASURES, StudyParticipants,
         models::{
-            mixed_model::ModelFault,
+            mixed_design::ModelFault,
             normality::NormalityTest,
             plan::{AnalysisPlan, PlanHistory, PlannedTest},
             planned::PlannedAnalysis,
@@ -14,7 +17,7 @@ use crate::{
         },
     },
     plot::minus,
-    record::inputs,
+    record::{inputs, sha256},
 };
 use std::fmt::Write;
 
@@ -88,7 +91,7 @@ impl OutcomeSpread {
         let plan = planned(study)?;
         let now = Some(plan.clone());
         let no_spread = |why| PreregistrationError::NoSpread { measure: plan.primary.clone(), why };
-        let history = PlanHistory { begun: now.clone(), now, ..PlanHistory::default() };
+        let history = PlanHistory { begun: now.clone(), now };
         let carried_out = PlannedAnalysis::of(&history, drives, people);
         let primary = carried_out.and_then(|all| all.outcomes.into_iter().next());
         let fitted = match primary.map(|outcome| outcome.fitted) {
@@ -134,15 +137,21 @@ fn written(
 ) -> Result<String, PreregistrationError> {
     let plan = planned(study)?;
     let mut out = format!("# Preregistration: {}\n\n", markdown(&study.file.title));
-    let _ =
-        writeln!(out, "Written by codrive {} from the study's file. {}\n", env!("CARGO_PKG_VERSION"), who_leads(study));
+    let _ = writeln!(
+        out,
+        "Written by codrive {} from the study's file.{}\n\nSHA-256 of the study's file, as the data set keeps it (`study.toml`): `{}`.\n",
+        env!("CARGO_PKG_VERSION"),
+        who_leads(study),
+        sha256(source::portable(&study.source).as_bytes())
+    );
     design(&mut out, study, participants);
     preregistered_settings::hypotheses(&mut out, plan);
     preregistered_settings::settings(&mut out, study);
     conditions(&mut out, study);
     orders(&mut out, study, participants);
     exclusion(&mut out, plan);
-    early_ends(&mut out, study);
+    preregistered_questions::early_ends(&mut out, study);
+    preregistered_questions::questionnaires(&mut out, study);
     outcomes(&mut out, plan);
     model(&mut out, study, plan);
     power(&mut out, study, participants, spread, studies, row_done);
@@ -153,7 +162,7 @@ fn who_leads(study: &Study) -> String {
     let authors =
         (!study.file.authors.is_empty()).then(|| format!("Led by {}.", markdown(&study.file.authors.join(", "))));
     let place = study.file.institution.as_ref().map(|place| format!("At {}.", markdown(place)));
-    authors.into_iter().chain(place).collect::<Vec<_>>().join(" ")
+    authors.into_iter().chain(place).map(|words| format!(" {words}")).collect()
 }
 
 fn design(out: &mut String, study: &Study, participants: usize) {
@@ -163,7 +172,8 @@ fn design(out: &mut String, study: &Study, participants: usize) {
     let _ = writeln!(
         out,
         "## Design\n\nWithin participants: {participants} participants, each with {trials} trials, one in each of {} conditions per \
-         segment of trials. A session takes about {:.0} min.\n",
+         segment of trials. A session takes about {:.0} min. The parts of the first participant's session; those after trials depend on \
+         the order of conditions where a questionnaire is asked after drives with advice only:\n",
         study.conditions.len(),
         plan.minutes()
     );
@@ -201,7 +211,9 @@ fn conditions(out: &mut String, study: &Study) {
         let of = factor.map_or(String::new(), |factor| format!(" of {}", markdown(factor)));
         let _ = writeln!(out, "* `{}`{of}: {set}", level.name);
     }
-    out.push('\n');
+    out.push_str(
+        "\nThe participant's screen does not name the condition; the experimenter's window does, so that the experimenter is not blind.\n\n",
+    );
 }
 
 /// Describes a setting of a condition, sham advice in words.
@@ -209,9 +221,10 @@ fn setting(key: &str, value: &str) -> String {
     match (key, value) {
         ("sham_advice", "true") => {
             "sham advice (`sham_advice` = true): the advice that the policy gave to a simulated driver in another drive, which does not \
-             answer this participant's traffic"
+             answer this participant's traffic; the speedometer looks as with other advice"
                 .into()
         }
+        ("policy", "none") => format!("`{key}` = {value}: no speed is advised, and the speedometer shows neither line nor range"),
         _ => format!("`{key}` = {value}"),
     }
 }
@@ -234,7 +247,8 @@ fn orders(out: &mut String, study: &Study, participants: usize) {
     };
     let _ = writeln!(
         out,
-        "## Order\n\nOrders are {design}. The seed is {}. They repeat after {period} participants.\n",
+        "## Order\n\nOrders are {design}. The seed is {}. They repeat after {period} participants. Participants get them in turn, as their \
+         sessions begin.\n",
         study.file.seed
     );
     for index in 0..period.min(24).min(participants) {
@@ -253,7 +267,7 @@ fn orders(out: &mut String, study: &Study, participants: usize) {
     }
     out.push_str(
         "A participant with the same order replaces each excluded or withdrawn participant, so that the orders stay \
-         balanced.\n\n",
+         balanced. The study's file plans no analysis before the last participant.\n\n",
     );
 }
 
@@ -270,18 +284,6 @@ fn exclusion(out: &mut String, plan: &AnalysisPlan) {
         "* The experimenter may exclude a participant; the data set keeps the reason, and the report names the \
          excluded participants.\n\n",
     );
-}
-
-/// Writes the rules that end a session early, and the ratings asked for them while driving.
-fn early_ends(out: &mut String, study: &Study) {
-    let rules: Vec<String> = study.file.segment.iter().flat_map(|segment| segment.early_end_sentences()).collect();
-    out.push_str("## When a session ends early\n\nA participant may stop at any moment.\n\n");
-    rules.iter().for_each(|rule| {
-        let _ = writeln!(out, "* {rule}");
-    });
-    if !rules.is_empty() {
-        out.push('\n');
-    }
 }
 
 fn outcomes(out: &mut String, plan: &AnalysisPlan) {
@@ -309,7 +311,8 @@ fn model(out: &mut String, study: &Study, plan: &AnalysisPlan) {
          {}\n\n\
          The condition is a factor, the position among the trials (from 1) is a number, and the participant is a \
          random intercept.{} Contrasts: {}. Each has its estimate, a 95 % interval and a two-sided p by \
-         Satterthwaite's degrees of freedom.\n\n\
+         Satterthwaite's degrees of freedom. A trial without a value of the outcome or of a covariate is left out of that outcome's \
+         model; no value is imputed.\n\n\
          * Level: alpha = {} over all {} tests of the plan (outcomes times contrasts), by Holm's correction.{without}\n\
          * Smallest effect of interest: {}{unit} of the primary outcome.\n\
          * Quantile-quantile plots and Shapiro and Wilk's test show the normality of residuals and of participants' \

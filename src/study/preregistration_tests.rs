@@ -180,7 +180,7 @@ fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
         let drives = driven(&study, 12);
         assert_eq!(drives.len(), 12 * trials);
         let now = study.file.analysis.clone();
-        let history = PlanHistory { begun: now.clone(), now, ..PlanHistory::default() };
+        let history = PlanHistory { begun: now.clone(), now };
         let found = PlannedAnalysis::of(&history, &drives, &StudyParticipants::default()).unwrap();
         let fitted = found.outcomes.iter().map(|outcome| outcome.fitted.as_ref().unwrap());
         let made = fitted.flat_map(|fitted| &fitted.contrasts).filter(|tested| tested.found.is_some()).count();
@@ -224,6 +224,20 @@ fn a_sham_is_described_in_words() {
     assert!(text.contains(
         "policy `ring-250-speed` (file with SHA-256 `c7d8ae82626152837a035f7b67d82d917d9fb6c2b399523bf0b3acd5b0c2fa0c`)"
     ));
+    let network = "a neural network of 3 layers whose speed is advised, from speed, leader speed, gap, spacing, mean speed and log hold;";
+    assert!(text.contains(network), "{text}");
+    // What a reviewer asks: who is told what, in which order, what was answered, and which file was meant.
+    for part in [
+        "* `none`: `policy` = none: no speed is advised, and the speedometer shows neither line nor range",
+        "the experimenter is not blind",
+        "Participants get them in turn, as their sessions begin.",
+        "fulfil `{licence} = false` (Do you hold a driving licence that is valid now?).",
+        "* `trust` (How far you trust the advice), asked after each drive of `trial` with advice. Four sentences",
+        "no value is imputed",
+        "SHA-256 of the study's file, as the data set keeps it (`study.toml`): `",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
     assert!(text.contains(
         "the drive begins once the standard deviation of speed over the vehicles has been at least 2 m/s for 10 s"
     ));

@@ -23,6 +23,16 @@ pub enum QuestionFault {
         /// Step between ratings, `rateStep`.
         by: f64,
     },
+    /// A number without a range.
+    #[error("\"{name}\" asks for a number from {min} to {max}; allowed: `min` below `max`")]
+    Bounds {
+        /// Name of the question.
+        name: String,
+        /// Lowest number, `min`.
+        min: f64,
+        /// Highest number, `max`.
+        max: f64,
+    },
     /// Two questions with the same name.
     #[error("the name \"{0}\" occurs twice")]
     Twice(String),

@@ -342,7 +342,7 @@ impl QuestionnaireForm {
             }
             None => {}
         }
-        if required && !self.answers.contains_key(&name) {
+        if self.page().missing(&self.answers).contains(&name) {
             if !self.is_missing(&name) {
                 self.missing.push(name);
             }

@@ -316,3 +316,33 @@ fn missing_answers_stay_marked_and_the_first_gets_the_focus() {
     form.take(FormInput::PageBack, 107.0);
     assert_eq!((form.page().name.as_str(), form.progress()), ("two", (1, 3)));
 }
+
+#[test]
+fn a_question_for_a_number_refuses_other_answers_and_may_stay_empty() {
+    let text = r#"{ "title": "t", "pages": [{ "elements": [
+        { "type": "text", "name": "age", "inputType": "number", "min": 16, "max": 110 },
+        { "type": "text", "name": "more" }] }] }"#;
+    let questionnaire = Questionnaire::parse(text, "t.json").unwrap();
+    for (answer, goes_on) in [
+        ("34", true),
+        ("34 years", true),
+        ("34.5", true),
+        ("twenty", false),
+        ("15", false),
+        ("1200", false),
+        ("", true),
+    ] {
+        let mut form = QuestionnaireForm::new(&questionnaire, 0.0);
+        form.take(FormInput::Type { stop: 0, text: answer.into() }, 1.0);
+        form.take(FormInput::Next, 2.0);
+        assert_eq!((form.focus(), form.is_missing("age")), if goes_on { (1, false) } else { (0, true) }, "{answer}");
+        form.take(FormInput::PageOn, 3.0);
+        assert_eq!(form.is_over(), goes_on, "{answer}");
+        // A better answer goes on.
+        form.take(FormInput::Type { stop: 0, text: "40".into() }, 4.0);
+        form.take(FormInput::PageOn, 5.0);
+        assert!(form.is_over());
+    }
+    let message = Questionnaire::parse(&text.replace("110", "16"), "t.json").unwrap_err().0;
+    assert!(message.contains("asks for a number from 16 to 16"), "{message}");
+}

@@ -3,13 +3,14 @@
 //!
 //! Elements: `radiogroup`, `checkbox`, `rating`, `boolean`, `matrix`, `text`, `comment`, `html`. Their keys: `name`, `title`,
 //! `description`, `isRequired`, `visibleIf`, `choices`, `rateMin`, `rateMax`, `rateStep`, `minRateDescription`, `maxRateDescription`,
-//! `columns`, `rows`, `html`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`, `<=`, `>`, `>=` or `contains`,
+//! `columns`, `rows`, `html`, `inputType` (`number`, of a `text`) with `min` and `max`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`, `<=`, `>`, `>=` or `contains`,
 //! joined by `and` or `or` (`and` binds stronger). One key is an extension: `scores`, weighted sums and means of answers.
 
 pub use super::scores::{ScoreDefinition, ScoreMethod};
 
 use super::{StudyError, question_fault::QuestionFault};
 use crate::{
+    analysis::data::person_answers::number_in,
     data_folders,
     file::{SETTINGS_BYTES, read_text},
     toml_text,
@@ -105,6 +106,26 @@ pub struct QuestionElement {
     /// Text of an html element, shown verbatim and without tags.
     #[serde(default)]
     pub html: String,
+    /// Answers that a text allows.
+    #[serde(default)]
+    pub input_type: InputType,
+    /// Lowest number of a text that asks for a number.
+    #[serde(default)]
+    pub min: f64,
+    /// Highest number of a text that asks for a number.
+    #[serde(default)]
+    pub max: f64,
+}
+
+/// Answers that a text allows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum InputType {
+    /// Any text, without a check.
+    #[default]
+    Text,
+    /// A number from `min` to `max`, possibly with a unit behind it.
+    Number,
 }
 
 pub(super) fn one() -> f64 {
@@ -297,6 +318,10 @@ impl QuestionElement {
             ElementKind::Rating => answer.as_f64().is_some_and(|v| self.rates().iter().any(|r| (r - v).abs() < 1e-9)),
             ElementKind::Boolean => answer.is_boolean(),
             ElementKind::Matrix => one_of(&self.columns, answer),
+            ElementKind::Text if self.input_type == InputType::Number => {
+                let number = answer.as_str().and_then(number_in);
+                number.is_some_and(|number| (self.min..=self.max).contains(&number))
+            }
             ElementKind::Text | ElementKind::Comment => answer.is_string(),
             ElementKind::Html => false,
         }
@@ -317,6 +342,9 @@ impl QuestionElement {
                 }
                 let (from, to, by) = (self.rate_min, self.rate_max, self.rate_step);
                 Err(QuestionFault::Scale { name: self.name.clone(), from, to, by })
+            }
+            ElementKind::Text if self.input_type == InputType::Number && self.min >= self.max => {
+                Err(QuestionFault::Bounds { name: self.name.clone(), min: self.min, max: self.max })
             }
             _ => Ok(()),
         }
@@ -425,13 +453,14 @@ impl QuestionnairePage {
         self.elements.iter().filter(move |e| e.visible_if.as_ref().is_none_or(|condition| condition.holds(answers)))
     }
 
-    /// Returns the names of required answers that are missing.
+    /// Returns the names of required answers that are missing, and of answers that are no number where one is asked for.
     pub fn missing(&self, answers: &Answers) -> Vec<String> {
-        self.visible_elements(answers)
-            .filter(|element| element.is_required)
-            .flat_map(QuestionElement::answer_names)
-            .filter(|name| !answers.contains_key(name))
-            .collect()
+        let is_missing = |element: &QuestionElement, name: &String| match answers.get(name) {
+            None => element.is_required,
+            Some(answer) => element.input_type == InputType::Number && !element.accepts(answer),
+        };
+        let all = self.visible_elements(answers).flat_map(|e| e.answer_names().into_iter().map(move |name| (e, name)));
+        all.filter(|(element, name)| is_missing(element, name)).map(|(_, name)| name).collect()
     }
 }
 

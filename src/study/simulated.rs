@@ -8,7 +8,8 @@
 //!
 //! Answers: a participant has a level u, uniform in 0 to 1. A rating is the point of the scale nearest to u plus a normal error with SD
 //! 0.15 of the scale. An answer to a matrix row is the column at 0.5 u^2 plus an error with SD 0.12, so that most symptoms are "none". A
-//! choice is uniform; each option of a checkbox is taken with probability 0.3; yes has probability 0.7; text fields get "rehearsed".
+//! choice is uniform; each option of a checkbox is taken with probability 0.3; yes has probability 0.7; a number is a
+//! whole one, uniform in its range; other text fields get "rehearsed".
 //! Reading and answering takes 1.5 s plus an exponential time of mean 2 s.
 //!
 //! Sickness: a rating rises with the minutes driven, by a slope drawn per participant (exponential, mean 0.1 per minute), plus a normal
@@ -16,7 +17,7 @@
 
 use super::{
     FmsRating, PlanItem, PlannedItem, SessionPlan, Study, fms,
-    questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
+    questions::{AnswerChoice, ElementKind, InputType, QuestionElement, Questionnaire},
     session_log::{EndCause, TimedAnswer, as_map},
 };
 use crate::{
@@ -193,6 +194,9 @@ impl SimulatedParticipant {
                 Value::Array(taken.map(|choice| choice.value.clone()).collect())
             }
             ElementKind::Boolean => Value::Bool(stream.uniform(0.0, 1.0) < 0.7),
+            ElementKind::Text if element.input_type == InputType::Number => {
+                json!(stream.uniform(element.min, element.max).round().to_string())
+            }
             ElementKind::Text | ElementKind::Comment | ElementKind::Html => json!("rehearsed"),
         }
     }

@@ -3,12 +3,15 @@
 //! is read.
 
 use super::{
-    FmsRating, ParticipantTexts, PlanItem, PlannedItem, Study, fms,
+    FmsRating, ParticipantTexts, PlanItem, PlannedItem, Study,
+    bids::markdown,
+    fms,
     questions::{Answers, Questionnaire, VisibilityCondition},
     segment::{ScoreLimit, SegmentKind, StudySegment, short_name},
     session_log::EndCause,
 };
 use crate::toml_text;
+use std::collections::BTreeMap;
 
 /// End of a session by a rule of the study.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,14 +89,16 @@ impl ScoreLimit {
 
 impl StudySegment {
     /// Returns sentences for a plan: the rules that end a session in this segment, and the ratings asked while driving.
-    pub fn early_end_sentences(&self) -> Vec<String> {
+    pub fn early_end_sentences(&self, questionnaires: &BTreeMap<String, Questionnaire>) -> Vec<String> {
         let mut all = Vec::new();
         let mut add_sentence = |what: String| all.push(format!("`{}`: {what}", self.name));
         if self.kind == SegmentKind::Consent {
             add_sentence("the session ends if the participant does not consent.".into());
         }
         for condition in &self.ends_if {
-            add_sentence(format!("the session ends if the answers fulfil `{condition}`."));
+            let asked = self.own_questionnaire().and_then(|word| questionnaires.get(word));
+            let titles = asked.map_or(String::new(), |asked| titles(asked, condition));
+            add_sentence(format!("the session ends if the answers fulfil `{condition}`{titles}."));
         }
         if let Some(every_s) = self.fms_every_s {
             add_sentence(format!(
@@ -109,6 +114,15 @@ impl StudySegment {
         }
         all
     }
+}
+
+/// Returns the texts of the questions that a condition names: ` (How are you?)`.
+fn titles(questionnaire: &Questionnaire, condition: &str) -> String {
+    let Ok(condition) = VisibilityCondition::parse(condition) else { return String::new() };
+    let elements = questionnaire.pages.iter().flat_map(|page| &page.elements);
+    let named = elements.filter(|element| condition.names().any(|name| name == element.name));
+    let titles: Vec<String> = named.map(|element| markdown(&element.title)).collect();
+    if titles.is_empty() { String::new() } else { format!(" ({})", titles.join(" ")) }
 }
 
 impl Study {

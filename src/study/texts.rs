@@ -53,6 +53,8 @@ pub struct ParticipantTexts {
     pub asked: String,
     /// At a required question without an answer.
     pub required: String,
+    /// At a question for a number with another answer; `{low}` and `{high}` stand for the range.
+    pub number: String,
     /// Explanation of the star at a required question.
     pub star: String,
     /// First answer of a yes-or-no question.
@@ -124,6 +126,7 @@ impl Default for ParticipantTexts {
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
             required: "Please answer this question.".into(),
+            number: "Please write a number from {low} to {high}.".into(),
             star: "* Please answer".into(),
             yes: "Yes".into(),
             no: "No".into(),

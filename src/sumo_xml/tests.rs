@@ -107,7 +107,7 @@ fn parts_without_effect_are_dropped_and_listed_by_name() {
 }
 
 #[test]
-fn an_additional_file_keeps_what_moves_traffic_and_leaves_out_what_only_writes() {
+fn an_additional_file_keeps_what_moves_traffic_and_no_outputs() {
     let folder = tempfile::tempdir().unwrap();
     let copied = |text: &str| {
         let file = folder.path().join("a.add.xml");

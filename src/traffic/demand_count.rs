@@ -62,7 +62,7 @@ fn due_of_file(file: &Path, vocabulary: &Vocabulary, drive: &Range<f64>) -> Opti
 
 fn due_of_element(tag: &Tag, drive: &Range<f64>, times: &mut IntervalTimes) -> Option<f64> {
     match tag.name.as_str() {
-        // A calibrator inserts only what is missing, which nobody can say.
+        // A calibrator inserts the vehicles that are missing, whose number is not known before the drive.
         "calibrator" => None,
         "trip" | "vehicle" | "person" => Some(f64::from(u8::from(drive.contains(&seconds(tag.attribute("depart")?)?)))),
         "flow" | "personFlow" => Some(FlowRate::of(tag, &times.of_flows).ok()?.within(drive)),

@@ -154,6 +154,7 @@ fn every_page_of_the_shipped_questionnaires_is_visible_as_a_whole() {
         "consent",
         "screening",
         "demographics",
+        "sample",
         "ssq",
         "trust",
         "raw-tlx",

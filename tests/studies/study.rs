@@ -147,7 +147,7 @@ fn every_mistake_is_named_with_its_place() {
             "\"raw-tlx\"",
             "\"tlx\"",
             "trial.toml:18:17: ",
-            "one of acceptance, consent, demographics, driving-experience, nasa-tlx, raw-tlx, screening, ssq, trust, van-der-laan",
+            "one of acceptance, consent, demographics, driving-experience, nasa-tlx, raw-tlx, sample, screening, ssq, trust, van-der-laan",
         ),
         // A fault that stops a drive from starting is reported where it was set, whichever drive reveals it.
         ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:4:7: ", "nowhere"),

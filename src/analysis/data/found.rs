@@ -3,6 +3,7 @@
 
 use super::{
     people::StudyParticipants,
+    session_ends,
     tsv::{MISSING, TsvFile},
 };
 use crate::analysis::error::AnalysisError;
@@ -103,7 +104,11 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
         }
         (root, vec![name.clone()])
     };
-    let people = StudyParticipants::of(root, &subjects)?;
+    let whole = is_root(folder);
+    let mut people = StudyParticipants::of(root, &subjects)?;
+    if whole {
+        people.erased = session_ends::erased(root)?;
+    }
     let mut found = Vec::new();
     for subject in subjects.iter().filter(|subject| !people.is_excluded(subject)) {
         found.extend(scans(root, subject)?);
@@ -114,7 +119,6 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
             folder.display()
         )));
     }
-    let whole = is_root(folder);
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
     let out = if whole { out } else { out.join(name) };

@@ -6,8 +6,8 @@
 //!   [`frame_times`]: its tables; [`setup`]: its manifest and scenario.
 //! * [`trajectories`]: data for the figures of a drive; [`driver_moments`]: data for the fit of its driver; `thinned_values`:
 //!   evenly spaced values out of many.
-//! * [`people`]: participants, and exclusions; [`sickness_ratings`]: their ratings of sickness while driving; `tsv`: tables of
-//!   a data set.
+//! * [`people`]: participants; [`person_answers`]: age, gender and driving; [`session_ends`]: reasons of early ends and exclusions;
+//!   [`sickness_ratings`]: ratings of sickness while driving; `tsv`: tables of a data set.
 
 pub mod advice;
 pub mod driver_moments;
@@ -15,7 +15,9 @@ pub mod ego_samples;
 pub mod found;
 pub mod frame_times;
 pub mod people;
+pub mod person_answers;
 pub mod road_events;
+pub mod session_ends;
 pub mod setup;
 pub mod sickness_ratings;
 mod thinned_values;
@@ -32,6 +34,7 @@ pub use found::{FolderContents, FoundRecording, find};
 pub use frame_times::FrameTimes;
 pub use people::{StudyParticipant, StudyParticipants};
 pub use road_events::RoadEvents;
+pub use session_ends::EndReasons;
 pub use setup::DriveSetup;
 pub use sickness_ratings::SicknessRating;
 pub(super) use thinned_values::ThinnedValues;

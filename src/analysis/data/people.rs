@@ -1,12 +1,14 @@
-//! Participants of a study, from its BIDS tables. In: `participants.tsv` and `phenotype/*.tsv` of a data set. Out: the state of
-//! each session, simulated participants, exclusions, and the scores of the questionnaires.
+//! Participants of a study, from its BIDS tables and logs. In: `participants.tsv`, `phenotype/*.tsv` and the logs of the sessions. Out: the
+//! state, order and end of each session, simulated participants, exclusions, scores of questionnaires, and answers about the person.
 
 use super::{
+    person_answers::PersonAnswers,
+    session_ends::EndReasons,
     sickness_ratings::{self, SicknessRating},
     tsv::{MISSING, TsvFile},
 };
 use crate::{analysis::error::AnalysisError, record};
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 /// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
 pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
@@ -14,7 +16,7 @@ const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
 
 /// A participant of a study.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StudyParticipant {
     /// Participant's id, such as `sub-P03`.
     pub id: String,
@@ -22,6 +24,10 @@ pub struct StudyParticipant {
     pub is_simulated: bool,
     /// State of the session, one of [`STATES`].
     pub state: String,
+    /// Conditions in the participant's order, joined by commas; empty if the table has none.
+    pub order: String,
+    /// Reasons of an early end and of an exclusion.
+    pub ends: EndReasons,
 }
 
 impl StudyParticipant {
@@ -29,11 +35,14 @@ impl StudyParticipant {
     fn of(root: &Path, subjects: &[String]) -> Result<Vec<Self>, AnalysisError> {
         let Some(table) = TsvFile::read(&root.join("participants.tsv"))? else { return Ok(Vec::new()) };
         let [id, kind, state] = [table.column("participant_id")?, table.column("kind")?, table.column("state")?];
+        let order = table.column("order").ok();
         let rows = table.rows.iter().filter(|row| subjects.contains(&row[id]));
         let participant = |row: &Vec<String>| Self {
             id: row[id].clone(),
             is_simulated: row[kind] == "simulated",
             state: row[state].clone(),
+            order: order.map_or(String::new(), |at| row[at].replace(MISSING, "")),
+            ends: EndReasons::of(root, &row[id]),
         };
         Ok(rows.map(participant).collect())
     }
@@ -79,10 +88,16 @@ pub struct StudyParticipants {
     pub all: Vec<StudyParticipant>,
     /// Scores in the order of files and columns; scores about trials also in the order of conditions.
     pub scores: Vec<ScoreColumn>,
+    /// Descriptions of the questionnaires with their sources, by the name of the questionnaire.
+    pub questionnaires: BTreeMap<String, String>,
     /// Scores one by one, in the order of files, rows and columns.
     pub each: Vec<ParticipantScore>,
     /// Ratings of sickness while driving, in the order of participants and questions.
     pub ratings: Vec<SicknessRating>,
+    /// Answers that describe the participants who are not excluded.
+    pub answers: PersonAnswers,
+    /// Number of participants whose data were erased; 0 unless the whole data set is analysed.
+    pub erased: usize,
 }
 
 impl std::fmt::Display for StudyParticipants {
@@ -114,7 +129,9 @@ impl StudyParticipants {
         files.retain(|path| path.extension().is_some_and(|ending| ending == "tsv"));
         files.sort();
         for path in files {
-            if let Some(table) = PhenotypeTable::read(&path, &counted)? {
+            let Some(table) = TsvFile::read(&path)? else { continue };
+            people.answers.add(&table, &counted);
+            if let Some(table) = PhenotypeTable::of(&table, &path, &counted)? {
                 people.add(&table);
             }
         }
@@ -123,6 +140,7 @@ impl StudyParticipants {
 
     /// Adds the scores of a questionnaire. One table per place of a trial becomes one questionnaire after every trial.
     fn add(&mut self, table: &PhenotypeTable) {
+        self.questionnaires.insert(table.questionnaire.clone(), table.about.clone());
         for (i, name) in table.scores.iter().enumerate() {
             for condition in &table.conditions {
                 let of_it = table.rows.iter().filter(|row| row.trial[1] == *condition);
@@ -162,8 +180,9 @@ impl StudyParticipants {
 
 /// Scores of one questionnaire (`phenotype/NAME.tsv`), of the participants who count.
 struct PhenotypeTable {
-    /// Questionnaire of the plan, without the place of the trial.
+    /// Questionnaire of the plan, without the place of the trial, and its description.
     questionnaire: String,
+    about: String,
     /// Names of the scores.
     scores: Vec<String>,
     /// Conditions of the trials; one empty text for a questionnaire that is not about a trial.
@@ -182,9 +201,8 @@ struct PhenotypeRow {
 }
 
 impl PhenotypeTable {
-    /// Reads the table; `None` if none of `participants` has a row in a table about a trial.
-    fn read(path: &Path, participants: &[&String]) -> Result<Option<Self>, AnalysisError> {
-        let Some(table) = TsvFile::read(path)? else { return Ok(None) };
+    /// Returns the scores of the table in the file `path`; `None` if none of `participants` has a row in a table about a trial.
+    fn of(table: &TsvFile, path: &Path, participants: &[&String]) -> Result<Option<Self>, AnalysisError> {
         let id = table.column("participant_id")?;
         let trial = table.column("place").ok().zip(table.column("condition").ok());
         let rows: Vec<&Vec<String>> = table.rows.iter().filter(|row| participants.contains(&&row[id])).collect();
@@ -194,7 +212,7 @@ impl PhenotypeTable {
             (Some(_), None) => return Ok(None),
             // `trial_2_trust` is `trial_trust` after the second trial.
             (Some((place, condition)), Some(row)) => {
-                (name.replacen(&format!("_{}_", row[place]), "_", 1), conditions(&table, &rows, condition)?)
+                (name.replacen(&format!("_{}_", row[place]), "_", 1), conditions(table, &rows, condition)?)
             }
         };
         let scores = table.names.iter().enumerate().filter_map(|(i, name)| Some((i, name.strip_prefix("score_")?)));
@@ -207,7 +225,7 @@ impl PhenotypeTable {
             scores: columns.iter().map(|at| score(&row[*at])).collect(),
         };
         let rows = rows.iter().map(row).collect();
-        Ok(Some(Self { questionnaire, scores, conditions, rows }))
+        Ok(Some(Self { questionnaire, about: table.questionnaire()?, scores, conditions, rows }))
     }
 }
 

@@ -51,12 +51,23 @@ impl TsvFile {
 
     /// Returns the names of the conditions in the order of the table's sidecar; none if it does not list them.
     pub fn conditions(&self) -> Result<Vec<String>, AnalysisError> {
-        let sidecar = self.path.with_extension("json");
-        let Some(text) = read_if_there(&sidecar)? else { return Ok(Vec::new()) };
-        let value: serde_json::Value = serde_json::from_str(&text)
-            .map_err(|why| AnalysisError::Input(format!("{}: is not JSON: {why}", sidecar.display())))?;
-        let levels = value["condition"]["Levels"].as_object();
+        let sidecar = self.sidecar()?;
+        let levels = sidecar["condition"]["Levels"].as_object();
         Ok(levels.map(|levels| levels.keys().cloned().collect()).unwrap_or_default())
+    }
+
+    /// Returns the description of the questionnaire in the table's sidecar; empty if there is none.
+    pub fn questionnaire(&self) -> Result<String, AnalysisError> {
+        let sidecar = self.sidecar()?;
+        Ok(sidecar["MeasurementToolMetadata"]["Description"].as_str().unwrap_or_default().to_owned())
+    }
+
+    /// Returns the table's sidecar; null if there is none.
+    fn sidecar(&self) -> Result<serde_json::Value, AnalysisError> {
+        let sidecar = self.path.with_extension("json");
+        let Some(text) = read_if_there(&sidecar)? else { return Ok(serde_json::Value::Null) };
+        serde_json::from_str(&text)
+            .map_err(|why| AnalysisError::Input(format!("{}: is not JSON: {why}", sidecar.display())))
     }
 }
 

@@ -1,68 +1,12 @@
 //! Linear mixed model with one random intercept per participant, by restricted maximum likelihood (REML). In: participant,
-//! terms and response, row by row. Out: [`MixedModel`]: estimates, variances, and each contrast with its standard error,
-//! Satterthwaite's degrees of freedom, p and interval. The same numbers give the same bits.
-//!
-//! With a single random intercept the likelihood depends on one ratio, of the variances between and within participants; the
-//! other numbers follow in closed form (Bates 2015). Rows are needed only as sums over participants, so that a fit costs no
-//! more than a few hundred small matrices, however many rows there are.
+//! terms and response, row by row, or a design and a response. Out: [`MixedModel`]: estimates, variances, and each contrast with its
+//! standard error, Satterthwaite's degrees of freedom, p and interval. The same numbers give the same bits.
 
-use super::distributions::{student_bound, student_p};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use std::collections::BTreeMap;
-
-/// Reason why a model cannot be fitted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ModelFault {
-    /// Fewer than two participants, or too few rows: no more than participants, or than estimates plus one.
-    #[error("too few observations for a model: {rows} of {participants} participants")]
-    TooFew {
-        /// Number of rows of the data.
-        rows: usize,
-        /// Number of participants in these rows.
-        participants: usize,
-    },
-    /// A term that is a linear combination of the terms before it.
-    #[error("the term {term} cannot be separated from the terms before it")]
-    Aliased {
-        /// Position among the terms, from 0.
-        term: usize,
-    },
-    /// No variation left: terms and participants explain every value, or all values are equal.
-    #[error("the data do not vary within participants beyond the terms of the model")]
-    NoVariation,
-}
-
-/// Sums over the participants with equally many rows.
-struct GroupSums {
-    /// Rows of each participant, and number of participants.
-    rows: f64,
-    count: f64,
-    /// Sums over participants of s s', s t and t t, where s and t are one participant's sums of terms and response.
-    terms: DMatrix<f64>,
-    cross: DVector<f64>,
-    response: f64,
-}
-
-/// Sums of the rows that a fit needs.
-struct RowSums {
-    groups: Vec<GroupSums>,
-    terms: DMatrix<f64>,
-    cross: DVector<f64>,
-    response: f64,
-    rows: f64,
-}
-
-/// REML criterion at one ratio of variances, with derivatives by the ratio.
-struct AtRatio {
-    inverse: DMatrix<f64>,
-    estimates: DVector<f64>,
-    /// Weighted sum of squared residuals, and its first two derivatives.
-    squares: [f64; 3],
-    /// Logarithms of determinants, and their first two derivatives.
-    determinants: [f64; 3],
-    /// Derivative of the matrix of terms.
-    slope: DMatrix<f64>,
-}
+use super::{
+    distributions::{student_bound, student_p},
+    mixed_design::{DesignSlope, MixedDesign, ModelFault},
+};
+use nalgebra::{DMatrix, DVector};
 
 /// A fitted linear mixed model.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,11 +54,6 @@ impl ContrastEstimate {
     }
 }
 
-/// Number of ratios tried before the best is refined: standard deviation between over within from 0 to 3540.
-const TRIED: usize = 60;
-/// Sine of the angle between a term and the space of the terms before it, at or below which the term depends on them.
-const ALIASED: f64 = 1e-7;
-
 impl MixedModel {
     /// Fits `response` of participants `participant_of_row` (numbers from 0, each with at least one row) on an intercept and `terms`; each
     /// term is a list with one number per row.
@@ -122,55 +61,50 @@ impl MixedModel {
     /// # Errors
     /// There are too few rows, a term depends on others, or nothing varies.
     pub fn fit(participant_of_row: &[usize], terms: &[Vec<f64>], response: &[f64]) -> Result<Self, ModelFault> {
-        let (rows, participants) = (response.len(), participant_of_row.iter().max().map_or(0, |most| most + 1));
-        let p = terms.len() + 1;
-        if participants < 2 || rows <= participants.max(p + 1) {
-            return Err(ModelFault::TooFew { rows, participants });
-        }
-        // Terms and response are centred, which keeps digits; the intercept gets the means back.
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / rows as f64;
-        let means: Vec<f64> = terms.iter().map(|term| mean(term)).collect();
-        let middle = mean(response);
-        let matrix = DMatrix::from_fn(rows, p, |row, k| if k == 0 { 1.0 } else { terms[k - 1][row] - means[k - 1] });
-        if let Some(term) = aliased(&matrix) {
-            return Err(ModelFault::Aliased { term: term - 1 });
-        }
-        let y = DVector::from_iterator(rows, response.iter().map(|value| value - middle));
-        let sums = RowSums::of(participant_of_row, participants, &matrix, &y);
-        let ratio = sums.best().ok_or(ModelFault::NoVariation)?;
-        let at = sums.at(ratio);
-        let free = sums.rows - p as f64;
-        let variance = at.squares[0] / free;
-        let fitted = &matrix * &at.estimates;
-        let left = &y - &fitted;
-        let mut departures = vec![(0.0, 0.0); participants];
-        for (person, value) in participant_of_row.iter().zip(left.iter()) {
-            departures[*person].0 += value;
-            departures[*person].1 += 1.0;
-        }
-        let intercepts: Vec<f64> = departures.iter().map(|(sum, n)| ratio / (1.0 + n * ratio) * sum).collect();
+        Self::of_design(&MixedDesign::of(participant_of_row, terms)?, response)
+    }
+
+    /// Fits a response with one number per row of the design.
+    ///
+    /// # Errors
+    /// Nothing varies.
+    pub(super) fn of_design(design: &MixedDesign, response: &[f64]) -> Result<Self, ModelFault> {
+        // The response is centred as the terms are; the intercept gets the means back.
+        let middle = response.iter().sum::<f64>() / response.len() as f64;
+        let y = DVector::from_iterator(response.len(), response.iter().map(|value| value - middle));
+        let best = design.with(&y).best()?;
+        let (ratio, free) = (best.ratio, design.free());
+        let variance = best.squares[0] / free;
+        let left = &y - &design.matrix * &best.estimates;
+        let intercepts = design.intercepts(&left, ratio);
         // Back to terms that are not centred: the intercept is a weighted sum of the estimates.
+        let p = best.estimates.len();
         let mut back = DMatrix::identity(p, p);
-        means.iter().enumerate().for_each(|(k, mean)| back[(0, k + 1)] = -mean);
-        let mut estimates = &back * &at.estimates;
+        design.means.iter().enumerate().for_each(|(k, mean)| back[(0, k + 1)] = -mean);
+        let mut estimates = &back * &best.estimates;
         estimates[0] += middle;
         let variances = (ratio > 0.0).then(|| {
-            let second = at.determinants[2] + at.squares[2] / variance;
-            let mixed = -at.squares[1] / variance.powi(2);
+            let second = best.determinants[1] + best.squares[2] / variance;
+            let mixed = -best.squares[1] / variance.powi(2);
             let within = free / variance.powi(2);
             let determinant = second * within - mixed * mixed;
             // Twice the inverse of the second derivatives of the criterion.
             [2.0 * within / determinant, -2.0 * mixed / determinant, 2.0 * second / determinant]
         });
+        let DesignSlope { inverse, slope, .. } = best.design;
         Ok(Self {
             estimates: estimates.iter().copied().collect(),
             sd_participant: (ratio * variance).sqrt(),
             sd_residual: variance.sqrt(),
-            residuals: left.iter().zip(participant_of_row).map(|(value, person)| value - intercepts[*person]).collect(),
+            residuals: left
+                .iter()
+                .zip(&design.participant_of_row)
+                .map(|(value, one)| value - intercepts[*one])
+                .collect(),
             intercepts,
-            criterion: free * ((2.0 * std::f64::consts::PI * variance).ln() + 1.0) + at.determinants[0],
-            slope: &back * (-(&at.inverse * &at.slope * &at.inverse)) * back.transpose(),
-            inverse: &back * at.inverse * back.transpose(),
+            criterion: free * ((2.0 * std::f64::consts::PI * variance).ln() + 1.0) + best.determinants[0],
+            slope: &back * (-(&inverse * &slope * &inverse)) * back.transpose(),
+            inverse: &back * inverse * back.transpose(),
             variances,
             free,
         })
@@ -200,138 +134,6 @@ impl MixedModel {
     pub fn term(&self, k: usize) -> ContrastEstimate {
         let weights: Vec<f64> = (0..self.estimates.len()).map(|i| f64::from(u8::from(i == k))).collect();
         self.contrast(&weights)
-    }
-}
-
-/// Returns the first column that depends on the columns before it.
-fn aliased(matrix: &DMatrix<f64>) -> Option<usize> {
-    let mut basis: Vec<DVector<f64>> = Vec::new();
-    for (k, column) in matrix.column_iter().enumerate() {
-        let mut rest = column.into_owned();
-        let length = rest.norm();
-        for direction in &basis {
-            let share = direction.dot(&rest);
-            rest -= direction * share;
-        }
-        let left = rest.norm();
-        if left.is_nan() || left <= ALIASED * length || length == 0.0 {
-            return Some(k);
-        }
-        basis.push(rest / left);
-    }
-    None
-}
-
-impl RowSums {
-    fn of(participant_of_row: &[usize], participants: usize, matrix: &DMatrix<f64>, y: &DVector<f64>) -> Self {
-        let p = matrix.ncols();
-        let mut persons = vec![(0_usize, DVector::zeros(p), 0.0); participants];
-        for (row, person) in participant_of_row.iter().enumerate() {
-            let sums = &mut persons[*person];
-            sums.0 += 1;
-            sums.1 += matrix.row(row).transpose();
-            sums.2 += y[row];
-        }
-        let mut groups: BTreeMap<usize, GroupSums> = BTreeMap::new();
-        for (n, terms, response) in persons.into_iter().filter(|person| person.0 > 0) {
-            let group = groups.entry(n).or_insert_with(|| GroupSums {
-                rows: n as f64,
-                count: 0.0,
-                terms: DMatrix::zeros(p, p),
-                cross: DVector::zeros(p),
-                response: 0.0,
-            });
-            group.count += 1.0;
-            group.terms += &terms * terms.transpose();
-            group.cross += &terms * response;
-            group.response += response * response;
-        }
-        Self {
-            groups: groups.into_values().collect(),
-            terms: matrix.transpose() * matrix,
-            cross: matrix.transpose() * y,
-            response: y.norm_squared(),
-            rows: y.len() as f64,
-        }
-    }
-
-    /// Evaluates the criterion at one ratio of the variance between participants over that within.
-    fn at(&self, ratio: f64) -> AtRatio {
-        let p = self.cross.len();
-        let mut terms = self.terms.clone();
-        let mut cross = self.cross.clone();
-        let mut response = self.response;
-        let mut determinants = [0.0; 3];
-        for group in &self.groups {
-            let grown = 1.0 + group.rows * ratio;
-            terms -= &group.terms * (ratio / grown);
-            cross -= &group.cross * (ratio / grown);
-            response -= group.response * ratio / grown;
-            let share = group.rows / grown;
-            determinants[0] += group.count * grown.ln();
-            determinants[1] += group.count * share;
-            determinants[2] -= group.count * share * share;
-        }
-        let cholesky: Cholesky<f64, Dyn> = Cholesky::new(terms).expect("columns are independent: looked at before");
-        let estimates = cholesky.solve(&cross);
-        let inverse = cholesky.inverse();
-        determinants[0] += 2.0 * cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum::<f64>();
-        let (mut slope, mut bend) = (DMatrix::zeros(p, p), DMatrix::zeros(p, p));
-        let mut squares = [(response - cross.dot(&estimates)).max(0.0), 0.0, 0.0];
-        let mut pull = DVector::zeros(p);
-        for group in &self.groups {
-            let grown = 1.0 + group.rows * ratio;
-            let (first, second) = (-1.0 / (grown * grown), 2.0 * group.rows / grown.powi(3));
-            let by_terms = &group.terms * &estimates;
-            let departures = group.response - 2.0 * estimates.dot(&group.cross) + estimates.dot(&by_terms);
-            slope += &group.terms * first;
-            bend += &group.terms * second;
-            squares[1] += first * departures;
-            squares[2] += second * departures;
-            pull += (&group.cross - by_terms) * first;
-        }
-        squares[2] -= 2.0 * pull.dot(&(&inverse * &pull));
-        let turned = &inverse * &slope;
-        determinants[1] += turned.trace();
-        determinants[2] += (&inverse * bend).trace() - (&turned * &turned).trace();
-        AtRatio { inverse, estimates, squares, determinants, slope }
-    }
-
-    /// Returns the ratio with the largest restricted likelihood; `None` if there is no variance within.
-    fn best(&self) -> Option<f64> {
-        let free = self.rows - self.cross.len() as f64;
-        let ratio_of = |i: usize| {
-            let share = i as f64 / TRIED as f64;
-            (share / (1.0 - share).powi(2)).powi(2)
-        };
-        let value = |ratio: f64| {
-            let at = self.at(ratio);
-            free * (at.squares[0] / free).ln() + at.determinants[0]
-        };
-        let rises = |ratio: f64| {
-            let at = self.at(ratio);
-            free * at.squares[1] / at.squares[0] + at.determinants[1] > 0.0
-        };
-        let least = self.at(0.0).squares[0];
-        if least <= 1e-20 * self.response.max(f64::MIN_POSITIVE) {
-            return None;
-        }
-        let best = (0..TRIED).min_by(|a, b| value(ratio_of(*a)).total_cmp(&value(ratio_of(*b))))?;
-        if best == TRIED - 1 {
-            return None;
-        }
-        let (mut low, mut high) = (ratio_of(best.saturating_sub(1)), ratio_of(best + 1));
-        if best == 0 && rises(0.0) {
-            return Some(0.0);
-        }
-        for _ in 0..200 {
-            let middle = 0.5 * (low + high);
-            if high - low <= 1e-13 * high {
-                break;
-            }
-            if rises(middle) { high = middle } else { low = middle }
-        }
-        Some(0.5 * (low + high))
     }
 }
 

@@ -1,11 +1,12 @@
 //! Statistical models. In: analysed drives and the plan in the study's file. Out: planned differences between conditions, and
 //! the power of a plan.
 //!
-//! * [`distributions`], [`normality`], [`mixed_model`]: statistics.
+//! * [`distributions`], [`normality`], [`mixed_design`], [`mixed_model`]: statistics.
 //! * [`plan`], [`planned`]: the analysis planned in the study's file, and its results; [`power`]: how often a plan detects an
 //!   effect.
 
 pub mod distributions;
+pub mod mixed_design;
 pub mod mixed_model;
 pub mod normality;
 pub mod plan;

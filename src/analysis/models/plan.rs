@@ -5,17 +5,13 @@ use crate::analysis::{error::AnalysisError, measures::MEASURES};
 use crate::metrics::{Measure, RoadKinds};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
-    record,
     scenario::Scenario,
     toml_text::{self, KeyPart, did_you_mean},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, path::Path};
 
 /// File name of the study's file at the start of its data set.
 const BEGUN: &str = "study.toml";
@@ -326,8 +322,6 @@ pub struct PlanHistory {
     pub begun: Option<AnalysisPlan>,
     /// Current plan, of the last session or a given file.
     pub now: Option<AnalysisPlan>,
-    /// Reasons for the experimenter's exclusions, by the participant's id in tables (`sub-P03`).
-    pub exclusions: BTreeMap<String, String>,
 }
 
 impl PlanHistory {
@@ -356,7 +350,7 @@ impl PlanHistory {
             None if changed.exists() => read(&changed)?,
             None => begun.clone(),
         };
-        Ok(Self { begun, now, exclusions: exclusions(root)? })
+        Ok(Self { begun, now })
     }
 
     /// Returns a sentence for each change after the first session: key, planned and current value.
@@ -377,17 +371,6 @@ impl PlanHistory {
             }
         }
     }
-}
-
-/// Returns the reasons in the logs of the sessions; logs that cannot be read have none.
-fn exclusions(root: &Path) -> Result<BTreeMap<String, String>, AnalysisError> {
-    let reason = |folder: &PathBuf| {
-        let text = read_text(&folder.join("session.json"), SETTINGS_BYTES).ok()?;
-        let log: Value = serde_json::from_str(&text).ok()?;
-        let why = log["end"]["excluded"].as_str()?.to_owned();
-        Some((folder.file_name()?.to_string_lossy().into_owned(), why))
-    };
-    Ok(record::entries(&root.join("sourcedata"))?.iter().filter_map(reason).collect())
 }
 
 /// Returns values by their keys, with keys of nested tables joined by a dot; lists stay as they are.
@@ -459,7 +442,7 @@ mod tests {
     fn changes_after_the_first_session_are_listed_by_key() {
         let begun = Some(plan(GOOD));
         let now = Some(plan(&GOOD.replace("= 0.2", "= 0.3").replace("most_contacts = 0", "least_trials = 2")));
-        let history = PlanHistory { begun: begun.clone(), now, ..PlanHistory::default() };
+        let history = PlanHistory { begun: begun.clone(), now };
         assert_eq!(
             history.changes(),
             [
@@ -468,9 +451,7 @@ mod tests {
                 "smallest_effect: planned 0.2, now 0.3."
             ]
         );
-        assert!(
-            PlanHistory { begun: begun.clone(), now: begun.clone(), ..PlanHistory::default() }.changes().is_empty()
-        );
+        assert!(PlanHistory { begun: begun.clone(), now: begun.clone() }.changes().is_empty());
         assert!(PlanHistory { now: begun, ..PlanHistory::default() }.changes()[0].contains("no analysis plan"));
         assert!(PlanHistory::default().changes().is_empty());
     }

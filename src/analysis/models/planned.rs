@@ -6,7 +6,8 @@
 //! same).
 
 use super::{
-    mixed_model::{ContrastEstimate, MixedModel, ModelFault, holm},
+    mixed_design::ModelFault,
+    mixed_model::{ContrastEstimate, MixedModel, holm},
     normality::{NormalityTest, shapiro_wilk},
     plan::{AnalysisPlan, ConditionKind, PlanHistory, PlannedContrast, PlannedTest},
 };
@@ -30,6 +31,8 @@ pub struct LeftOut {
     pub place: String,
     /// Condition of the trial; empty for a whole participant.
     pub condition: String,
+    /// Rule in words without numbers, to count by.
+    pub rule: &'static str,
     /// Reason, with the number found.
     pub reason: String,
 }
@@ -88,6 +91,8 @@ pub struct PlannedAnalysis {
     pub changes: Vec<String>,
     /// Participants and trials that the rules left out.
     pub left_out: Vec<LeftOut>,
+    /// Participant of each trial that the rules kept.
+    pub kept: Vec<String>,
     /// Primary outcome, then the others.
     pub outcomes: Vec<PlannedOutcome>,
     /// Number of tests of the plan that can be made.
@@ -101,7 +106,8 @@ impl PlannedAnalysis {
     /// Carries out the current plan; `None` without one.
     pub fn of(history: &PlanHistory, drives: &[AnalysedRecording], people: &StudyParticipants) -> Option<Self> {
         let plan = history.now.clone()?;
-        let (kept, left_out) = sorted_out(&plan, drives, people, &history.exclusions);
+        let (kept, left_out) = sorted_out(&plan, drives, people);
+        let participants = kept.iter().map(|drive| drive.found.participant.clone()).collect();
         let place = |name: &str| MEASURES.iter().position(|measure| measure.name == name);
         let [tests, impossible] = plan.tests(&kinds(drives));
         let covariates: Vec<usize> = plan.covariates.iter().filter_map(|name| place(name)).collect();
@@ -118,7 +124,7 @@ impl PlannedAnalysis {
             .collect();
         correct(&mut outcomes);
         let (tests, impossible) = (tests.len(), PlannedTest::list(&impossible));
-        Some(Self { plan, changes: history.changes(), left_out, outcomes, tests, impossible })
+        Some(Self { plan, changes: history.changes(), left_out, kept: participants, outcomes, tests, impossible })
     }
 
     /// Returns `models.csv`: for each outcome a row per contrast, one for the place, and one per covariate.
@@ -217,20 +223,21 @@ fn sorted_out<'a>(
     plan: &AnalysisPlan,
     drives: &'a [AnalysedRecording],
     people: &StudyParticipants,
-    exclusions: &BTreeMap<String, String>,
 ) -> (Vec<&'a AnalysedRecording>, Vec<LeftOut>) {
     let rules = &plan.exclude;
     let mut left_out: Vec<LeftOut> = Vec::new();
-    let participant = |id: &str, reason: String| LeftOut {
+    let participant = |id: &str, rule: &'static str, reason: String| LeftOut {
         participant: id.into(),
         segment: String::new(),
         place: String::new(),
         condition: String::new(),
+        rule,
         reason,
     };
     for person in people.all.iter().filter(|person| person.is_excluded()) {
-        let why = exclusions.get(&person.id).map_or(String::new(), |why| format!(": {why}"));
-        left_out.push(participant(&person.id, format!("excluded by the experimenter{why}")));
+        let why = person.ends.excluded.as_ref().map_or(String::new(), |why| format!(": {why}"));
+        let rule = "excluded by the experimenter";
+        left_out.push(participant(&person.id, rule, format!("{rule}{why}")));
     }
     let unfinished = |id: &str| people.all.iter().find(|person| person.id == id && person.state != "complete");
     let mut kept: Vec<&AnalysedRecording> = Vec::new();
@@ -239,7 +246,8 @@ fn sorted_out<'a>(
         if rules.only_complete_sessions
             && let Some(person) = unfinished(&found.participant)
         {
-            let one = participant(&person.id, format!("the session is {}", person.state));
+            let reason = format!("the session is {}", person.state);
+            let one = participant(&person.id, "the session was not completed", reason);
             if !left_out.contains(&one) {
                 left_out.push(one);
             }
@@ -249,12 +257,15 @@ fn sorted_out<'a>(
         let contacts = drive.measures.get("contact_count").unwrap_or(0.0);
         let dropped = drive.dropped_share();
         // A missing step by rounding is not a shorter drive.
-        let reason = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
-            format!("{:.1} % of the planned length was recorded", 100.0 * share)
+        let (rule, reason) = if rules.least_recorded_share.is_some_and(|least| share < least - 1e-6) {
+            (
+                "too little of the planned length was recorded",
+                format!("{:.1} % of the planned length was recorded", 100.0 * share),
+            )
         } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
-            format!("{contacts:.0} contacts with other vehicles")
+            ("contacts with other vehicles", format!("{contacts:.0} contacts with other vehicles"))
         } else if rules.most_dropped_share.is_some_and(|most| dropped > most) {
-            format!("{:.1} % of its length was given up", 100.0 * dropped)
+            ("too much of its length was given up", format!("{:.1} % of its length was given up", 100.0 * dropped))
         } else {
             kept.push(drive);
             continue;
@@ -263,7 +274,7 @@ fn sorted_out<'a>(
             segment: found.segment.clone(),
             place: found.place.clone(),
             condition: found.condition.clone(),
-            ..participant(&found.participant, reason)
+            ..participant(&found.participant, rule, reason)
         });
     }
     let Some(least) = rules.least_trials.map(|least| least as usize) else { return (kept, left_out) };
@@ -273,7 +284,7 @@ fn sorted_out<'a>(
         let n = kept.iter().filter(|drive| drive.found.participant == id).count();
         if n < least && !left_out.iter().any(|one| one.participant == id && one.segment.is_empty()) {
             kept.retain(|drive| drive.found.participant != id);
-            left_out.push(participant(id, format!("{n} trials remain")));
+            left_out.push(participant(id, "too few trials remained", format!("{n} trials remain")));
         }
     }
     (kept, left_out)

@@ -13,8 +13,7 @@ pub(crate) const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmalles
 
 pub(crate) fn history(text: &str) -> PlanHistory {
     let plan = AnalysisPlan::in_study(text, "x").unwrap();
-    let exclusions = [("sub-P99".to_owned(), "fell asleep".to_owned())].into();
-    PlanHistory { begun: plan.clone(), now: plan, exclusions }
+    PlanHistory { begun: plan.clone(), now: plan }
 }
 
 /// Returns trials of twelve participants in three conditions: speeds of 5 m/s, 0.5 faster in b, with 0.8 between and 0.2 m/s
@@ -85,8 +84,10 @@ fn each_exclusion_rule_reports_the_number_found() {
     drives[0].duration_s = 30.0;
     drives[1].measures.values[index("contact_count")] = Some(2.0);
     drives[4].measures.values[index("contact_count")] = Some(1.0);
-    let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: false, state: state.into() };
-    let all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
+    let person =
+        |id: &str, state: &str| StudyParticipant { id: id.into(), state: state.into(), ..StudyParticipant::default() };
+    let mut all = vec![person("sub-P02", "withdrawn"), person("sub-P03", "complete"), person("sub-P99", "excluded")];
+    all[2].ends.excluded = Some("fell asleep".into());
     let people = StudyParticipants { all, ..StudyParticipants::default() };
     let found = PlannedAnalysis::of(&history(PLAN), &drives, &people).unwrap();
     let texts: Vec<(&str, &str, &str)> = found

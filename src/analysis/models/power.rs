@@ -4,6 +4,7 @@
 
 use super::{
     distributions::{share_interval, student_p},
+    mixed_design::MixedDesign,
     mixed_model::MixedModel,
 };
 use crate::rng;
@@ -66,6 +67,11 @@ impl SimulatedDesign {
                 weights[condition] = sign;
             }
         }
+        // All studies share a design. In a fixed order the place cannot be separated from the conditions.
+        let designs: Vec<(MixedDesign, &[f64])> = [conditions, conditions - 1]
+            .into_iter()
+            .filter_map(|n| Some((MixedDesign::of(&participant_of_row, &terms[..n]).ok()?, &weights[..=n])))
+            .collect();
         let one = |study: usize| {
             let mut stream = rng::stream(seed, &format!("simulated study {study}"));
             let persons: Vec<f64> = self.orders.iter().map(|_| self.sd_participant * stream.normal()).collect();
@@ -74,14 +80,10 @@ impl SimulatedDesign {
                 .zip(&participant_of_row)
                 .map(|(mean, person)| mean + persons[*person] + self.sd_residual * stream.normal())
                 .collect();
-            // In a fixed order the place cannot be separated from the conditions.
-            let model = MixedModel::fit(&participant_of_row, &terms, &response)
-                .map(|model| model.contrast(&weights))
-                .or_else(|_| {
-                    let model = MixedModel::fit(&participant_of_row, &terms[..conditions - 1], &response)?;
-                    Ok::<_, super::mixed_model::ModelFault>(model.contrast(&weights[..conditions]))
-                });
-            let Ok(found) = model else { return (1.0, false) };
+            let fit = |(design, weights): &(MixedDesign, &[f64])| {
+                Some(MixedModel::of_design(design, &response).ok()?.contrast(weights))
+            };
+            let Some(found) = designs.iter().find_map(fit) else { return (1.0, false) };
             // The interval contains the true difference if a test against it is not significant.
             (found.p, student_p((found.estimate - self.effect) / found.se, found.df) >= 0.05)
         };

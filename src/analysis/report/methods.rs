@@ -2,7 +2,7 @@
 //! plain text in the past tense. They state only the content of manifests and tables, and the differences between drives.
 
 use super::{
-    drivers_section, network_text,
+    drivers_section, network_text, sample,
     setup_facts::{SetupValue, condition_differences, fact, joined_values},
     sickness_section,
     words::interval,
@@ -102,7 +102,19 @@ fn took_part(drives: &[&AnalysedRecording], people: &StudyParticipants) -> Strin
     } else if !people.all.is_empty() {
         text += " No participant was excluded.";
     }
+    let sample = sample(drives, people);
+    if !sample.is_empty() {
+        text += &format!(" {sample}");
+    }
     text
+}
+
+/// Returns the sentences on the participants of these drives who have a trial; empty outside of a study.
+pub(super) fn sample(drives: &[&AnalysedRecording], people: &StudyParticipants) -> String {
+    let has_conditions = drives.iter().any(|drive| !drive.found.condition.is_empty());
+    let trials = drives.iter().filter(|drive| !has_conditions || !drive.found.condition.is_empty());
+    let ids: BTreeSet<&str> = trials.map(|drive| drive.found.participant.as_str()).collect();
+    sample::sentences(people, &ids.into_iter().filter(|id| !id.is_empty()).collect::<Vec<_>>())
 }
 
 fn capital(text: &str) -> String {
@@ -270,10 +282,45 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         fact(&advised, "hold"),
         fact(&advised, "half width of the advised range"),
     );
-    if advised.len() < drives.len() {
-        text += &format!(" In {} of {}, no speed was advised.", drives.len() - advised.len(), count(drives.len()));
+    let shams: Vec<&AnalysedRecording> = advised.iter().filter(|d| d.setup.scenario.sham_advice).copied().collect();
+    if !shams.is_empty() {
+        text += &format!(
+            " In {}{}, the advice was a sham: the speedometer showed line and range as with other advice, but the advised speeds had \
+             been given to a simulated driver in another drive, so that they had no relation to the traffic around the participant.",
+            of_all(&shams, drives),
+            in_conditions(&shams)
+        );
+    }
+    let without: Vec<&AnalysedRecording> =
+        drives.iter().filter(|d| d.setup.manifest.policy.name == "none").copied().collect();
+    if !without.is_empty() {
+        text += &format!(
+            " In {}{}, no speed was advised, and the speedometer showed neither line nor range.",
+            of_all(&without, drives),
+            in_conditions(&without)
+        );
     }
     text
+}
+
+/// Returns `8 of 24 drives`.
+fn of_all(some: &[&AnalysedRecording], all: &[&AnalysedRecording]) -> String {
+    format!("{} of {}", some.len(), count(all.len()))
+}
+
+/// Returns the conditions of these drives: ` (condition sham)`; empty for drives without a condition.
+fn in_conditions(drives: &[&AnalysedRecording]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    for name in drives.iter().map(|drive| &drive.found.condition).filter(|name| !name.is_empty()) {
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
+    }
+    match names.len() {
+        0 => String::new(),
+        1 => format!(" (condition {})", names[0]),
+        _ => format!(" (conditions {})", joined_with_and(&names)),
+    }
 }
 
 fn design(drives: &[AnalysedRecording], main: &[&AnalysedRecording], others: &[&AnalysedRecording]) -> String {
@@ -407,9 +454,15 @@ fn statistics(drives: &[AnalysedRecording], people: &StudyParticipants) -> Strin
                      difference (normal approximation, no correction for several comparisons).";
         }
     }
-    let mut asked: Vec<String> = people.scores.iter().map(|score| score.questionnaire.replace('_', " ")).collect();
+    let mut asked: Vec<&String> = people.scores.iter().map(|score| &score.questionnaire).collect();
     asked.dedup();
+    let named = |name: &&String| {
+        let about = people.questionnaires.get(*name).map_or("", |about| about.trim_end_matches('.'));
+        let about = if about.is_empty() { String::new() } else { format!(" ({about})") };
+        format!("{}{about}", name.replace('_', " "))
+    };
     if !asked.is_empty() {
+        let asked: Vec<String> = asked.iter().map(named).collect();
         text += &format!(" Questionnaires were scored by their own rules: {}.", joined_with_and(&asked));
     }
     text.trim_start().to_owned()

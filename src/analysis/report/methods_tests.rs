@@ -22,7 +22,12 @@ fn made() -> Vec<AnalysedRecording> {
 
 #[test]
 fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
-    let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
+    let person = |id: &str, state: &str| StudyParticipant {
+        id: id.into(),
+        is_simulated: true,
+        state: state.into(),
+        ..StudyParticipant::default()
+    };
     let all = vec![person("sub-P01", "complete"), person("sub-P02", "partial"), person("sub-P03", "excluded")];
     let found = paragraphs(&made(), &StudyParticipants { all, ..StudyParticipants::default() }, &[]);
     let text = text(&found, &made());

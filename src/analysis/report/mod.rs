@@ -3,8 +3,8 @@
 //!
 //! * [`study_report`]: the page from top to bottom; `page` numbers figures and tables and has the page's style; `words`: text
 //!   and cells that sections share.
-//! * `by_condition`, `drive_section`, `drivers_section`, `every_drive`, `models_section`, `scores_section`,
-//!   `sickness_section`, `dictionary`: sections.
+//! * `participant_flow`, `by_condition`, `drive_section`, `drivers_section`, `every_drive`, `models_section`, `scores_section`,
+//!   `sickness_section`, `dictionary`: sections; `sample`: the participants in a sentence.
 //! * `figures`, `network_figures`: pictures; `methods`, `network_text`, `setup_facts`: the paragraphs of the methods.
 //! * [`files`]: the files of an analysis. [`glossary`]: definitions of all columns of the tables.
 
@@ -21,6 +21,8 @@ mod models_section;
 mod network_figures;
 mod network_text;
 mod page;
+mod participant_flow;
+mod sample;
 mod scores_section;
 mod setup_facts;
 mod sickness_section;

@@ -304,11 +304,12 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     format!(
         "{changed} The primary outcome was: {title}. Each outcome was fitted by a linear mixed model with the condition as a factor, the \
          {} as covariates and the participant as a random intercept (restricted maximum likelihood). Contrasts ({}) \
-         have t tests with Satterthwaite's degrees of freedom; the two-sided level was {} over all tests by Holm's correction.{rules} {} \
+         have t tests with Satterthwaite's degrees of freedom; the two-sided level was {} over all {} tests by Holm's correction.{rules} {} \
          left out.",
         covariates.join(" and the "),
         contrasts.join("; "),
         plan.alpha,
+        planned.tests,
         match planned.left_out.len() {
             0 => "Nothing was".to_owned(),
             1 => "One participant or trial was".to_owned(),

@@ -16,12 +16,7 @@ fn the_page_has_plan_changes_exclusions_models_and_every_person() {
     drives[4].measures.values[index("contact_count")] = Some(1.0);
     let begun = history(PLAN).begun;
     let now = history(&PLAN.replace("= 0.2", "= 0.3")).now;
-    let found = PlannedAnalysis::of(
-        &PlanHistory { begun, now, ..PlanHistory::default() },
-        &drives,
-        &StudyParticipants::default(),
-    )
-    .unwrap();
+    let found = PlannedAnalysis::of(&PlanHistory { begun, now }, &drives, &StudyParticipants::default()).unwrap();
     let mut page = ReportPage::default();
     section(&mut page, &found);
     for part in [

@@ -405,7 +405,12 @@ fn the_page_says_which_drives_had_contacts_and_the_figure_shows_when() {
 #[test]
 fn the_page_names_participants_rehearsal_and_scores() {
     use crate::analysis::data::{StudyParticipant, people::ScoreColumn};
-    let person = |id: &str, state: &str| StudyParticipant { id: id.into(), is_simulated: true, state: state.into() };
+    let person = |id: &str, state: &str| StudyParticipant {
+        id: id.into(),
+        is_simulated: true,
+        state: state.into(),
+        ..StudyParticipant::default()
+    };
     let all = vec![person("sub-R01", "complete"), person("sub-R02", "excluded")];
     let score = ScoreColumn {
         questionnaire: "ssq_after".into(),

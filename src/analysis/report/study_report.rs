@@ -8,6 +8,7 @@ use super::{
     methods::{self, SLOW_SHARE},
     models_section,
     page::{ReportPage, STYLE},
+    participant_flow::ParticipantFlow,
     scores_section::scores,
     sickness_section,
 };
@@ -18,7 +19,7 @@ use crate::analysis::{
     error::AnalysisError,
     measures::index,
     models::planned::PlannedAnalysis,
-    text::count,
+    text::{count, on_one_line},
 };
 use crate::plot::escaped;
 
@@ -85,6 +86,14 @@ pub fn report(
     }
     took_part(&mut page, study_participants);
     faults(&mut page, drives);
+    let flow = ParticipantFlow::of(study_participants, drives, planned);
+    if let Some(flow) = &flow {
+        flow.section(&mut page);
+    }
+    let sample = methods::sample(&all, study_participants);
+    if !sample.is_empty() {
+        page.paragraph("", &escaped(&sample));
+    }
     if let Some(planned) = planned {
         models_section::section(&mut page, planned);
     }
@@ -99,6 +108,12 @@ pub fn report(
     every_drive::every(&mut page, drives);
     let mut methods = methods::paragraphs(drives, study_participants, drivers);
     methods.extend(planned.map(models_section::paragraph));
+    if let Some(flow) = &flow {
+        // After the paragraph on who took part.
+        methods.insert(1.min(methods.len()), flow.paragraph());
+    }
+    // Answers, reasons and descriptions of questionnaires may contain control characters.
+    methods.iter_mut().for_each(|text| *text = on_one_line(text));
     page.put("<section id=\"methods\">\n<h2>Methods (to copy)</h2>");
     page.paragraph("note lead", "The file methods.txt beside this page has the same text, and the measures as a table; here the data dictionary defines them.");
     methods.iter().for_each(|text| page.put(&format!("<p>{}</p>", escaped(text))));

@@ -8,7 +8,7 @@ use super::{
 use crate::study::{
     FormInput, ParticipantTexts, QuestionnaireForm,
     questionnaire_form::FormPosition,
-    questions::{ElementKind, QuestionElement},
+    questions::{ElementKind, InputType, QuestionElement},
 };
 use egui::{
     Align, Align2, Color32, Id, Key, KeyboardShortcut, Modifiers, Rect, Response, RichText, Role, ScrollArea, Sense,
@@ -74,6 +74,17 @@ pub fn buttons(ui: &Ui, page_style: &PageStyle, form: &QuestionnaireForm, texts:
     inputs
 }
 
+/// Returns the note at a question without an answer, or with an answer that is not the number that it asks for.
+fn required(texts: &ParticipantTexts, element: &QuestionElement) -> String {
+    match element.input_type {
+        InputType::Number => {
+            let ends = [("{low}", element.min), ("{high}", element.max)];
+            ends.iter().fold(texts.number.clone(), |text, (name, end)| text.replace(name, &end.to_string()))
+        }
+        InputType::Text => texts.required.clone(),
+    }
+}
+
 struct QuestionsPage<'a> {
     page_style: &'a PageStyle,
     form: &'a QuestionnaireForm,
@@ -115,7 +126,8 @@ impl QuestionsPage<'_> {
                 ElementKind::Html => {}
             }
             if self.form.is_missing(&stop.name()) {
-                ui.label(RichText::new(&self.texts.required).font(page_style.font(0.8)).color(style::MISSING));
+                let text = required(self.texts, element);
+                ui.label(RichText::new(text).font(page_style.font(0.8)).color(style::MISSING));
             }
             if *index == self.form.focus() {
                 // Only the first row of a matrix includes the title.

@@ -1,14 +1,16 @@
 //! Single-track vehicles with their riders: motorcycle and bicycle. Out: models at their usual sizes, metres; see the parent
 //! module.
 
-use super::{Model, Shape, block};
+use super::{
+    Model, Shape, block,
+    limbs::{JACKET, SHIRT, SKIN, TROUSERS, limb, limbs},
+};
 use crate::scene::{
     Material,
     car::materials::{BRAKE, DARK, PAINT, TRIM},
     mesh::{SurfaceFinish, TriangleList},
 };
 use glam::Vec3;
-use std::f32::consts::TAU;
 
 /// Sizes of SUMO's `motorcycle` and `bicycle`.
 pub(super) const MOTORCYCLE: Shape = Shape {
@@ -28,41 +30,8 @@ pub(super) const BICYCLE: Shape = Shape {
     indicator_radius: 0.03,
 };
 
-pub(super) const JACKET: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.045, 0.05, 0.07]);
-pub(super) const SHIRT: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.42, 0.40, 0.36]);
-pub(super) const TROUSERS: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.035, 0.04, 0.06]);
-pub(super) const SKIN: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.36, 0.21, 0.145]);
 const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
-
-/// Adds a round limb or tube.
-pub(super) fn limb(triangles: &mut TriangleList, from: [f32; 3], to: [f32; 3], radii: [f32; 2], finish: SurfaceFinish) {
-    const SIDES: usize = 8;
-    let ends = [Vec3::from(from), Vec3::from(to)];
-    let along = (ends[1] - ends[0]).normalize_or(Vec3::X);
-    let (right, up) = along.any_orthonormal_pair();
-    let ring = |k: usize| {
-        let corner = |i: usize| {
-            let (sin, cos) = (TAU * i as f32 / SIDES as f32).sin_cos();
-            ends[k] + (right * cos - up * sin) * radii[k]
-        };
-        (0..SIDES).map(corner).collect()
-    };
-    triangles.bar(2, ring, finish);
-}
-
-/// Adds a limb and its mirror image in the plane y = 0.
-pub(super) fn limbs(
-    triangles: &mut TriangleList,
-    from: [f32; 3],
-    to: [f32; 3],
-    radii: [f32; 2],
-    finish: SurfaceFinish,
-) {
-    limb(triangles, from, to, radii, finish);
-    let flip = |[x, y, z]: [f32; 3]| [x, -y, z];
-    limb(triangles, flip(from), flip(to), radii, finish);
-}
 
 /// Posture of a rider: positions in the body's frame, metres; hand, knee and foot are those of the left side.
 struct Rider {

@@ -7,6 +7,7 @@
 
 mod boxes;
 mod cycles;
+mod limbs;
 mod walkers;
 
 use super::{

@@ -2,7 +2,7 @@
 
 use super::{
     Model, Shape,
-    cycles::{JACKET, SKIN, TROUSERS, limb, limbs},
+    limbs::{JACKET, SKIN, TROUSERS, limb, limbs},
 };
 use crate::scene::{
     Material,

@@ -80,7 +80,7 @@ pub(super) fn follower(snapshot: &Snapshot, route: &Route) -> Option<NearVehicle
 }
 
 /// Returns the gap, metres, and the speed along the route, m/s, of a vehicle whose front has left the ego's route while its rear is still
-/// in the ego's way. A vehicle on a bridge above the route, or below it, is in nobody's way.
+/// in the ego's way. A vehicle on a bridge above the route, or below it, is not in the way.
 fn in_the_way<'a>(car: &'a VehicleSnapshot, route: &Route, ego_s_m: f64) -> Option<(f64, f64, &'a VehicleSnapshot)> {
     let tail = route.project(car.pose.rear(car.body.length_m), Some(ego_s_m));
     let gap_m = route.difference(ego_s_m, tail.s_m);

@@ -63,14 +63,14 @@ impl PersonsAhead {
         Self { crossings: driven.filter_map(crossing).collect() }
     }
 
-    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are; `None` if nobody
-    /// is in the way.
+    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are; `None` without
+    /// such a person.
     pub fn ahead_m(&self, snapshot: &Snapshot, route: &Route) -> Option<f64> {
         let ego = snapshot.ego.position.truncate();
         let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
         let ahead_m = |person: &VehicleSnapshot| {
             let on_road = on_road_ahead_m(person, snapshot, route);
-            // Who has crossed the ego's lane and walks on is in nobody's way.
+            // A person who has crossed the ego's lane and walks on is not in its way.
             let waits = on_road.is_some() || !has_passed(person, snapshot, route);
             let crossings = self.crossings.iter().filter(|crossing| waits && crossing.has(person));
             let at_crossing = crossings.filter_map(|crossing| {
