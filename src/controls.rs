@@ -1,5 +1,5 @@
-//! Controls that a driver gives to a vehicle, and the lane data of lane help. In: pedals, wheel and selector of a device, of a
-//! simulated driver or of a recording. Out: [`Controls`] for each tick, and [`LaneHint`]. Radians, metres, seconds.
+//! Controls that a driver gives to a vehicle, their device, and the lane data of lane help. In: pedals, wheel and selector of a
+//! device, of a simulated driver or of a recording. Out: [`Controls`] for each tick, and [`LaneHint`]. Radians, metres, seconds.
 
 /// Positions of pedals, wheel, selector and indicator stalk in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -29,6 +29,16 @@ impl Controls {
             indicator: self.indicator,
         }
     }
+}
+
+/// Device that drives the ego: the one touched last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ControlSource {
+    Keyboard,
+    /// A gamepad, or a wheel on a system without evdev.
+    Pad,
+    /// A steering wheel read through evdev.
+    Wheel,
 }
 
 /// Position of the automatic gearbox's selector.

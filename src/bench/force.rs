@@ -60,7 +60,13 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
     let drive = std::thread::scope(|scope| {
         scope.spawn(|| {
             while !over.load(Ordering::Relaxed) {
-                thread.set_input(ForceInput { aligning_nm: 0.0, speed_mps: 20.0, grass: 1.0, running: true });
+                thread.set_input(ForceInput {
+                    aligning_nm: 0.0,
+                    speed_mps: 20.0,
+                    grass: 1.0,
+                    contact: 0.0,
+                    running: true,
+                });
                 std::thread::sleep(Duration::from_millis(10));
             }
         });

@@ -1,8 +1,9 @@
-//! Keys of the window, defined once: their actions and the list for F1. In: winit's physical keys, so that the layout
-//! of the keyboard does not matter. Out: a [`KeyCommand`] or a driving key.
+//! Keys of the window, defined once: their actions and the list for F1. In: winit's keys: physical ones, so that driving
+//! does not depend on the layout of the keyboard, and the character of a key that is pressed with Ctrl. Out: a
+//! [`KeyCommand`] or a driving key.
 
 use crate::{input::DriveKey, panel::SCREEN_KEYS};
-use winit::keyboard::KeyCode;
+use winit::keyboard::{Key, KeyCode};
 
 /// Command of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +53,11 @@ impl KeyCommand {
             Self::Help | Self::Reverse | Self::IndicateLeft | Self::IndicateRight | Self::PutBack | Self::FullScreen
         )
     }
+
+    /// Returns true for commands that help to develop the program.
+    fn is_developers(self) -> bool {
+        matches!(self, Self::FrameTimes | Self::Tick | Self::Step | Self::ReloadShaders)
+    }
 }
 
 /// All commands: keys, name of the keys, action.
@@ -75,9 +81,12 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
     (&[KeyCode::Escape], KeyCommand::Quit, "Esc, Ctrl+Q", "end"),
 ];
 
-/// Commands with Ctrl, the same in every window of the program.
-const WITH_CONTROL: [(KeyCode, KeyCommand); 3] =
-    [(KeyCode::KeyP, KeyCommand::Pause), (KeyCode::KeyM, KeyCommand::Mark), (KeyCode::KeyQ, KeyCommand::Quit)];
+/// Commands with Ctrl, the same in every window of the program: character, and its key on a keyboard without Latin letters.
+const WITH_CONTROL: [(&str, KeyCode, KeyCommand); 3] = [
+    ("p", KeyCode::KeyP, KeyCommand::Pause),
+    ("m", KeyCode::KeyM, KeyCommand::Mark),
+    ("q", KeyCode::KeyQ, KeyCommand::Quit),
+];
 
 const DRIVING: [(&[KeyCode], DriveKey, &str, &str); 5] = [
     (&[KeyCode::ArrowUp, KeyCode::KeyW], DriveKey::Throttle, "Up, W", "accelerate"),
@@ -92,9 +101,14 @@ pub fn command(key: KeyCode) -> Option<KeyCommand> {
     COMMANDS.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
 }
 
-/// Returns the command of a key with Ctrl, if it has one.
-pub fn with_control(key: KeyCode) -> Option<KeyCommand> {
-    WITH_CONTROL.iter().find(|row| row.0 == key).map(|row| row.1)
+/// Returns the command of a key with Ctrl, if it has one: by its character, as on an AZERTY keyboard Q and M are elsewhere;
+/// by its place if the character is no Latin letter, as on a Greek keyboard.
+pub fn with_control(character: &Key, place: KeyCode) -> Option<KeyCommand> {
+    let row = match character {
+        Key::Character(text) if text.is_ascii() => WITH_CONTROL.iter().find(|row| text.eq_ignore_ascii_case(row.0)),
+        _ => WITH_CONTROL.iter().find(|row| row.1 == place),
+    };
+    row.map(|row| row.2)
 }
 
 /// Returns the driving key, if it is one.
@@ -102,9 +116,14 @@ pub fn driving(key: KeyCode) -> Option<DriveKey> {
     DRIVING.iter().find(|row| row.0.contains(&key)).map(|row| row.1)
 }
 
-/// Returns the list for F1: key and action.
+/// Returns the complete list for F1: key and action, for a window with the experimenter's panel.
 pub fn list() -> Vec<(&'static str, &'static str)> {
     list_of(|_| true)
+}
+
+/// Returns the list for F1 in the window of a driver without an experimenter: no keys of developers.
+pub fn list_of_free_driver() -> Vec<(&'static str, &'static str)> {
+    list_of(|command| !command.is_developers())
 }
 
 /// Returns the list for F1 in a driver's window beside an experimenter's.
@@ -145,11 +164,34 @@ mod tests {
         assert_eq!((command(K::ArrowUp), super::driving(K::Escape), command(K::KeyX)), (None, None, None));
         let indicate = [K::KeyQ, K::KeyE].map(command);
         assert_eq!(indicate, [Some(KeyCommand::IndicateLeft), Some(KeyCommand::IndicateRight)]);
-        let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(with_control);
+        // Without a character the place counts.
+        let by_place = |place| with_control(&Key::Unidentified(winit::keyboard::NativeKey::Unidentified), place);
+        let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(by_place);
         assert_eq!(control, [Some(KeyCommand::Quit), Some(KeyCommand::Pause), Some(KeyCommand::Mark), None, None]);
         let list = list();
         assert_eq!(list.len(), 22);
         assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));
+    }
+
+    #[test]
+    fn keys_with_ctrl_act_by_their_character() {
+        let pressed = |text: &str, place| with_control(&Key::Character(text.into()), place);
+        // On AZERTY the key of Q types A and the key of A types Q; M is right of L, and its place types a comma.
+        assert_eq!(pressed("q", KeyCode::KeyA), Some(KeyCommand::Quit));
+        assert_eq!(pressed("a", KeyCode::KeyQ), None);
+        assert_eq!(pressed("m", KeyCode::Semicolon), Some(KeyCommand::Mark));
+        assert_eq!(pressed(",", KeyCode::KeyM), None);
+        assert_eq!(pressed("Q", KeyCode::KeyQ), Some(KeyCommand::Quit), "with caps lock");
+        assert_eq!(pressed("π", KeyCode::KeyP), Some(KeyCommand::Pause), "a Greek keyboard");
+    }
+
+    #[test]
+    fn keys_of_developers_are_listed_with_the_panel_alone() {
+        for participants in [list_of_participant(), list_of_driver(), list_of_free_driver()] {
+            assert!(participants.iter().all(|(key, _)| !["F3", "F5", "N"].contains(key)), "{participants:?}");
+        }
+        let only_panel: Vec<_> = list().into_iter().filter(|row| !list_of_free_driver().contains(row)).collect();
+        assert_eq!(only_panel.into_iter().map(|(key, _)| key).collect::<Vec<_>>(), ["F3", "N", "M", "F5"]);
     }
 
     #[test]

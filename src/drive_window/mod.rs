@@ -324,7 +324,7 @@ impl DriveWindows {
         if let Some(key) = keys::driving(code) {
             self.live.devices.keyboard.set(key, down && !control);
         }
-        let asked = if control { keys::with_control(code) } else { keys::command(code) };
+        let asked = if control { keys::with_control(&event.logical_key, code) } else { keys::command(code) };
         let command = asked.filter(|_| down && !event.repeat)?;
         if self.experimenter.is_some() && !control && !command.is_drivers() {
             return None;

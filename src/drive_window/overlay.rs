@@ -3,7 +3,7 @@
 
 use super::end_card::EndCard;
 use crate::{
-    controls::Indicator,
+    controls::{ControlSource, Indicator},
     desktop::keys::{self, KeyCommand},
     driver,
     input::profiles,
@@ -25,8 +25,9 @@ use crate::{
 use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
 
-/// Text before a free drive.
-const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists all keys.";
+/// Texts before a free drive, with a keyboard or a gamepad and with a wheel.
+const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists the keys.";
+const START_BY_WHEEL: &str = "The wheel's start button or Space starts.\nWheel and pedals drive.\nF1 lists the keys.";
 
 /// Panel and overlays of a drive.
 pub struct DriveOverlay {
@@ -99,7 +100,11 @@ impl DriveOverlay {
         }
         let Self { panel, log, loop_health, engine, error, .. } = self;
         let state = state(live, log, loop_health, engine, error.as_deref());
-        let keys = if self.attended { keys::list_of_driver() } else { keys::list() };
+        let keys = match (self.attended, panel.open) {
+            (true, _) => keys::list_of_driver(),
+            (false, true) => keys::list(),
+            (false, false) => keys::list_of_free_driver(),
+        };
         let mut asked = panel.show(ui, &state, &keys);
         if !self.attended {
             asked.extend(self.wheel_page(ui, live));
@@ -149,6 +154,7 @@ impl DriveOverlay {
             DrivePhase::Paused if live.waits_for_wheel() => {
                 "The wheel was unplugged. Plug it in to continue, or press Space to continue without it."
             }
+            DrivePhase::Ready if live.devices.source() == ControlSource::Wheel => START_BY_WHEEL,
             DrivePhase::Ready => START,
             DrivePhase::Paused => "Paused. Space continues.",
             DrivePhase::Ended => "The drive is over. Press Backspace to start again.",
@@ -236,6 +242,7 @@ impl DriveOverlay {
         let RestartOutcome { new_static_scene, refused } = live.restarted(patience)?;
         let world = &live.drive.world;
         self.log = DriveLog::new(world);
+        self.loop_health.restart();
         self.engine = world.traffic_engine();
         self.error = refused.map(|error| error.to_string());
         Some(new_static_scene)

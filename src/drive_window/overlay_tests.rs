@@ -399,3 +399,22 @@ fn texts_on_the_picture_stay_in_place_and_whole_in_a_small_window() {
         assert!(below.left() < 30.0 && size.y - below.bottom() < 30.0, "{size}: {below}");
     }
 }
+
+#[test]
+fn the_counts_of_the_readout_begin_anew_with_each_drive() {
+    let (mut live, mut overlay) = sit(true);
+    let counts = |live: &LiveDrive, overlay: &mut DriveOverlay| {
+        let DriveOverlay { log, loop_health, engine, .. } = overlay;
+        let health = loop_health.health(live, engine, None);
+        let readout = state(live, log, loop_health, engine, None);
+        (health.dropped_s, health.contacts.count, readout.dropped, readout.stalls)
+    };
+    overlay.handle_panel_command(PanelCommand::Start, &mut live);
+    let due = live.advance(Duration::from_secs(3), |world| overlay.watch(world)).unwrap();
+    overlay.frame(Duration::from_secs(3), &due);
+    let (dropped_s, _, dropped, stalls) = counts(&live, &mut overlay);
+    assert!(dropped_s.iter().all(|s| *s > 2.0) && dropped > Duration::from_secs(2) && stalls == 1, "{dropped_s:?}");
+    overlay.restart(&scenario(), &mut live);
+    begun(&mut live, &mut overlay);
+    assert_eq!(counts(&live, &mut overlay), ([0.0; 2], 0, Duration::ZERO, 0));
+}

@@ -16,7 +16,7 @@ fn model() -> ForceModel {
 }
 
 fn rolling(aligning_nm: f64) -> ForceInput {
-    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, running: true }
+    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, contact: 0.0, running: true }
 }
 
 /// Returns the torque after 1 s of constant input.
@@ -68,6 +68,7 @@ fn the_torque_is_finite_and_within_the_cap_for_any_input() {
             aligning_nm: pick(&mut random),
             speed_mps: pick(&mut random),
             grass: random.uniform(0.0, 1.0),
+            contact: 0.0,
             running: true,
         };
         let torque_nm = model.step(DT_S, random.uniform(-9.0, 9.0), &force_input, 0.0);
@@ -85,6 +86,7 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
             aligning_nm: 5.0 * (3.0 * t).sin(),
             speed_mps: 6.0 + 6.0 * (0.4 * t).sin(),
             grass: (0.5 + (0.7 * t).sin()).clamp(0.0, 1.0),
+            contact: 0.0,
             running: true,
         };
         model.step(DT_S, 7.7 * (TAU * 0.25 * t).sin(), &force_input, 0.0)
@@ -293,6 +295,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
                 aligning_nm: state.steering_torque_nm.into(),
                 speed_mps: state.speed_mps,
                 grass: 0.0,
+                contact: 0.0,
                 running: true,
             };
         }
@@ -337,4 +340,22 @@ fn a_released_wheel_does_not_buzz_at_a_standstill() {
     let last = &angles[2000..];
     let swing = last.iter().fold(f64::MIN, |a, b| a.max(*b)) - last.iter().fold(f64::MAX, |a, b| a.min(*b));
     assert!(swing < 2.0 / COUNTS_PER_RAD, "{swing} rad");
+}
+
+#[test]
+fn a_contact_is_felt_at_the_wheel_for_a_moment() {
+    let mut model = model();
+    for _ in 0..100 {
+        model.step(DT_S, 0.0, &rolling(0.0), 0.0);
+    }
+    let torques: Vec<f64> = (0..100)
+        .map(|i| {
+            let force_input = ForceInput { contact: (-f64::from(i) * DT_S / 0.12).exp(), ..rolling(0.0) };
+            model.step(DT_S, 0.0, &force_input, 0.0)
+        })
+        .collect();
+    let most_nm = torques.iter().fold(0.0_f64, |most, torque_nm| most.max(torque_nm.abs()));
+    assert!((0.3..0.8).contains(&most_nm), "{most_nm} N m");
+    assert!(torques[10..30].iter().any(|nm| *nm < -0.1) && torques[..10].iter().any(|nm| *nm > 0.3), "to and fro");
+    assert!(torques[90..].iter().all(|nm| nm.abs() < 0.02), "over after half a second: {torques:?}");
 }

@@ -36,7 +36,7 @@ pub use pads::Pads;
 pub use profile::WheelProfile;
 pub use rig::{Rig, RigEvent};
 
-use crate::controls::{Controls, Indicator, LaneHint};
+use crate::controls::{ControlSource, Controls, Indicator, LaneHint};
 use stalk::Stalk;
 
 /// All input devices of the participant.
@@ -47,16 +47,6 @@ pub struct Devices {
     rig: Rig,
     source: ControlSource,
     stalk: Stalk,
-}
-
-/// Device that drives the ego: the one touched last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ControlSource {
-    Keyboard,
-    /// A gamepad, or a wheel on a system without evdev.
-    Pad,
-    /// A steering wheel read through evdev.
-    Wheel,
 }
 
 impl Devices {

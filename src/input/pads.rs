@@ -409,7 +409,13 @@ mod tests {
         pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());
         for _ in 0..100 {
             assert!(!pads.poll());
-            pads.set_force_input(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+            pads.set_force_input(ForceInput {
+                aligning_nm: 4.0,
+                speed_mps: 10.0,
+                grass: 0.0,
+                contact: 0.0,
+                running: true,
+            });
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
         assert!(pads.torque_nm().unwrap() > 1.3);

@@ -1,5 +1,6 @@
 //! Contacts of a drive for its windows. In: the world after each tick, the time of each frame. Out: the number of
-//! contacts, the brightness of the flash over the driver's picture, messages for the experimenter.
+//! contacts, the brightness of the flash over the driver's picture, the [`Jolt`] of picture and wheel, messages for the
+//! experimenter.
 
 use crate::{
     panel::experimenter::ContactHealth,
@@ -9,7 +10,23 @@ use std::time::Duration;
 
 /// Fade time of a flash. A contact during a flash starts no other, so that no picture flashes more than three times a
 /// second, which could cause a seizure (WCAG 2.3.1).
-const FLASH: Duration = Duration::from_millis(600);
+const FLASH: Duration = Duration::from_secs(1);
+
+/// Closing speed of a contact whose jolt has full strength, m/s, and the strength of the slightest.
+const HARD_MPS: f64 = 5.0;
+const LEAST_STRENGTH: f64 = 0.2;
+/// Time constant with which a jolt decays, and its end, s.
+const JOLT_S: f64 = 0.12;
+const JOLT_END_S: f64 = 0.6;
+
+/// Jolt of a contact that has just happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Jolt {
+    /// Strength at present, 0 (none) to 1.
+    pub strength: f64,
+    /// Time since the contact, s.
+    pub since_s: f64,
+}
 
 /// Describes a contact; `None` for any other event.
 pub fn contact_text(event: &Event) -> Option<String> {
@@ -52,6 +69,17 @@ impl ContactCount {
     /// Returns the brightness of the flash over the driver's picture, 0 to 1.
     pub fn flash(&self) -> f32 {
         self.flash_left.as_secs_f32() / FLASH.as_secs_f32()
+    }
+
+    /// Returns the jolt of the last contact.
+    pub fn jolt(&self) -> Jolt {
+        let Some((closing_mps, ago)) = self.last else { return Jolt::default() };
+        let since_s = ago.as_secs_f64();
+        if since_s >= JOLT_END_S {
+            return Jolt::default();
+        }
+        let strength = (closing_mps / HARD_MPS).clamp(LEAST_STRENGTH, 1.0) * (-since_s / JOLT_S).exp();
+        Jolt { strength, since_s }
     }
 
     /// Returns the state for the experimenter's lamp.
@@ -106,12 +134,16 @@ mod tests {
         };
         assert_eq!(*words, format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0));
         assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
-        contacts.pass(Duration::from_millis(300));
-        assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().last == Some([closing_mps, 0.3]));
-        // The same tick again stands for another contact 0.3 s later: counted and reported, without another flash.
+        let jolt = contacts.jolt();
+        assert!(jolt.strength > 0.2 && jolt.since_s == 0.0, "{jolt:?}");
+        contacts.pass(Duration::from_millis(500));
+        assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().last == Some([closing_mps, 0.5]));
+        assert!((0.001..0.02).contains(&contacts.jolt().strength), "{:?}", contacts.jolt());
+        // The same tick again stands for another contact 0.5 s later: counted and reported, without another flash.
         contacts.tick(&world);
         assert!((contacts.flash() - 0.5).abs() < 1e-6 && contacts.health().count == 2);
         contacts.pass(Duration::from_secs(1));
         assert_eq!((contacts.flash(), contacts.take_texts().len()), (0.0, 1));
+        assert_eq!(contacts.jolt(), Jolt::default());
     }
 }

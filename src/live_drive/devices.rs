@@ -52,6 +52,7 @@ impl LiveDrive {
             aligning_nm: ego.steering_torque_nm.into(),
             speed_mps: ego.speed_mps,
             grass: on_grass as f64 / 2.0,
+            contact: self.contacts.jolt().strength,
             running: self.running(),
         }
     }

@@ -1,12 +1,21 @@
-//! View of a drive. In: snapshots, and the fraction of a tick between two of them. Out: a [`View`].
+//! View of a drive. In: snapshots, the fraction of a tick between two of them, the jolt of a contact. Out: a [`View`].
 
-use super::flash_patch::FlashTrigger;
+use super::{contacts::Jolt, flash_patch::FlashTrigger};
 use crate::{
     controls::Controls,
     hud::Speedometer,
-    scene::{self, StaticScene, View, ViewKind, ViewOptions, view_options},
+    scene::{self, Camera, StaticScene, View, ViewKind, ViewOptions, view_options},
     sim::{Snapshot, World},
 };
+use glam::Quat;
+use std::f32::consts::TAU;
+
+/// Largest movement of the driver's eye in a contact, up and down, m, and its frequency, Hz.
+const SHAKE_M: f32 = 0.04;
+const SHAKE_HZ: f32 = 9.0;
+/// Largest nod of the driver's view in a contact, rad (1.1 degrees), and its frequency, Hz.
+const NOD_RAD: f32 = 0.02;
+const NOD_HZ: f32 = 7.0;
 
 /// Picture of a drive, as data.
 pub struct DrivePicture {
@@ -51,9 +60,13 @@ impl DrivePicture {
         self.flash.tick(world, controls);
     }
 
-    /// Returns the view `fraction` of a tick after the snapshot; to be called once per picture.
-    pub(super) fn view(&mut self, snapshot: &Snapshot, fraction: f32) -> View {
+    /// Returns the view `fraction` of a tick after the snapshot; to be called once per picture. A contact shakes the
+    /// driver's view of the road; nothing of it is recorded.
+    pub(super) fn view(&mut self, snapshot: &Snapshot, fraction: f32, jolt: Jolt) -> View {
         let mut view = scene::view(snapshot, fraction, self.kind, &self.options, &self.static_scene);
+        if self.kind == ViewKind::Driver {
+            view.camera = shaken(view.camera, jolt);
+        }
         if self.kind.has_dial() {
             view.dial = Some(self.speedometer.read(snapshot));
         }
@@ -75,5 +88,35 @@ impl DrivePicture {
             ViewKind::Birdseye => ViewKind::Mirror,
             ViewKind::Mirror => ViewKind::Driver,
         };
+    }
+}
+
+/// Returns a camera as a contact shakes it.
+fn shaken(camera: Camera, jolt: Jolt) -> Camera {
+    let (strength, since_s) = (jolt.strength as f32, jolt.since_s as f32);
+    let swing = |hz: f32| strength * (TAU * hz * since_s).sin();
+    let nod = Quat::from_axis_angle(camera.forward.cross(camera.up).normalize(), NOD_RAD * swing(NOD_HZ));
+    let eye = camera.eye + camera.up * (SHAKE_M * swing(SHAKE_HZ));
+    Camera { eye, forward: nod * camera.forward, up: nod * camera.up, ..camera }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Lens;
+    use glam::Vec3;
+
+    #[test]
+    fn a_contact_moves_the_eye_by_centimetres_and_then_no_more() {
+        let lens = Lens::Perspective { fov_x_rad: 1.1 };
+        let still = Camera { eye: Vec3::new(3.0, 5.0, 1.2), forward: Vec3::X, up: Vec3::Z, lens };
+        let after = |strength, since_s| shaken(still, Jolt { strength, since_s });
+        let jolted = after(0.8, 1.0 / 36.0);
+        let (moved_m, turned_rad) = (jolted.eye.distance(still.eye), jolted.forward.angle_between(still.forward));
+        assert!(
+            (0.02..0.05).contains(&moved_m) && (0.005..0.03).contains(&turned_rad),
+            "{moved_m} m, {turned_rad} rad"
+        );
+        assert_eq!(shaken(still, Jolt::default()), still);
     }
 }

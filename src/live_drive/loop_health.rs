@@ -48,6 +48,12 @@ impl LoopHealth {
         }
     }
 
+    /// Begins the counts of another drive. Frame times are those of the last moments, and a wheel that was lost stays lost.
+    pub fn restart(&mut self) {
+        self.drops.clear();
+        self.dropped = Duration::ZERO;
+    }
+
     /// Returns the mean time from frame to frame, ms.
     pub fn frame_ms(&self) -> f64 {
         ms(self.sum) / self.frames.len().max(1) as f64
@@ -127,6 +133,17 @@ mod tests {
         // A frame longer than the window is its only frame.
         loop_health.frame(Duration::from_secs(2), Duration::ZERO);
         assert_eq!((loop_health.frames.len(), loop_health.frame_ms()), (1, 2000.0));
+    }
+
+    #[test]
+    fn dropped_time_counts_from_the_start_of_the_present_drive() {
+        let mut loop_health = LoopHealth::default();
+        loop_health.frame(FRAME, Duration::from_millis(300));
+        loop_health.restart();
+        assert!(loop_health.drops.is_empty() && loop_health.dropped.is_zero());
+        assert_eq!(loop_health.frame_ms(), 20.0, "the picture goes on");
+        loop_health.frame(FRAME, Duration::from_millis(100));
+        assert_eq!(loop_health.dropped, Duration::from_millis(100));
     }
 
     #[test]

@@ -329,7 +329,7 @@ impl LiveDrive {
 
     /// Returns the present view; to be called once per picture.
     pub fn view(&mut self) -> View {
-        self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction())
+        self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt())
     }
 
     /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end

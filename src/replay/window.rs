@@ -11,6 +11,7 @@ use crate::{
     desktop::{
         DriverWindow, WindowSetup,
         event_loop::{self, LoopControl, Windows, now},
+        keys::{self, KeyCommand},
     },
     drive_loop::RunError,
     hud::Speedometer,
@@ -325,8 +326,11 @@ impl ReplayWindows<'_> {
         if event.state != ElementState::Pressed {
             return LoopControl::GoOn;
         }
+        let control = self.modifiers.control_key() || self.modifiers.super_key();
+        if control && keys::with_control(&event.logical_key, code) == Some(KeyCommand::Quit) {
+            return LoopControl::End;
+        }
         match code {
-            KeyCode::KeyQ if self.modifiers.control_key() || self.modifiers.super_key() => return LoopControl::End,
             KeyCode::Escape if !std::mem::take(&mut self.help_open) => return LoopControl::End,
             KeyCode::F1 => self.help_open = !self.help_open,
             KeyCode::F11 => self.picture.toggle_fullscreen(),

@@ -40,7 +40,8 @@ pub struct ViewOptions {
     pub ordinary_paints: bool,
     /// Linear paint of single vehicles in every view; takes precedence over all other rules.
     pub paint_overrides: BTreeMap<VehicleId, [f32; 3]>,
-    /// Half the width that the bird's-eye view shows around the ego, metres; `None` shows the whole route.
+    /// Half the width that the bird's-eye view shows around the ego, metres; `None` shows the whole scene, and in a wide
+    /// scene, such as a town, the ego with its surroundings.
     pub birdseye_follow_m: Option<f32>,
 }
 

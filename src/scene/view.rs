@@ -51,7 +51,7 @@ pub fn view(
     let camera = match kind {
         ViewKind::Driver => driver_camera(&ego, options),
         ViewKind::Mirror => mirror_camera(&ego, options),
-        ViewKind::Birdseye => birdseye_camera(&ego, options, static_scene),
+        ViewKind::Birdseye => birdseye_camera((!snapshot.is_without_ego).then_some(&ego), options, static_scene),
         ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, static_scene),
     };
     let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
@@ -445,6 +445,19 @@ mod tests {
             let followed = view(&snapshot, 1.0, ViewKind::Birdseye, &options, &static_scene);
             let middle = followed.camera.project(followed.cars[0].position, ASPECT).expect("below");
             assert!(middle.distance(Vec2::splat(0.5)) < 1e-4);
+        }
+    }
+
+    #[test]
+    fn the_birds_eye_view_follows_the_ego_through_a_wide_scene() {
+        let map = ring(3000.0);
+        let [here, there] = [50.0, 1500.0].map(|s_m| see(&map, &snapshot(&map, s_m, &[20.0]), 1.0, ViewKind::Birdseye));
+        for view in [here, there] {
+            let seen = |car: usize| view.camera.project(view.cars[car].position, ASPECT).expect("below");
+            assert!(seen(0).distance(Vec2::splat(0.5)) < 1e-4, "{}", seen(0));
+            // 20 m of the 200 m that the picture is high.
+            let apart = (seen(1) - seen(0)) * Vec2::new(ASPECT, 1.0);
+            assert!((apart.length() - 0.1).abs() < 0.005, "{apart}");
         }
     }
 

@@ -4,9 +4,10 @@
 use super::{BackendStatus, DriveBackend, wheel_navigation::WheelNavigation};
 use crate::{
     audio::{RoomRecording, RoomStatus},
+    controls::ControlSource,
     desktop::DriverWindow,
     drive_loop::RunError,
-    input::{ControlSource, Devices, RigEvent},
+    input::{Devices, RigEvent},
     live_drive::{
         LiveDrive, contacts,
         lab::LabDevices,
@@ -110,10 +111,13 @@ impl SessionResources {
         }
     }
 
-    /// Returns true if the last device used is a wheel that is still plugged in.
-    pub fn wheel(&mut self) -> bool {
-        self.devices()
-            .is_some_and(|devices| devices.source() == ControlSource::Wheel && devices.wheel_profile().is_some())
+    /// Returns the last device used; the keyboard in place of a wheel that was unplugged.
+    pub fn source(&mut self) -> ControlSource {
+        let Some(devices) = self.devices() else { return ControlSource::Keyboard };
+        match devices.source() {
+            ControlSource::Wheel if devices.wheel_profile().is_none() => ControlSource::Keyboard,
+            source => source,
+        }
     }
 
     /// Runs one frame: advances the drive, if there is one, and returns the participant's input.

@@ -2,8 +2,8 @@
 //! of the steering wheel in rad, positive to the left.
 
 use crate::{
-    controls::Controls,
-    input::{ButtonAction, ControlSource},
+    controls::{ControlSource, Controls},
+    input::ButtonAction,
     study::FormInput,
 };
 

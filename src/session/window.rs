@@ -337,7 +337,7 @@ impl SessionWindows<'_> {
             screen: live_session.screen(now_there),
             texts: &options.study.file.texts,
             progress: live_session.progress(),
-            wheel: resources.wheel(),
+            source: resources.source(),
             spoken: live_session.is_spoken(),
         };
         let room = resources.hears_room().then_some(options.study.file.texts.room.as_str());

@@ -4,7 +4,7 @@
 pub use super::segment::{SegmentKind, StudySegment};
 
 use super::{
-    Questionnaire, SpokenText, StudyError,
+    ParticipantTexts, Questionnaire, SpokenText, StudyError,
     conditions::{Condition, ExpectedDrives, changed, conditions},
     order,
     segment::{SettingChanges, check_word},
@@ -128,130 +128,6 @@ pub struct ConditionLevel {
     #[serde(default)]
     #[schemars(with = "Scenario")]
     pub set: SettingChanges,
-}
-
-/// Texts that the program shows to a participant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ParticipantTexts {
-    /// Below a page, with a wheel: how to continue. `{button}` stands for the button that confirms.
-    pub go_on: String,
-    /// Before a drive that begins at a standstill.
-    pub ready: String,
-    /// Before a drive that begins in flowing traffic; `{speed}` stands for the speed with its unit.
-    pub rolling: String,
-    /// Before a drive that begins at a standstill, while the brake is not pressed.
-    pub brake: String,
-    /// Shown after a drive.
-    pub drive_over: String,
-    /// Shown during a break.
-    pub rest: String,
-    /// At the end of a break.
-    pub rest_over: String,
-    /// At the end of a complete session.
-    pub thanks: String,
-    /// After a session that was stopped early.
-    pub stopped: String,
-    /// After a consent that was declined.
-    pub declined: String,
-    /// After answers that exclude the participant from the study.
-    pub not_eligible: String,
-    /// After a score above its limit.
-    pub score_limit: String,
-    /// Question of the sickness scale, asked while driving.
-    pub fms: String,
-    /// Label of the lower end of the sickness scale.
-    pub fms_low: String,
-    /// Label of the upper end of the sickness scale.
-    pub fms_high: String,
-    /// Label of the control that plays a spoken page again.
-    pub again: String,
-    /// Notice while the room is recorded.
-    pub room: String,
-    /// Notice while the experimenter prepares the next step.
-    pub wait: String,
-    /// Notice while a drive is paused.
-    pub paused: String,
-    /// After the participant asked to stop.
-    pub asked: String,
-    /// At a required question without an answer.
-    pub required: String,
-    /// At a question for a number with another answer; `{low}` and `{high}` stand for the range.
-    pub number: String,
-    /// Explanation of the star at a required question.
-    pub star: String,
-    /// First answer of a yes-or-no question.
-    pub yes: String,
-    /// Second answer of a yes-or-no question.
-    pub no: String,
-    /// Entry that ends a multiple choice.
-    pub no_more: String,
-    /// Label of the button for the next page.
-    pub next: String,
-    /// Label of the button for the previous page.
-    pub back: String,
-    /// Action of the arrow keys and the wheel.
-    pub choose: String,
-    /// Action of Enter and the answer button.
-    pub answer: String,
-    /// Name of the keys that choose.
-    pub arrows: String,
-    /// Gesture that chooses with the wheel.
-    pub wheel: String,
-    /// Name of the wheel's pad whose directions change a rating.
-    pub dpad: String,
-    /// Name of the wheel button that answers.
-    pub answer_button: String,
-    /// Name of the wheel button that goes back.
-    pub back_button: String,
-}
-
-impl Default for ParticipantTexts {
-    fn default() -> Self {
-        Self {
-            go_on: "Press {button} on the wheel to continue.".into(),
-            ready: "The drive begins soon. Hands on the wheel, foot on the brake.".into(),
-            rolling: "The drive begins soon, at {speed}. Hands on the wheel.".into(),
-            brake: "Press the brake pedal and hold it.".into(),
-            drive_over: "This drive is over.".into(),
-            rest: "Take a rest.".into(),
-            rest_over: "The rest is over.".into(),
-            thanks: "You have finished. Thank you!".into(),
-            stopped: "We stop here. Thank you for taking part!".into(),
-            declined: "You do not take part, and that is fine. There are no more questions. Thank you for coming!"
-                .into(),
-            not_eligible: "Thank you for your answers. By the rules of this study you cannot drive today, so we stop \
-                here. The experimenter will explain the reason. Thank you for coming!"
-                .into(),
-            score_limit:
-                "We stop here for your well-being: your last answers are above the limit of this study. Please tell \
-                 the experimenter how you feel. Thank you for taking part!"
-                    .into(),
-            fms: "How sick do you feel now?".into(),
-            fms_low: "0 not at all".into(),
-            fms_high: "20 very sick".into(),
-            again: "play again".into(),
-            room: "the room is recorded".into(),
-            wait: "Please wait a moment.".into(),
-            paused: "A short pause. The drive will continue soon.".into(),
-            asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
-            required: "Please answer this question.".into(),
-            number: "Please write a number from {low} to {high}.".into(),
-            star: "* Please answer".into(),
-            yes: "Yes".into(),
-            no: "No".into(),
-            no_more: "That is all".into(),
-            next: "Next".into(),
-            back: "Back".into(),
-            choose: "choose".into(),
-            answer: "answer".into(),
-            arrows: "arrow keys".into(),
-            wheel: "turn the wheel".into(),
-            dpad: "arrow buttons".into(),
-            answer_button: "× (cross)".into(),
-            back_button: "Δ (triangle)".into(),
-        }
-    }
 }
 
 /// Maximum size of a font, bytes; fonts with all of Chinese, Japanese and Korean have 20 MB.

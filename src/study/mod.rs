@@ -1,7 +1,7 @@
 //! A study as one file: segments in order, conditions with their balanced orders, questionnaires. In: TOML and JSON. Out: the plan of
 //! each participant's session, checked whole before anything starts.
 //!
-//! * [`mod@file`]: the study file; errors name the line.
+//! * [`mod@file`]: the study file; errors name the line. [`texts`]: its texts for the participant, which name the controls in use.
 //! * [`conditions`]: the settings that a condition changes, and the drives that result.
 //! * [`order`]: the order of the conditions for each participant.
 //! * [`segment`]: one segment of the study file. [`stop_rule`]: answers that end a session.
@@ -67,10 +67,11 @@ pub mod simulated;
 mod source;
 pub mod spoken;
 pub mod stop_rule;
+pub mod texts;
 
 pub use completion::Completion;
 pub use dataset::DataSet;
-pub use file::{ParticipantTexts, Study};
+pub use file::Study;
 pub use fms::{FmsPrompt, FmsRating};
 pub use participant_code::ParticipantCode;
 pub use plan::{PlanItem, PlannedItem, SessionPlan};
@@ -80,6 +81,7 @@ pub use questions::Questionnaire;
 pub use session::Session;
 pub use session_log::ItemOutcome;
 pub use spoken::SpokenText;
+pub use texts::{NamedControl, ParticipantTexts};
 
 /// An error in a study, a questionnaire or a participant code; the message is complete.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -3,9 +3,8 @@
 //! is read.
 
 use super::{
-    FmsRating, PlanItem, PlannedItem, Study,
+    FmsRating, ParticipantTexts, PlanItem, PlannedItem, Study,
     bids::markdown,
-    file::ParticipantTexts,
     fms,
     questions::{Answers, Questionnaire, VisibilityCondition},
     segment::{ScoreLimit, SegmentKind, StudySegment, short_name},

@@ -1,7 +1,7 @@
 //! A drive that begins at a standstill waits until the brake is pressed.
 
 use super::rig::Rig;
-use codrive::panel::ParticipantScreen;
+use codrive::{controls::ControlSource, panel::ParticipantScreen};
 
 #[test]
 fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
@@ -10,11 +10,12 @@ fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
     rig.next();
     rig.pass(10.0);
     assert_eq!(rig.sees(), "practice waits for a foot on the brake");
-    let now = rig.road.now;
+    let (now, texts) = (rig.road.now, rig.study.file.texts.clone());
     let ParticipantScreen::Drive(Some(words)) = rig.live_session().screen(now) else {
         panic!("words over the picture")
     };
-    assert_eq!(words, "Press the brake pedal and hold it.");
+    assert_eq!(texts.with_controls(words, ControlSource::Wheel), "Press the brake pedal and hold it.");
+    assert_eq!(texts.with_controls(words, ControlSource::Keyboard), "Press the Down arrow key (brake) and hold it.");
     // Two of three seconds, then the foot leaves the brake: the countdown starts again.
     rig.road.now.brake = 0.3;
     rig.pass(2.0);

@@ -2,6 +2,7 @@
 
 use crate::rig::Rig;
 use codrive::{
+    controls::ControlSource,
     input::{
         Devices, Rig as WheelRig,
         lamps::Lamps,
@@ -150,7 +151,7 @@ fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
     let (to, messages) = std::sync::mpsc::channel();
     let mut kit =
         SessionResources::new(Devices::with_rig(WheelRig::fed_by(messages)), &ParticipantCode::new("P03").unwrap());
-    assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && !kit.wheel());
+    assert!(kit.frame(Duration::ZERO, |_| ()).unwrap().1.is_empty() && kit.source() != ControlSource::Wheel);
     let mut profile = profiles::named("g29").unwrap();
     (profile.buttons.answer, profile.buttons.start) = (Vec::new(), Vec::new());
     let values = [(0, 32_767), (1, 255), (2, 255), (5, 255)].into_iter().collect();
@@ -159,7 +160,7 @@ fn between_drives_plugging_is_reported_and_pedals_stand_in_for_buttons() {
     let mut after = |message: WheelMessage| {
         to.send(message).unwrap();
         let inputs = kit.frame(Duration::ZERO, |_| ()).unwrap().1;
-        (inputs, kit.take_news(), kit.wheel())
+        (inputs, kit.take_news(), kit.source() == ControlSource::Wheel)
     };
     let (inputs, news, _) = after(WheelMessage::Connected(Box::new(found)));
     assert!(inputs.is_empty() && news.len() == 1 && news[0].ends_with("is plugged in"), "{inputs:?} {news:?}");

@@ -5,6 +5,7 @@ mod experimenter;
 mod pages;
 mod rating;
 mod screens;
+mod session_plan;
 mod timeline;
 mod wheel;
 mod who_drives;

@@ -118,7 +118,7 @@ fn letters_have_the_same_share_of_the_height_at_1080_and_2160_lines() {
             share(Desk { rest_s: Some(75.0), ..Desk::new() }, "1:15"),
             share(
                 Desk { countdown: Some(3), ..Desk::new() },
-                "The drive begins soon. Hands on the wheel, foot on the brake. 3",
+                "The drive begins soon. Hands on the arrow keys, ready to press the Down arrow key (brake). 3",
             ),
             share(Desk::shipped("trust"), "I could rely on the advice. *"),
             over.get_by_label("ask to stop").rect().height() / size[1],

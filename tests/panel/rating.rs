@@ -1,6 +1,7 @@
 //! The sickness scale while driving, as a participant sees it: its position and its keys; and the sign that the room is recorded.
 
 use codrive::{
+    controls::ControlSource,
     panel::{ParticipantScreen, ScreenPainter, ScreenState, room_sign},
     study::{FmsPrompt, FormInput, ParticipantTexts},
 };
@@ -18,7 +19,8 @@ impl Asked {
     fn show(&mut self, ui: &mut egui::Ui) {
         let texts = ParticipantTexts::default();
         let screen = ParticipantScreen::Rating(FmsPrompt { value: 20, left_s: 9.0 });
-        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel: self.wheel, spoken: false };
+        let source = if self.wheel { ControlSource::Wheel } else { ControlSource::Keyboard };
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], source, spoken: false };
         self.inputs.extend(self.screens.show(ui, &state));
     }
 }

@@ -2,14 +2,12 @@
 //! them.
 
 use codrive::{
-    panel::{
-        ItemState, ParticipantScreen, ScreenPainter, ScreenState, SessionCommand, SessionItem, SessionPanel,
-        SessionPanelState, SessionPhase, theme,
-    },
+    controls::ControlSource,
+    panel::{ParticipantScreen, ScreenPainter, ScreenState},
     study::{FormInput, ParticipantTexts, Questionnaire, QuestionnaireForm},
     units::SpeedUnit,
 };
-use egui::{Key, Modifiers, accesskit::Role};
+use egui::{Key, accesskit::Role};
 use egui_kittest::{Harness, kittest::Queryable};
 use serde_json::json;
 use std::path::Path;
@@ -87,8 +85,8 @@ impl Desk {
             (_, _, _, Some(left)) => ParticipantScreen::Countdown(left, self.rolls, SpeedUnit::Mph),
             _ => ParticipantScreen::Drive(self.words),
         };
-        let wheel = self.wheel;
-        let state = ScreenState { screen, texts: &texts, progress: [3, 13], wheel, spoken: false };
+        let source = if self.wheel { ControlSource::Wheel } else { ControlSource::Keyboard };
+        let state = ScreenState { screen, texts: &texts, progress: [3, 13], source, spoken: false };
         let inputs = self.screens.show(ui, &state);
         for input in inputs {
             self.inputs.push(input.clone());
@@ -119,7 +117,7 @@ fn click(harness: &mut Harness<'static, Desk>, label: &str) {
     harness.run();
 }
 
-fn type_in<State>(harness: &mut Harness<'static, State>, text: &str) {
+pub fn type_in<State>(harness: &mut Harness<'static, State>, text: &str) {
     harness.event(egui::Event::Text(text.into()));
     harness.run();
 }
@@ -305,7 +303,8 @@ fn every_screen_has_its_picture() {
     save(&mut harness(Desk { rest_s: Some(75.0), ..Desk::new() }, size, 1.0), "rest");
     save(&mut harness(Desk { countdown: Some(3), ..Desk::new() }, size, 1.0), "countdown");
     let mut rolling = harness(Desk { countdown: Some(3), rolls: 9, ..Desk::new() }, size, 1.0);
-    rolling.get_by_label("The drive begins soon, at 9 mph. Hands on the wheel. 3");
+    let ready = "Hands on the arrow keys, ready to press the Up arrow key (accelerator). 3";
+    rolling.get_by_label(&format!("The drive begins soon, at 9 mph. {ready}"));
     save(&mut rolling, "countdown-rolling");
     let words = Some("You asked to stop. The experimenter will be with you in a moment.");
     save(&mut harness(Desk { words, ..Desk::new() }, size, 1.0), "held");
@@ -332,162 +331,4 @@ fn every_screen_has_its_picture() {
     keys(&mut every, &[ArrowRight, ArrowRight, ArrowRight, ArrowRight, Enter, Enter]);
     type_in(&mut every, "A small one");
     save(&mut every, "every-three");
-}
-
-/// The experimenter's part with the state of a session.
-struct Lead {
-    panel: SessionPanel,
-    items: Vec<SessionItem>,
-    phase: SessionPhase,
-    asked: bool,
-    error: Option<&'static str>,
-    commands: Vec<SessionCommand>,
-}
-
-impl Lead {
-    fn new(phase: SessionPhase) -> Self {
-        let item = |name: &str, what: &str, state: ItemState, earlier: &str| SessionItem {
-            name: name.into(),
-            what: what.into(),
-            condition: name.strip_prefix("trial-1-").map(str::to_owned),
-            state,
-            earlier: earlier.into(),
-        };
-        let items = vec![
-            item("welcome", "a page to read", ItemState::Done, ""),
-            item("ssq-before", "questions: ssq", ItemState::Skipped, "broken off"),
-            item("familiarisation", "420 s on practice, 12 cars", ItemState::Done, "cut"),
-            item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, ""),
-            item("trial-rest-1", "rest, 60 s", ItemState::Ahead, ""),
-        ];
-        Self { panel: SessionPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
-    }
-
-    fn show(&mut self, ui: &mut egui::Ui) {
-        let state = SessionPanelState {
-            title: "Co-operative congestion mitigation",
-            code: "P03",
-            items: &self.items,
-            to_come_s: 905.0,
-            sees: "drive trial-1-narrow",
-            left_s: Some(191.4),
-            phase: self.phase,
-            asked: self.asked,
-            error: self.error,
-            work: None,
-        };
-        let made = self.panel.show(ui, &state);
-        self.commands.extend(made);
-    }
-}
-
-fn lead(lead: Lead, size: [f32; 2]) -> Harness<'static, Lead> {
-    let mut harness = Harness::builder()
-        .with_size(egui::Vec2::from(size))
-        .with_context_setup(theme::apply)
-        .wgpu()
-        .build_ui_state(|ui, lead: &mut Lead| egui::CentralPanel::default().show(ui, |ui| lead.show(ui)).inner, lead);
-    harness.run();
-    harness
-}
-
-fn ctrl(harness: &mut Harness<'static, Lead>, key: Key) -> Vec<SessionCommand> {
-    harness.key_press_modifiers(Modifiers::COMMAND, key);
-    harness.run();
-    std::mem::take(&mut harness.state_mut().commands)
-}
-
-fn enter(harness: &mut Harness<'static, Lead>) -> Vec<SessionCommand> {
-    keys(harness, &[Key::Enter]);
-    std::mem::take(&mut harness.state_mut().commands)
-}
-
-#[test]
-fn every_command_is_given_by_keys_alone_with_its_reason() {
-    let mut harness = lead(Lead::new(SessionPhase::Driving), [420.0, 700.0]);
-    assert_eq!(ctrl(&mut harness, Key::P), [SessionCommand::Pause]);
-    assert_eq!(ctrl(&mut harness, Key::M), [SessionCommand::Mark(String::new())]);
-    assert_eq!(ctrl(&mut harness, Key::G), [], "a drive that runs needs no Go");
-    for (key, words, expected) in [
-        (Key::N, "coughs", SessionCommand::Note("coughs".into())),
-        (Key::S, "no time", SessionCommand::Skip("no time".into())),
-        (Key::E, "late", SessionCommand::Extend { seconds: 60.0, reason: "late".into() }),
-        (Key::B, "phone", SessionCommand::Abort("phone".into())),
-        (Key::R, "fell", SessionCommand::Repeat { item: "familiarisation".into(), reason: "fell".into() }),
-    ] {
-        assert_eq!(ctrl(&mut harness, key), []);
-        assert_eq!(enter(&mut harness), [], "it wants a reason");
-        harness.get_by_label("Please write a few words.");
-        type_in(&mut harness, words);
-        assert_eq!(enter(&mut harness), [expected]);
-        assert!(harness.query_by_label("Cancel").is_none(), "done is done");
-    }
-    // Sickness has its reason already but asks for confirmation; Esc cancels it.
-    assert_eq!(ctrl(&mut harness, Key::I), []);
-    harness.get_by_label("End the session");
-    keys(&mut harness, &[Key::Escape]);
-    assert!(harness.query_by_label("End the session").is_none() && harness.state().commands.is_empty());
-    assert_eq!(ctrl(&mut harness, Key::I), []);
-    assert_eq!(enter(&mut harness), [SessionCommand::Stop("sickness".into())]);
-    // The commands ask which item, and for how long.
-    ctrl(&mut harness, Key::R);
-    keys(&mut harness, &[Key::ArrowUp, Key::ArrowUp]);
-    type_in(&mut harness, "x");
-    assert_eq!(enter(&mut harness), [SessionCommand::Repeat { item: "welcome".into(), reason: "x".into() }]);
-    ctrl(&mut harness, Key::E);
-    assert_eq!(ctrl(&mut harness, Key::ArrowUp), []);
-    type_in(&mut harness, "y");
-    assert_eq!(enter(&mut harness), [SessionCommand::Extend { seconds: 70.0, reason: "y".into() }]);
-}
-
-#[test]
-fn buttons_act_only_when_possible_and_ending_a_drive_asks_first() {
-    let mut harness = lead(Lead::new(SessionPhase::Held), [420.0, 700.0]);
-    let press = |harness: &mut Harness<'static, Lead>, label: &str| {
-        harness.get_by_role_and_label(Role::Button, label).click();
-        harness.run();
-        std::mem::take(&mut harness.state_mut().commands)
-    };
-    assert_eq!(press(&mut harness, "Go Ctrl+G"), [SessionCommand::Go]);
-    assert_eq!(press(&mut harness, "Resume Ctrl+P"), [SessionCommand::Resume]);
-    assert_eq!(press(&mut harness, "Break off Ctrl+B"), []);
-    type_in(&mut harness, "too fast");
-    assert_eq!(press(&mut harness, "Break it off"), [SessionCommand::Abort("too fast".into())]);
-    harness.get_by_label("3:12");
-    harness.get_by_label("before: broken off");
-    harness.get_by_label("Plan: 3 of 5 done; about 16 min left");
-    harness.get_by_label("300 s on ring-250, 22 cars, policy ring-250-speed");
-    for (name, word) in [("welcome", "done"), ("trial-1-narrow", "now"), ("ssq-before", "skipped")] {
-        let line = harness.get_by_label(name).rect().center().y;
-        assert!(harness.get_all_by_label(word).any(|node| (node.rect().center().y - line).abs() < 4.0), "{name}");
-    }
-    // The question disappears when its drive is over.
-    press(&mut harness, "Break off Ctrl+B");
-    harness.state_mut().phase = SessionPhase::Over;
-    harness.run();
-    assert!(harness.query_by_label("Break it off").is_none());
-    for label in
-        ["Go Ctrl+G", "Skip Ctrl+S", "Break off Ctrl+B", "Sickness stop Ctrl+I", "Repeat Ctrl+R", "Extend Ctrl+E"]
-    {
-        assert_eq!(press(&mut harness, label), [], "{label}");
-    }
-    assert!(harness.query_by_label("Cancel").is_none());
-    harness.state_mut().error = Some("the disk is full");
-    harness.state_mut().asked = true;
-    harness.run();
-    harness.get_by_label("the disk is full");
-    harness.get_by_label_contains("The participant asks to stop:");
-}
-
-#[test]
-fn the_experimenters_part_has_its_pictures() {
-    let mut asked = Lead::new(SessionPhase::Held);
-    (asked.asked, asked.error) = (true, Some("there is no drive or rest to extend"));
-    save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
-    let mut repeat = lead(Lead::new(SessionPhase::Experimenter), [360.0, 560.0]);
-    ctrl(&mut repeat, Key::R);
-    save(&mut repeat, "lead-repeat");
-    let mut stop = lead(Lead::new(SessionPhase::Driving), [360.0, 560.0]);
-    ctrl(&mut stop, Key::I);
-    save(&mut stop, "lead-stop");
 }

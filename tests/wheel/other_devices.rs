@@ -209,7 +209,13 @@ fn a_base_without_wheel_in_its_name_is_pushed() {
     assert!(devices.describe().ends_with("profile Rig 1, with force"), "{}", devices.describe());
     for _ in 0..100 {
         devices.poll();
-        devices.set_force_input(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, running: true });
+        devices.set_force_input(ForceInput {
+            aligning_nm: 4.0,
+            speed_mps: 10.0,
+            grass: 0.0,
+            contact: 0.0,
+            running: true,
+        });
         sleep(Duration::from_millis(10));
     }
     assert!(devices.torque_nm().unwrap() > 1.0, "{:?}", devices.torque_nm());

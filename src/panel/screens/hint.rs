@@ -5,7 +5,10 @@ use super::{
     ParticipantScreen, ScreenState,
     style::{self, PageStyle},
 };
-use crate::study::QuestionnaireForm;
+use crate::{
+    controls::ControlSource,
+    study::{NamedControl, QuestionnaireForm},
+};
 use egui::{Rect, Ui, pos2, vec2};
 use std::sync::Arc;
 
@@ -25,11 +28,10 @@ impl KeyHint {
 /// Returns the hints for this screen; only keys that do something.
 fn hints(state: &ScreenState<'_>) -> Vec<KeyHint> {
     let texts = state.texts;
-    let [choose, next, back] = if state.wheel {
-        [texts.wheel.as_str(), texts.answer_button.as_str(), texts.back_button.as_str()]
-    } else {
-        [texts.arrows.as_str(), "Enter", "Backspace"]
-    };
+    let [choose, next, back, again] =
+        [NamedControl::Choose, NamedControl::Answer, NamedControl::Back, NamedControl::Again]
+            .map(|control| texts.control(control, state.source));
+    let has_keys = state.source == ControlSource::Keyboard;
     let mut hints = match state.screen {
         ParticipantScreen::Questions(form) => {
             let is_at_button = form.focus() >= form.stops().len();
@@ -38,29 +40,29 @@ fn hints(state: &ScreenState<'_>) -> Vec<KeyHint> {
                 hints.push(KeyHint::new(choose, &texts.choose));
             }
             hints.push(KeyHint::new(next, if is_at_button { &texts.next } else { &texts.answer }));
-            if goes_back(form, state.wheel) {
+            if goes_back(form, !has_keys) {
                 hints.push(KeyHint::new(back, &texts.back));
             }
             hints
         }
         ParticipantScreen::Rest(_, left_s) if left_s > 0.0 => Vec::new(),
-        ParticipantScreen::Page(_) | ParticipantScreen::Rest(..) if state.wheel => {
+        ParticipantScreen::Page(_) | ParticipantScreen::Rest(..) if state.source == ControlSource::Wheel => {
             vec![KeyHint { key: String::new(), action: texts.go_on.replace("{button}", &texts.answer_button) }]
         }
         ParticipantScreen::Page(_) | ParticipantScreen::Rest(..) => vec![KeyHint::new(next, &texts.next)],
         _ => Vec::new(),
     };
     if state.spoken {
-        hints.push(KeyHint::new(if state.wheel { back } else { "R" }, &texts.again));
+        hints.push(KeyHint::new(again, &texts.again));
     }
     hints
 }
 
 /// Checks whether Back goes anywhere from the focus. In a text with letters, Backspace deletes a letter instead; a
-/// wheel button still goes back.
-fn goes_back(form: &QuestionnaireForm, wheel: bool) -> bool {
+/// button still goes back.
+fn goes_back(form: &QuestionnaireForm, by_button: bool) -> bool {
     let is_first = form.focus() == 0 && form.progress().0 == 0;
-    !is_first && (wheel || !form.typing() || super::keys::has_no_answer(form))
+    !is_first && (by_button || !form.typing() || super::keys::has_no_answer(form))
 }
 
 /// Draws the line, centred at the bottom of the window.
@@ -108,10 +110,15 @@ mod tests {
                       { "type": "boolean", "name": "well", "title": "Well?", "isRequired": true } ] },
       { "elements": [ { "type": "text", "name": "more", "title": "More" } ] } ] }"#;
 
+    /// Returns the wheel or the keyboard.
+    fn device(wheel: bool) -> ControlSource {
+        if wheel { ControlSource::Wheel } else { ControlSource::Keyboard }
+    }
+
     fn hint_text(form: &QuestionnaireForm, wheel: bool) -> String {
         let texts = ParticipantTexts::default();
         let screen = ParticipantScreen::Questions(form);
-        let state = ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false };
+        let state = ScreenState { screen, texts: &texts, progress: [0, 1], source: device(wheel), spoken: false };
         let hints = hints(&state);
         hints.iter().map(|hint| format!("{}: {}", hint.key, hint.action)).collect::<Vec<_>>().join("; ")
     }
@@ -145,7 +152,9 @@ mod tests {
     #[test]
     fn a_page_names_its_button_and_a_rest_none_before_its_end() {
         let texts = ParticipantTexts::default();
-        let of = |screen, wheel| hints(&ScreenState { screen, texts: &texts, progress: [0, 1], wheel, spoken: false });
+        let of = |screen, wheel| {
+            hints(&ScreenState { screen, texts: &texts, progress: [0, 1], source: device(wheel), spoken: false })
+        };
         assert_eq!(of(ParticipantScreen::Page("x"), false), [KeyHint::new("Enter", "next")]);
         let sentence = KeyHint { key: String::new(), action: "Press × (cross) on the wheel to continue.".into() };
         assert_eq!(of(ParticipantScreen::Page("x"), true), std::slice::from_ref(&sentence));

@@ -15,6 +15,7 @@ mod style;
 pub use keys::SCREEN_KEYS;
 
 use crate::{
+    controls::ControlSource,
     study::{FmsPrompt, FormInput, ParticipantTexts, QuestionnaireForm},
     units::SpeedUnit,
 };
@@ -31,8 +32,8 @@ pub struct ScreenState<'a> {
     pub texts: &'a ParticipantTexts,
     /// Number of finished items of the session, and of all items.
     pub progress: [usize; 2],
-    /// True if there is a wheel: hints name its buttons, not keys.
-    pub wheel: bool,
+    /// Device in use: texts and hints name its keys, pedals or buttons.
+    pub source: ControlSource,
     /// True if the page is spoken and can be heard again.
     pub spoken: bool,
 }
@@ -76,19 +77,20 @@ impl ScreenPainter {
         let mut inputs = keys::inputs(ui, &state.screen);
         let whole = ui.max_rect();
         let page_style = PageStyle::of(whole.size());
+        let named = |text| state.texts.with_controls(text, state.source);
         match state.screen {
             ParticipantScreen::Drive(None) => return inputs,
             ParticipantScreen::Drive(Some(words)) => {
-                page::text_over(ui, &page_style, words);
+                page::text_over(ui, &page_style, &named(words));
                 return inputs;
             }
             ParticipantScreen::Rating(prompt) => {
-                rating::prompt(ui, &page_style, state.texts, prompt, state.wheel);
+                rating::prompt(ui, &page_style, state.texts, prompt, state.source);
                 return inputs;
             }
             ParticipantScreen::Countdown(left, speed, unit) => {
                 let rolling = state.texts.rolling.replace("{speed}", &format!("{speed} {}", unit.label()));
-                page::countdown(ui, &page_style, if speed > 0 { &rolling } else { &state.texts.ready }, left);
+                page::countdown(ui, &page_style, &named(if speed > 0 { &rolling } else { &state.texts.ready }), left);
                 return inputs;
             }
             _ => {}
@@ -106,11 +108,11 @@ impl ScreenPainter {
             ui.set_clip_rect(Rect::from_x_y_ranges(whole.x_range(), column.y_range()));
             match state.screen {
                 ParticipantScreen::Page(text) => {
-                    inputs.extend(page::page(ui, &page_style, &mut self.cache, text, Some(&state.texts.next)));
+                    inputs.extend(page::page(ui, &page_style, &mut self.cache, &named(text), Some(&state.texts.next)));
                 }
-                ParticipantScreen::Wait(text) => drop(page::page(ui, &page_style, &mut self.cache, text, None)),
+                ParticipantScreen::Wait(text) => drop(page::page(ui, &page_style, &mut self.cache, &named(text), None)),
                 ParticipantScreen::Rest(text, left_s) => {
-                    inputs.extend(page::rest(ui, &page_style, &mut self.cache, text, left_s, state.texts));
+                    inputs.extend(page::rest(ui, &page_style, &mut self.cache, &named(text), left_s, state.texts));
                 }
                 ParticipantScreen::Questions(form) => {
                     inputs.extend(questionnaire::show(ui, &page_style, form, state.texts))

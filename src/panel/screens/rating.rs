@@ -2,12 +2,15 @@
 //! number and the time left. Out: paint. Keys and wheel change the number elsewhere.
 
 use super::style::{self, PageStyle};
-use crate::study::{FmsPrompt, ParticipantTexts, fms};
+use crate::{
+    controls::ControlSource,
+    study::{FmsPrompt, NamedControl, ParticipantTexts, fms},
+};
 use egui::{Align2, Color32, Rect, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// Draws the question in the lower right corner, over the bonnet: clear of the road ahead, the mirror at the top and
 /// the dial in the lower middle.
-pub fn prompt(ui: &Ui, page_style: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, wheel: bool) {
+pub fn prompt(ui: &Ui, page_style: &PageStyle, texts: &ParticipantTexts, prompt: FmsPrompt, source: ControlSource) {
     let whole = ui.max_rect();
     let painter = ui.painter();
     let lay = |text: &str, size: f32, colour: Color32| {
@@ -16,10 +19,9 @@ pub fn prompt(ui: &Ui, page_style: &PageStyle, texts: &ParticipantTexts, prompt:
     let question = lay(&texts.fms, 0.8, style::TEXT);
     let number = lay(&prompt.value.to_string(), 2.2, Color32::WHITE);
     let ends = lay(&format!("{}, {}", texts.fms_low, texts.fms_high), 0.6, style::DIM);
-    let [change, answer] =
-        if wheel { [&texts.dpad, &texts.answer_button].map(String::as_str) } else { ["+ \u{2212}", "Enter"] };
-    // The names of a wheel's buttons are longer than a line.
-    let between = if wheel { "\n" } else { "   " };
+    let [change, answer] = [NamedControl::Rate, NamedControl::Answer].map(|control| texts.control(control, source));
+    // The names of buttons are longer than a line.
+    let between = if source == ControlSource::Keyboard { "   " } else { "\n" };
     let hand = lay(&format!("{change}: {}{between}{answer}: {}", texts.choose, texts.answer), 0.6, style::DIM);
     let parts = [&question, &number, &ends, &hand];
     let bar = 0.35 * page_style.em;

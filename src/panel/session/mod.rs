@@ -8,7 +8,7 @@ mod state;
 pub use state::{ItemState, SessionCommand, SessionItem, SessionPanelState, SessionPhase};
 
 use super::{notice, theme};
-use egui::{Button, Color32, Grid, Key, KeyboardShortcut, Modifiers, RichText, ScrollArea, Ui};
+use egui::{Button, Color32, Grid, Key, KeyboardShortcut, Label, Modifiers, RichText, ScrollArea, Ui};
 use prompt::{CommandDraft, PROMPTS, PromptedCommand, is_possible};
 
 /// Returns the keys of the experimenter's window in a session, and their actions.
@@ -135,7 +135,10 @@ fn pressed(ui: &mut Ui, label: &str, key: Key, tip: &str, can: bool, fill: Optio
     clicked || (typed && can)
 }
 
-/// Shows the plan, one line for each item.
+/// Widest name in the plan, as a share of the plan's width; longer names wrap.
+const NAME_SHARE: f32 = 0.45;
+
+/// Shows the plan, one row for each item.
 fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
     let items = state.items;
     let done = items.iter().filter(|item| matches!(item.state, ItemState::Done | ItemState::Skipped)).count();
@@ -144,25 +147,39 @@ fn list(ui: &mut Ui, state: &SessionPanelState<'_>) {
     let text = format!("Plan: {done} of {} done{left}", items.len());
     ui.label(RichText::new(text).color(theme::DIM));
     ScrollArea::vertical().id_salt("plan").auto_shrink([false, true]).show(ui, |ui| {
-        Grid::new("plan").num_columns(4).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {
+        // The last column gets the rest, in which its texts end in an ellipsis.
+        let widest = NAME_SHARE * ui.available_width();
+        Grid::new("plan").num_columns(3).spacing([12.0, 3.0]).striped(true).show(ui, |ui| {
             for item in items {
-                let (label, colour) = item.state.label();
-                let now = item.state == ItemState::Now;
-                let name = RichText::new(&item.name).color(if now { theme::ACCENT } else { theme::TEXT });
-                let response = ui.label(if now { name.strong() } else { name });
-                if now {
-                    response.scroll_to_me(None);
-                }
-                ui.label(RichText::new(label).color(colour));
-                let earlier = if item.earlier.is_empty() { String::new() } else { format!("before: {}", item.earlier) };
-                ui.label(RichText::new(earlier).color(theme::DIM));
-                // Most names contain their condition.
-                let condition = item.condition.as_ref().filter(|condition| !item.name.contains(condition.as_str()));
-                let what = condition.map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
-                ui.add(egui::Label::new(RichText::new(what).color(theme::DIM)).truncate());
+                row(ui, item, widest);
                 ui.end_row();
             }
         });
+    });
+}
+
+/// Shows an item of the plan in three columns: name, at most `widest` points wide; state; earlier runs and description.
+fn row(ui: &mut Ui, item: &SessionItem, widest: f32) {
+    let (label, colour) = item.state.label();
+    let now = item.state == ItemState::Now;
+    let name = RichText::new(&item.name).color(if now { theme::ACCENT } else { theme::TEXT });
+    let response = ui.vertical(|ui| {
+        ui.set_max_width(widest);
+        ui.add(Label::new(if now { name.strong() } else { name }).wrap())
+    });
+    if now {
+        response.inner.scroll_to_me(None);
+    }
+    // On the first line of its row, as the name is.
+    ui.vertical(|ui| ui.add(Label::new(RichText::new(label).color(colour)).extend()));
+    // Most names contain their condition.
+    let condition = item.condition.as_ref().filter(|condition| !item.name.contains(condition.as_str()));
+    let what = condition.map_or_else(|| item.what.clone(), |c| format!("{c}: {}", item.what));
+    let earlier = Some(&item.earlier).filter(|earlier| !earlier.is_empty()).map(|earlier| format!("before: {earlier}"));
+    ui.vertical(|ui| {
+        for text in earlier.into_iter().chain([what]) {
+            ui.add(Label::new(RichText::new(text).color(theme::DIM)).truncate());
+        }
     });
 }
 

@@ -213,8 +213,9 @@ pub(in crate::scene) fn cabin(lines: &BodyLines, level: LampLevel) -> TriangleLi
     let (rear, front) = (lines.cabin_rear_m + 0.12, 1.05);
     let floor = Vec3::new((rear + front) / 2.0, 0.0, 0.78);
     all.cuboid(floor, Vec3::new((front - rear) / 2.0, 0.80, 0.02), DARK);
-    // Dashboard, parcel shelf, steering wheel.
-    all.ellipsoid(Vec3::new(0.90, 0.0, 0.84), Vec3::new(0.26, 0.74, 0.085), fine(12, 14), |_| TRIM);
+    // Dashboard, parcel shelf, steering wheel. The dashboard is 4 cm below that of the cockpit: this body casts the ego's shadow, and
+    // at the same height it would cover the cockpit's dashboard with stripes.
+    all.ellipsoid(Vec3::new(0.90, 0.0, 0.80), Vec3::new(0.26, 0.74, 0.085), fine(12, 14), |_| TRIM);
     all.cuboid(Vec3::new(-1.42, 0.0, 0.88), Vec3::new(0.22, 0.62, 0.05), TRIM);
     for y in [-0.36, 0.36] {
         seat(&mut all, Vec3::new(-0.16, y, 0.0), fine(8, 10));

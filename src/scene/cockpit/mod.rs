@@ -132,19 +132,21 @@ fn shelf() -> Mesh {
 
 /// Returns the doors below their windows, seen from inside; they hide the road beside the scuttle.
 fn doors() -> PanelSkin {
-    const PARTS: usize = 8;
+    const PARTS: usize = 16;
     const REAR_M: f32 = 0.40;
+    const FRONT_M: f32 = CABIN_FRONT_M + 0.20;
     let lines = STYLES[0];
     let mut skin = PanelSkin::default();
     for side in [-1.0, 1.0] {
         // From the belt inwards, then down.
         let place = |i: usize, row: usize| {
-            let x = REAR_M + (CABIN_FRONT_M + 0.28 - REAR_M) * i as f32 / PARTS as f32;
+            let x = REAR_M + (FRONT_M - REAR_M) * i as f32 / PARTS as f32;
             let at = body_profile::at(lines, x);
-            // Higher beside the wing's rear end, a sliver of which would be visible otherwise.
-            let z =
-                at.belt_z + 0.026 * body_profile::smooth((x - 0.78) / 0.15) * body_profile::smooth((1.38 - x) / 0.12);
-            let (inwards, z) = [(0.010, z - 0.002), (0.060, z - 0.010), (0.110, 0.55)][row];
+            // It narrows and falls towards its front end, so that the wing ends it.
+            let thin = body_profile::smooth((FRONT_M - x) / 0.22);
+            let z = at.belt_z + 0.020 * body_profile::smooth((x - 0.78) / 0.15) * thin - 0.030 * (1.0 - thin);
+            let (inwards, z) =
+                [(0.010, z - 0.002), (0.010 + 0.050 * thin, z - 0.010), (0.010 + 0.100 * thin, 0.55)][row];
             Vec3::new(x, side * (at.belt_y - inwards), z)
         };
         for i in 0..PARTS {
