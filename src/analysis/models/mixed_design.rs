@@ -1,5 +1,5 @@
 //! Design of a linear mixed model with one random intercept per participant, and its restricted likelihood (REML). In: participant and
-//! terms, row by row. Out: [`MixedDesign`], computed once for all responses of these rows, and the criterion of a response with its
+//! terms, row by row. Out: `MixedDesign`, computed once for all responses of these rows, and the criterion of a response with its
 //! derivatives at any ratio of the variances between and within participants.
 //!
 //! With a single random intercept the likelihood depends on that one ratio; the other numbers follow in closed form (Bates 2015). Rows are

@@ -1,7 +1,7 @@
 //! Vehicles with flat sides: van, lorry, articulated lorry and bus. Out: models at their usual sizes, metres; see the parent
 //! module.
 
-use super::{Model, Shape, block};
+use super::model::{Model, Shape, block};
 use crate::scene::{
     Material,
     car::materials::{BRAKE, DARK, GLASS, PAINT, TRIM},

@@ -2,8 +2,8 @@
 //! module.
 
 use super::{
-    Model, Shape, block,
     limbs::{JACKET, SHIRT, SKIN, TROUSERS, limb, limbs},
+    model::{Model, Shape, block},
 };
 use crate::scene::{
     Material,

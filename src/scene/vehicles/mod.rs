@@ -8,43 +8,18 @@
 mod boxes;
 mod cycles;
 mod limbs;
+mod model;
 mod walkers;
 
-use super::{
-    CarModel, Mesh,
-    car::materials::WHEEL_RADIUS_M,
-    mesh::{SurfaceFinish, TriangleList},
-};
+use super::{CarModel, Mesh, car::materials::WHEEL_RADIUS_M};
 use crate::traffic::{VehicleBody, VehicleKind};
 use glam::Vec3;
+use model::Model;
 
 /// Number of body styles of cars: models of other kinds follow them in [`StaticScene::cars`](super::StaticScene::cars).
 const CAR_STYLES: usize = 3;
 /// Length from which a lorry is drawn as articulated, metres.
 const TRAILER_M: f64 = 12.0;
-
-/// Model of a kind as built, at its usual size.
-struct Model {
-    triangles: TriangleList,
-    shape: Shape,
-}
-
-/// Positions of a model's wheels and lamps, at its usual size.
-#[derive(Clone, Copy, Debug)]
-struct Shape {
-    /// Length, width and height, metres.
-    size: Vec3,
-    /// Front and rear axle, metres ahead of the centre.
-    axles: [f32; 2],
-    /// Distance of a wheel's middle to the left of the centre, metres; 0 for vehicles with one track.
-    track_half: f32,
-    /// Radius and width of a wheel, metres.
-    wheel: [f32; 2],
-    /// Positions of the left front and left rear indicator, metres.
-    indicators: [Vec3; 2],
-    /// Radius of an indicator, metres.
-    indicator_radius: f32,
-}
 
 /// Model of a vehicle and its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -150,12 +125,6 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
         indicators: shape.indicators.map(|at| at * stretch),
         indicator_radius_m: shape.indicator_radius,
     }
-}
-
-/// Adds a box between two corners.
-fn block(triangles: &mut TriangleList, low: [f32; 3], high: [f32; 3], finish: SurfaceFinish) {
-    let (low, high) = (Vec3::from(low), Vec3::from(high));
-    triangles.cuboid((low + high) / 2.0, (high - low) / 2.0, finish);
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Person on foot, in mid-step. Out: a model at its usual size, metres; see the parent module.
 
 use super::{
-    Model, Shape,
     limbs::{JACKET, SKIN, TROUSERS, limb, limbs},
+    model::{Model, Shape},
 };
 use crate::scene::{
     Material,
