@@ -169,11 +169,11 @@ fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
     ))
 }
 
-/// Reads the vehicles that enter a network: the path of a SUMO file, or `{"files": [...], "flows": [{"from": ..., "to": ..., "per_hour":
-/// ...}]}`.
+/// Reads the vehicles that enter a network: the path of a SUMO file, or the keys of a scenario's `[demand]`, such as `{"files": [...],
+/// "additional_files": [...], "begin_s": 25200.0, "flows": [{"from": ..., "to": ..., "per_hour": ...}]}`.
 fn read_demand(value: Value) -> PyResult<Demand> {
     if let Value::String(file) = value {
-        return Ok(Demand { files: vec![PathBuf::from(file)], flows: Vec::new() });
+        return Ok(Demand { files: vec![PathBuf::from(file)], ..Demand::default() });
     }
     serde_json::from_value(value).map_err(|error| PyValueError::new_err(format!("demand: {error}")))
 }
