@@ -10,7 +10,7 @@ use super::{
     limits::{LONGEST_ROUTE_M, WIDEST_GAP_M},
     longest_open_path,
     network::{Edge, JunctionId, Lane, LaneId, Network},
-    tight_turns::{has_kink, is_too_tight},
+    tight_turns::{has_kink, is_street_corner, is_too_tight},
 };
 use crate::toml_text::did_you_mean;
 use std::{
@@ -126,8 +126,16 @@ struct AllowedLinks {
     changes: bool,
     /// U-turns back to where the lane came from.
     turnarounds: bool,
-    /// Turns that a car cannot make within its lane.
-    tight_turns: bool,
+    tight_turns: TightTurns,
+}
+
+/// Turns that a car cannot make within its lane and that a search may use.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum TightTurns {
+    None,
+    /// Corners of streets.
+    Corners,
+    All,
 }
 
 /// Returns the lanes of a lane's edge that are open to cars, the lane itself included.
@@ -138,7 +146,8 @@ fn beside(net: &Network, lane: usize) -> impl Iterator<Item = usize> {
 /// Returns the lanes that can be entered next from each lane; the right-most target first.
 fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
     let mut next = vec![Vec::new(); net.lanes().len()];
-    let kinked: Vec<bool> = net.lanes().iter().map(|lane| !allowed.tight_turns && has_kink(lane)).collect();
+    let kinked: Vec<bool> =
+        net.lanes().iter().map(|lane| allowed.tight_turns != TightTurns::All && has_kink(lane)).collect();
     for link in net.connections() {
         let (from, to) = (link.from.index(), link.to.index());
         if drivable(net, from)
@@ -146,7 +155,9 @@ fn links_by_lane(net: &Network, allowed: AllowedLinks) -> Vec<Vec<usize>> {
             && !kinked[to]
             && drivable(net, to)
             && (allowed.turnarounds || !link.is_turnaround())
-            && (allowed.tight_turns || !is_too_tight(net, link))
+            && (allowed.tight_turns == TightTurns::All
+                || allowed.tight_turns == TightTurns::Corners && is_street_corner(net, link)
+                || !is_too_tight(net, link))
         {
             let entered = beside(net, from).filter(|&lane| allowed.changes || lane == from);
             entered.for_each(|lane| next[lane].push(to));
@@ -179,7 +190,8 @@ fn from_first(mut found: Vec<usize>) -> Vec<usize> {
 
 /// Returns the path that is driven unless the user chooses one: the longest loop that does not cross itself, else any loop, else one with
 /// U-turns, else the longest open path; none of them changes lanes. Turns that a car cannot make are used only if nothing is found without
-/// them. A loop shorter than 100 m gives way to a longer open path.
+/// them; but a loop round corners of streets that are a little too tight comes before an open path. A loop shorter than 100 m gives way to
+/// a longer open path.
 ///
 /// # Errors
 /// No chain of lanes open to cars is long enough to drive.
@@ -187,10 +199,10 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<DefaultPath, Ma
     let search = |tight_turns| {
         let links = |turnarounds| links_by_lane(net, AllowedLinks { changes: false, turnarounds, tight_turns });
         let next = links(false);
-        let closed =
-            longest_without_crossing(net, &next).or_else(|| any_loop(&next)).or_else(|| any_loop(&links(true)));
+        let with_turnarounds = || any_loop(&links(true)).filter(|_| tight_turns != TightTurns::Corners);
+        let closed = longest_without_crossing(net, &next).or_else(|| any_loop(&next)).or_else(with_turnarounds);
         let closed = closed.map(|found| (from_first(found), true));
-        let usable = |lane| tight_turns || !has_kink(lane_at(net, lane));
+        let usable = |lane| tight_turns == TightTurns::All || !has_kink(lane_at(net, lane));
         let open = || longest_open_path::longest(net, &next, usable).map(|found| (found, false));
         match closed {
             Some((lanes, _)) if length_m(net, &lanes) < ON_THE_SPOT_M => {
@@ -200,7 +212,11 @@ pub(super) fn default_path(file: &Path, net: &Network) -> Result<DefaultPath, Ma
             found => found.or_else(open),
         }
     };
-    let found = search(false).or_else(|| search(true));
+    let is_loop = |found: &(Vec<usize>, bool)| found.1;
+    let gentle = search(TightTurns::None);
+    let round_corners = || search(TightTurns::Corners).filter(is_loop);
+    let found = gentle.clone().filter(is_loop).or_else(round_corners).or(gentle);
+    let found = found.or_else(|| search(TightTurns::All));
     let (lanes, is_closed) = found.ok_or_else(|| longest_open_path::none(file, net))?;
     Ok(DefaultPath { streets: lane_ids(lanes), is_closed })
 }
@@ -364,7 +380,7 @@ fn along(file: &Path, net: &Network, edges: &[String]) -> Result<Vec<LaneId>, Ma
     let chosen = chosen_edges(file, net, edges)?;
     let mut furthest = 0;
     for changes in [false, true] {
-        let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true, tight_turns: true });
+        let next = links_by_lane(net, AllowedLinks { changes, turnarounds: true, tight_turns: TightTurns::All });
         let lanes_of = |k: usize| {
             let lanes = chosen[k % chosen.len()].lanes().map(LaneId::index);
             lanes.filter(|&lane| lane_at(net, lane).admits_cars())

@@ -11,6 +11,8 @@ const TURNING_RADIUS_M: f64 = 5.5;
 const MARGIN_M: f64 = 0.5;
 /// Smallest turn that counts as a corner, radians: 30 degrees.
 const CORNER_RAD: f64 = 0.52;
+/// Largest turn at the corner of a street, radians: 110 degrees.
+const STREET_CORNER_RAD: f64 = 1.92;
 /// Turn above which the lines before and behind it intersect far away, radians: 150 degrees.
 const NEARLY_BACK_RAD: f64 = 2.6;
 
@@ -40,6 +42,13 @@ pub(super) fn is_too_tight(net: &Network, connection: &Connection) -> bool {
     let ahead_m = across.dot(DVec2::from_angle(out)).min(across.dot(DVec2::from_angle(into)));
     let aside_m = across.dot(DVec2::from_angle(out).perp()).abs().min(across.dot(DVec2::from_angle(into).perp()).abs());
     ahead_m < -OVERLAP_M || aside_m - leeway_m > reach_aside_m(ahead_m)
+}
+
+/// Returns true for a connection that turns by up to 110 degrees, as at the corner of a street. Networks made by hand have such corners
+/// drawn tighter than a car turns; it cuts their inside.
+pub(super) fn is_street_corner(net: &Network, connection: &Connection) -> bool {
+    let (from, to) = (net.lane(connection.from), net.lane(connection.to));
+    (CORNER_RAD..STREET_CORNER_RAD).contains(&wrap_angle(direction(to, false) - direction(from, true)).abs())
 }
 
 /// Returns true for a lane with a corner in its shape that a car cannot follow within the lane.
