@@ -133,7 +133,7 @@ struct AllowedLinks {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum TightTurns {
     None,
-    /// Corners of streets.
+    /// Only those at the corners of streets, of up to 110 degrees.
     Corners,
     All,
 }
