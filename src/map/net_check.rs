@@ -3,15 +3,13 @@
 //! (`network`); this file checks references between elements: junctions and their rules, signals, connections, boundaries.
 
 use super::{MapError, limits::MOST_LANES_OF_ONE, net_xml::NetReader, xml_tree::Element};
+use crate::sumo_xml::vocabulary::SIGNAL_TYPES;
 use std::collections::{BTreeMap, BTreeSet};
 
 const EDGE_FUNCTIONS: &str = "normal internal connector crossing walkingarea roundabout_edge";
 const JUNCTION_TYPES: &str = "traffic_light traffic_light_unregulated traffic_light_right_on_red priority \
                               priority_stop right_before_left left_before_right allway_stop zipper rail_signal \
                               rail_crossing unregulated internal dead_end district unknown";
-/// Allowed types of signal programs: without "off", on which SUMO 1.28 crashes, and without the research types that write logs (sotl,
-/// swarm).
-const SIGNAL_TYPES: &str = "static actuated delay_based NEMA railSignal railCrossing";
 const SIGNALS: &str = "rRgGyYoOsSuU";
 const LINK_STATES: &str = "-=oOrRgGyYuUmMswaZ";
 /// Allowed directions; "T" is a U-turn with left-hand traffic.

@@ -12,23 +12,10 @@ use std::path::{Path, PathBuf};
 
 /// Largest duration of a drive, s.
 const LONGEST_S: f64 = 604_800.0;
-/// Parts of the names of options that only write, draw or speak.
-const SILENT: [&str; 14] = [
-    "output",
-    "log",
-    "verbose",
-    "warnings",
-    "gui",
-    "validation",
-    "human-readable",
-    "start",
-    "quit",
-    "delay",
-    "port",
-    "license",
-    "statistics",
-    "precision",
-];
+/// Parts of the names of options that only write, draw or speak, and such names.
+const SILENT_PARTS: [&str; 5] = ["output", "duration-log", "gui", "validation", "tls.actuated.show"];
+const SILENT: &str = "log message-log error-log log.processed verbose no-warnings no-step-log human-readable-time print-options precision \
+                      write-license start quit-on-end delay remote-port num-clients";
 
 /// Returns true for a file that is read as SUMO's configuration, by the end of its name.
 pub(super) fn is_sumo_config(path: &Path) -> bool {
@@ -66,8 +53,13 @@ pub(super) fn read(path: &Path) -> Result<Scenario, SettingsError> {
             // A negative end stands for none.
             "end" | "e" => end_s = if value.trim().starts_with('-') { None } else { Some(time()?) },
             "ignore-route-errors" => {}
-            "seed" => scenario.seed = value.trim().parse().unwrap_or(scenario.seed),
-            _ if SILENT.iter().any(|part| name.contains(part)) => {}
+            "seed" => {
+                let seed = value.trim().parse();
+                let wrong = |_| named(format!(":{line}: seed is \"{value}\"; allowed: a whole number from 0"));
+                scenario.seed = seed.map_err(wrong)?;
+            }
+            _ if SILENT.split_whitespace().any(|silent| name == silent) => {}
+            _ if SILENT_PARTS.iter().any(|part| name.contains(part)) => {}
             _ => unused.push(name),
         }
     }
@@ -146,6 +138,10 @@ mod tests {
             (
                 "<configuration>\n<begin value=\"soon\"/></configuration>",
                 "run.sumocfg:2: begin is \"soon\"; allowed: seconds",
+            ),
+            (
+                "<configuration><seed value=\"x\"/></configuration>",
+                "run.sumocfg:1: seed is \"x\"; allowed: a whole number",
             ),
             ("<configuration/>", "run.sumocfg: net-file is missing; allowed: the path"),
             ("<configuration>\n\n<net-file value=\"a\"></configuration>", "run.sumocfg:3: this is not XML"),

@@ -136,6 +136,10 @@ pub fn additional() -> &'static Vocabulary {
     &ADDITIONAL
 }
 
+/// Allowed types of signal programs: without "off", on which SUMO 1.28 crashes, and without the research types that write logs (sotl,
+/// swarm).
+pub const SIGNAL_TYPES: &str = "static actuated delay_based NEMA railSignal railCrossing";
+
 /// Keys of actuated, delay-based and NEMA signals. `file`, `freq` and `whetherOutputState` cause output, so they are
 /// absent.
 const SIGNAL_KEYS: &str = "max-gap min-gap jam-threshold passing-time detector-gap inactive-threshold detectorRange minTimeLoss extendMaxDur \

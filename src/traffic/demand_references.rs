@@ -4,7 +4,7 @@
 
 use crate::{
     map::network::{EdgeId, Network},
-    sumo_xml::stream::Tag,
+    sumo_xml::{stream::Tag, vocabulary::SIGNAL_TYPES},
     toml_text::did_you_mean,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -22,8 +22,6 @@ const OWN_TYPES: [&str; 6] = [
     "DEFAULT_RAILTYPE",
     "DEFAULT_CONTAINERTYPE",
 ];
-/// Types of signals whose programs read no other file.
-const SIGNAL_TYPES: [&str; 6] = ["static", "actuated", "delay_based", "NEMA", "railSignal", "railCrossing"];
 
 /// Definitions of all files so far.
 pub(super) struct DemandReferences<'n> {
@@ -69,9 +67,9 @@ impl<'n> DemandReferences<'n> {
             "person" | "personFlow" => named(tag, "type", &self.types, "a vType or a vTypeDistribution above it")?,
             "stop" => self.stop(tag)?,
             "tlLogic" => {
-                let kind = tag.attribute("type").unwrap_or(SIGNAL_TYPES[0]);
-                if !SIGNAL_TYPES.contains(&kind) {
-                    return Err(format!("type is \"{kind}\"; allowed: {}", SIGNAL_TYPES.join(", ")));
+                let kind = tag.attribute("type").unwrap_or("static");
+                if !SIGNAL_TYPES.split_whitespace().any(|known| known == kind) {
+                    return Err(format!("type is \"{kind}\"; allowed: {SIGNAL_TYPES}"));
                 }
             }
             place if STOPPING_PLACES.contains(&place) => {

@@ -10,7 +10,7 @@ use glam::DVec2;
 
 /// Distance up to which a driver looks for persons: the stopping distance at 100 km/h.
 const AHEAD_M: f64 = 100.0;
-/// Distance into a crossing up to which a driver still stops for persons on it, half of it at most.
+/// Distance into a crossing up to which a driver still stops for persons on it.
 const INTO_CROSSING_M: f64 = 1.0;
 /// Smallest distance at which a car passes a person.
 const BESIDE_M: f64 = 0.5;
@@ -69,9 +69,10 @@ impl PersonsAhead {
         let ego = snapshot.ego.position.truncate();
         let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
         let ahead_m = |person: &VehicleSnapshot| {
-            let on_road = on_road_ahead_m(person, snapshot, route);
+            let beside = BesideRoute::of(person, snapshot, route);
+            let on_road = beside.on_road_ahead_m(person, snapshot, route);
             // A person who has crossed the ego's lane and walks on is not in its way.
-            let waits = on_road.is_some() || !has_passed(person, snapshot, route);
+            let waits = on_road.is_some() || !beside.has_passed();
             let crossings = self.crossings.iter().filter(|crossing| waits && crossing.has(person));
             let at_crossing = crossings.filter_map(|crossing| {
                 let ahead_m = route.difference(snapshot.ego_s_m, crossing.s_m);
@@ -95,25 +96,35 @@ impl Crossing {
     }
 }
 
-/// Returns the lateral offset of a person from the route, their position along it, and the speed at which they come nearer to its line.
-fn beside(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> (f64, f64, f64) {
-    let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
-    let at = route.project(person.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
-    let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());
-    (at.offset_m, at.s_m, -at.offset_m.signum() * to_left * person.speed_mps)
+/// Position of a person beside the ego's route.
+struct BesideRoute {
+    s_m: f64,
+    /// Lateral offset from the route, positive to the left.
+    offset_m: f64,
+    /// Speed at which the person comes nearer to the route's line; negative for one who walks away.
+    nearing_mps: f64,
 }
 
-/// Checks whether a person is beside the ego's way and walks away from it.
-fn has_passed(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> bool {
-    let (offset_m, _, nearing_mps) = beside(person, snapshot, route);
-    nearing_mps < -0.1 && offset_m.abs() > CAR_WIDTH_M / 2.0 + BESIDE_M
-}
+impl BesideRoute {
+    fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Self {
+        let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
+        let at = route.project(person.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
+        let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());
+        let nearing_mps = -at.offset_m.signum() * to_left * person.speed_mps;
+        Self { s_m: at.s_m, offset_m: at.offset_m, nearing_mps }
+    }
 
-/// Returns the distance from the ego's front bumper to a person who is in its way, or will be soon.
-fn on_road_ahead_m(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Option<f64> {
-    let (offset_m, s_m, nearing_mps) = beside(person, snapshot, route);
-    let ahead_m = route.difference(snapshot.ego_s_m, s_m);
-    let soon_m = offset_m.abs() - nearing_mps.max(0.0) * LOOKS_AHEAD_S;
-    let is_in_way = soon_m < (CAR_WIDTH_M + person.body.width_m) / 2.0 + BESIDE_M;
-    (ahead_m > 0.0 && is_in_way && is_one_road(person.height_m, route.height_m(s_m))).then_some(ahead_m)
+    /// Checks whether the person is beside the ego's way and walks away from it.
+    fn has_passed(&self) -> bool {
+        self.nearing_mps < -0.1 && self.offset_m.abs() > CAR_WIDTH_M / 2.0 + BESIDE_M
+    }
+
+    /// Returns the distance from the ego's front bumper to the person, if they are in its way or will be soon.
+    fn on_road_ahead_m(&self, person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Option<f64> {
+        let ahead_m = route.difference(snapshot.ego_s_m, self.s_m);
+        let soon_m = self.offset_m.abs() - self.nearing_mps.max(0.0) * LOOKS_AHEAD_S;
+        let is_in_way = soon_m < (CAR_WIDTH_M + person.body.width_m) / 2.0 + BESIDE_M;
+        let is_level = is_one_road(person.height_m, route.height_m(self.s_m));
+        (ahead_m > 0.0 && is_in_way && is_level).then_some(ahead_m)
+    }
 }
