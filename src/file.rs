@@ -83,14 +83,6 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
     text_of(read_bounded(path, limit)?)
 }
 
-/// Reads a whole regular file as text, compressed (gzip) or not, of at most `limit` bytes unpacked.
-///
-/// # Errors
-/// As [`read_text`]; or the file is not packed as gzip says.
-pub fn read_unpacked_text(path: &Path, limit: u64) -> Result<String, Error> {
-    read_text_from(unpacked(open_regular(path)?)?, limit)
-}
-
 /// Returns the content of a file, compressed (gzip) or not, whatever its name is.
 ///
 /// # Errors

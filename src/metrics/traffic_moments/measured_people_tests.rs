@@ -125,8 +125,7 @@ fn the_halves_of_experiment_a_are_in_the_table_of_criteria() {
 
 #[test]
 fn deviations_down_the_platoons_of_openacc_are_the_known_ones() {
-    let runs = [("run3", [3.43, 3.32, 3.18, 3.20]), ("run10", [5.88, 5.70, 5.70, 5.53])];
-    for (run, known) in runs {
+    for (run, known) in ["run3", "run10"].into_iter().zip(OPENACC_SPEED_SD_MPS) {
         let file = format!("openacc_people/asta_040719_{run}_people_10hz.csv.gz");
         let Some(all) = measured(&file, None, "deviations_down_the_platoons_of_openacc_are_the_known_ones") else {
             return;

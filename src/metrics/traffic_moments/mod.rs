@@ -19,7 +19,7 @@ pub use criteria::{
 pub use moments::{MOMENTS, TrafficMoments, moments, platoon_speed_sd_mps};
 pub use persons::{PersonMoments, persons};
 pub use trajectories::{VehicleTrajectories, VehicleTrajectory};
-pub use trajectory_file::{COLUMNS, MOST_BYTES, TrajectoryFault, read_trajectories};
+pub use trajectory_file::{COLUMNS, MOST_ROWS, TrajectoryFault, read_trajectories};
 
 #[cfg(test)]
 mod measured_people_tests;

@@ -12,17 +12,20 @@
 //! Every vehicle has a row at each step, in order of time. Columns may stand in any order, and other columns are ignored.
 
 use super::trajectories::{VehicleTrajectories, VehicleTrajectory};
-use crate::file::read_unpacked_text;
+use crate::file::{open_regular, unpacked};
 use std::{
     collections::BTreeMap,
-    io,
+    io::{self, BufRead, BufReader, Read},
     path::{Path, PathBuf},
 };
 
 /// Columns of the file.
 pub const COLUMNS: [&str; 5] = ["time_s", "vehicle", "leader", "speed_mps", "gap_m"];
-/// Largest size of a file, unpacked, bytes: 20 vehicles over 10 h at steps of 0.1 s.
-pub const MOST_BYTES: u64 = 256 << 20;
+/// Largest number of rows: 20 vehicles over 5 h at steps of 0.1 s.
+pub const MOST_ROWS: usize = 4_000_000;
+/// Largest number of vehicles, and of bytes of a line.
+const MOST_VEHICLES: usize = 1000;
+const MOST_LINE_BYTES: u64 = 4096;
 /// Largest step, s: lags and accelerations are shorter than two larger ones.
 const MOST_STEP_S: f64 = 0.5;
 /// Smallest and largest speed, m/s, and gap, m, that are not taken for another unit or a fault of a sensor.
@@ -38,18 +41,33 @@ pub enum TrajectoryFault {
     Line { path: PathBuf, line: usize, what: String, remedy: String },
 }
 
-/// Content of a line that is not as it should be, and the remedy.
+/// Line, what is wrong with it, and the remedy.
 type LineFault = (usize, String, String);
+
+/// Fault before the file's name is added.
+#[derive(Debug)]
+enum ReadFault {
+    Io(io::Error),
+    Line(LineFault),
+}
+
+impl From<LineFault> for ReadFault {
+    fn from(fault: LineFault) -> Self {
+        Self::Line(fault)
+    }
+}
 
 /// Reads a file; `ring_m` is the length of the ring, m, if the vehicles drive on one.
 ///
 /// # Errors
 /// The file cannot be read, or a line is not as the head of this module says.
 pub fn read_trajectories(path: &Path, ring_m: Option<f64>) -> Result<VehicleTrajectories, TrajectoryFault> {
-    let text = read_unpacked_text(path, MOST_BYTES);
-    let text = text.map_err(|why| TrajectoryFault::Unreadable { path: path.into(), why })?;
-    let fault = |(line, what, remedy)| TrajectoryFault::Line { path: path.into(), line, what, remedy };
-    parsed(&text, ring_m).map_err(fault)
+    let file = open_regular(path).and_then(unpacked);
+    let read = file.map_err(ReadFault::Io).and_then(|file| parsed(BufReader::new(file), ring_m));
+    read.map_err(|fault| match fault {
+        ReadFault::Io(why) => TrajectoryFault::Unreadable { path: path.into(), why },
+        ReadFault::Line((line, what, remedy)) => TrajectoryFault::Line { path: path.into(), line, what, remedy },
+    })
 }
 
 /// A vehicle while its rows are read.
@@ -57,25 +75,49 @@ pub fn read_trajectories(path: &Path, ring_m: Option<f64>) -> Result<VehicleTraj
 struct VehicleRows {
     trajectory: VehicleTrajectory,
     leader: String,
-    times_s: Vec<f64>,
     first_line: usize,
+    /// Times of the first, the second and the last row, s.
+    first_s: f64,
+    second_s: f64,
+    last_s: f64,
 }
 
-/// Returns the trajectories in a text.
-fn parsed(text: &str, ring_m: Option<f64>) -> Result<VehicleTrajectories, LineFault> {
-    let mut lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim_end_matches('\r')));
-    let (_, head) = lines.next().unwrap_or((1, ""));
-    let columns = columns_of(head)?;
+/// Reads the next line without its end; `None` after the last.
+fn next_line<'a>(from: &mut impl BufRead, line: usize, text: &'a mut String) -> Result<Option<&'a str>, ReadFault> {
+    text.clear();
+    let bytes = from.by_ref().take(MOST_LINE_BYTES).read_line(text).map_err(ReadFault::Io)?;
+    if bytes as u64 == MOST_LINE_BYTES && !text.ends_with('\n') {
+        let what = format!("the line is too long; allowed: at most {MOST_LINE_BYTES} bytes");
+        return Err((line, what, "end each row with a line feed, and leave other columns out".to_owned()).into());
+    }
+    Ok((bytes > 0).then(|| text.trim_end_matches(['\n', '\r'])))
+}
+
+/// Reads the trajectories from a text.
+fn parsed(mut from: impl BufRead, ring_m: Option<f64>) -> Result<VehicleTrajectories, ReadFault> {
+    let mut text = String::new();
+    let columns = columns_of(next_line(&mut from, 1, &mut text)?.unwrap_or_default())?;
     let mut vehicles: Vec<VehicleRows> = Vec::new();
     let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
-    for (number, line) in lines.filter(|(_, line)| !line.is_empty()) {
+    let mut number = 1;
+    while let Some(line) = next_line(&mut from, number + 1, &mut text)? {
+        number += 1;
+        if line.is_empty() {
+            continue;
+        }
         let row = Row::of(number, line, columns)?;
-        let at = *by_name.entry(row.vehicle.to_owned()).or_insert_with(|| {
-            let trajectory = VehicleTrajectory { name: row.vehicle.to_owned(), ..VehicleTrajectory::default() };
-            let leader = row.leader.to_owned();
-            vehicles.push(VehicleRows { trajectory, leader, first_line: number, ..VehicleRows::default() });
-            vehicles.len() - 1
-        });
+        let at = match by_name.get(row.vehicle) {
+            Some(at) => *at,
+            None => {
+                by_name.insert(row.vehicle.to_owned(), vehicles.len());
+                vehicles.push(VehicleRows::new(&row));
+                vehicles.len() - 1
+            }
+        };
+        if number > MOST_ROWS || vehicles.len() > MOST_VEHICLES {
+            let what = format!("too much; allowed: at most {MOST_ROWS} rows and {MOST_VEHICLES} vehicles");
+            return Err((number, what, "split the file".to_owned()).into());
+        }
         vehicles[at].add(&row)?;
     }
     let step_s = common_step_s(&vehicles)?;
@@ -141,32 +183,46 @@ impl<'a> Row<'a> {
 }
 
 impl VehicleRows {
+    fn new(row: &Row) -> Self {
+        Self {
+            trajectory: VehicleTrajectory { name: row.vehicle.to_owned(), ..VehicleTrajectory::default() },
+            leader: row.leader.to_owned(),
+            first_line: row.line,
+            ..Self::default()
+        }
+    }
+
+    fn rows(&self) -> usize {
+        self.trajectory.speed_mps.len()
+    }
+
     fn add(&mut self, row: &Row) -> Result<(), LineFault> {
+        let name = row.vehicle;
         if row.leader != self.leader {
-            let what = format!(
-                "vehicle \"{}\" follows \"{}\", before it followed \"{}\"",
-                row.vehicle, row.leader, self.leader
-            );
+            let what = format!("vehicle \"{name}\" follows \"{}\", before it followed \"{}\"", row.leader, self.leader);
             return Err((row.line, what, "split the file where a leader changes".to_owned()));
         }
-        if let [first_s, second_s, ..] = self.times_s[..] {
-            let expected_s = first_s + self.times_s.len() as f64 * (second_s - first_s);
-            if (row.time_s - expected_s).abs() > 0.1 * (second_s - first_s) {
-                let what =
-                    format!("vehicle \"{}\" is at time {} s, expected {expected_s:.3} s", row.vehicle, row.time_s);
-                return Err((row.line, what, "write even steps of time, in order, without holes".to_owned()));
+        let step_s = self.second_s - self.first_s;
+        match self.rows() {
+            0 => self.first_s = row.time_s,
+            1 => self.second_s = row.time_s,
+            rows => {
+                let expected_s = self.first_s + rows as f64 * step_s;
+                if (row.time_s - expected_s).abs() > 0.1 * step_s {
+                    let what = format!("vehicle \"{name}\" is at time {} s, expected {expected_s:.3} s", row.time_s);
+                    return Err((row.line, what, "write even steps of time, in order, without holes".to_owned()));
+                }
             }
-        } else if let [first_s] = self.times_s[..]
-            && !(1e-3..=MOST_STEP_S).contains(&(row.time_s - first_s))
-        {
-            let what = format!("the step is {:.3} s; allowed: 0.001 to {MOST_STEP_S} s", row.time_s - first_s);
+        }
+        if self.rows() == 1 && !(1e-3..=MOST_STEP_S).contains(&(self.second_s - self.first_s)) {
+            let what = format!("the step is {:.3} s; allowed: 0.001 to {MOST_STEP_S} s", self.second_s - self.first_s);
             return Err((
                 row.line,
                 what,
                 "write each vehicle's rows in order of time, in even and short steps".to_owned(),
             ));
         }
-        self.times_s.push(row.time_s);
+        self.last_s = row.time_s;
         self.trajectory.speed_mps.push(row.speed_mps);
         self.trajectory.gap_m.extend(row.gap_m);
         Ok(())
@@ -175,25 +231,25 @@ impl VehicleRows {
 
 /// Returns the step of all vehicles, s, checking that all have the same steps.
 fn common_step_s(vehicles: &[VehicleRows]) -> Result<f64, LineFault> {
-    let longest = vehicles.iter().max_by_key(|rows| rows.times_s.len());
-    let Some(all_s) = longest.map(|rows| &rows.times_s).filter(|times_s| times_s.len() > 1) else {
+    let longest = vehicles.iter().max_by_key(|rows| rows.rows()).filter(|rows| rows.rows() > 1);
+    let Some(longest) = longest else {
         return Err((
             1,
             "there are no two steps of a vehicle".to_owned(),
             "add a row for each vehicle and step".to_owned(),
         ));
     };
-    let step_s = (all_s[all_s.len() - 1] - all_s[0]) / (all_s.len() - 1) as f64;
+    let step_s = (longest.last_s - longest.first_s) / (longest.rows() - 1) as f64;
     for rows in vehicles {
-        let same = rows.times_s.len() == all_s.len() && (rows.times_s[0] - all_s[0]).abs() < 0.1 * step_s;
-        if !same {
-            let name = &rows.trajectory.name;
+        let is_same = rows.rows() == longest.rows() && (rows.first_s - longest.first_s).abs() < 0.1 * step_s;
+        if !is_same {
             let what = format!(
-                "vehicle \"{name}\" has {} steps from {} s on, others have {} from {} s on",
-                rows.times_s.len(),
-                rows.times_s[0],
-                all_s.len(),
-                all_s[0]
+                "vehicle \"{}\" has {} steps from {} s on, others have {} from {} s on",
+                rows.trajectory.name,
+                rows.rows(),
+                rows.first_s,
+                longest.rows(),
+                longest.first_s
             );
             return Err((rows.first_line, what, "cut the file to the time that all vehicles have".to_owned()));
         }

@@ -6,7 +6,10 @@ use std::io::Write as _;
 const HEAD: &str = "time_s,vehicle,leader,speed_mps,gap_m\n";
 
 fn read(text: &str) -> Result<VehicleTrajectories, LineFault> {
-    parsed(text, Some(260.0))
+    parsed(text.as_bytes(), Some(260.0)).map_err(|fault| match fault {
+        ReadFault::Line(fault) => fault,
+        ReadFault::Io(why) => panic!("{why}"),
+    })
 }
 
 /// Returns line, fault and remedy of a refused text.
@@ -65,5 +68,9 @@ fn every_fault_has_its_line() {
         assert!(fault.0 == line && fault.1.contains(what) && !fault.2.is_empty(), "{rows}: {fault:?}");
     }
     let (line, what, _) = read("time,vehicle\n").unwrap_err();
+    let long = refused(&format!("0,{},,3,\n", "x".repeat(5000)));
+    assert!(long.0 == 2 && long.1.contains("at most 4096 bytes"), "{long:?}");
+    let many: String = (0..1001).map(|vehicle| format!("0,{vehicle},,3,\n")).collect();
+    assert!(refused(&many).1.contains("1000 vehicles"));
     assert!(line == 1 && what.contains("no column \"time_s\"; the columns are \"time, vehicle\""), "{what}");
 }
