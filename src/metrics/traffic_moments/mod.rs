@@ -14,7 +14,8 @@ mod trajectories;
 mod trajectory_file;
 
 pub use criteria::{
-    Criterion, EXPERIMENT_A, EXPERIMENT_G, GAP_QUANTILES_M, Judgement, MEASURED, MeasuredTraffic, judge,
+    Criterion, EXPERIMENT_A, EXPERIMENT_G, GAP_QUANTILES_M, Judgement, MEASURED, MeasuredTraffic, OPENACC_SPEED_SD_MPS,
+    judge,
 };
 pub use moments::{MOMENTS, TrafficMoments, moments, platoon_speed_sd_mps};
 pub use persons::{PersonMoments, persons};
