@@ -20,7 +20,7 @@ pub(super) fn command() -> Command {
         .about("Compare trajectories in one lane with measured people: how like people is the traffic?")
         .after_help(format!(
             "A file of trajectories is CSV with the columns {}; .gz is read, too.\n\
-             It has a row for each vehicle and step of time, in even steps of at most 0.5 s. leader is the vehicle ahead, \
+             Each vehicle has a row at each step of time, in even steps of at most 0.5 s. leader is the vehicle ahead, \
              and gap_m the distance from the front bumper to its rear. The first vehicle of a platoon has neither.\n\
              Several files are runs of the same traffic: their mean is judged.\n\n\
              scripts/measured-trajectories makes such files from public data.\n\

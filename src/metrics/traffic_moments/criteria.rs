@@ -10,7 +10,7 @@ use serde::Serialize;
 pub struct Criterion {
     /// Name of the moment.
     pub moment: &'static str,
-    /// Value for people.
+    /// Value for people, in the unit of the moment.
     pub people: f64,
     /// Values of the two halves of the measured time; `None` if unknown.
     pub halves: Option<[f64; 2]>,
@@ -27,7 +27,7 @@ pub struct MeasuredTraffic {
     pub title: &'static str,
     /// Length of the ring, m.
     pub ring_m: f64,
-    /// Number of vehicles.
+    /// Number of vehicles on the ring.
     pub vehicles: usize,
     /// Measured part of a drive, s since its start.
     pub from_to_s: [f64; 2],
@@ -42,7 +42,7 @@ pub struct Judgement {
     /// Title of the moment in tables.
     pub title: &'static str,
     pub unit: &'static str,
-    /// Value for people.
+    /// Value for people, in the unit of the moment.
     pub people: f64,
     /// Values of the two halves of the measured time.
     pub people_halves: Option<[f64; 2]>,
