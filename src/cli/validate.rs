@@ -4,7 +4,9 @@
 use super::{CliError, out, progress::progress};
 use crate::{
     analysis::report::{cells, judged, validation_report, write_page},
-    metrics::traffic_moments::{COLUMNS, Judgement, MEASURED, MeasuredTraffic, VehicleTrajectories, read_trajectories},
+    metrics::traffic_moments::{
+        COLUMNS, Judgement, MEASURED, MeasuredTraffic, VehicleTrajectories, platoon_speed_sd_mps, read_trajectories,
+    },
     toml_text::did_you_mean,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -70,11 +72,18 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     bar.finish_and_clear();
     let runs = runs?;
     let judgements = judged(people, &runs);
-    let json = json!({ "people": people.name, "runs": runs.len(), "moments": judgements });
+    let platoons: Vec<Vec<f64>> = runs.iter().map(platoon_speed_sd_mps).filter(|sds| sds.len() > 1).collect();
+    let json = json!({
+        "people": people.name, "runs": runs.len(), "moments": judgements, "platoon_speed_sd_mps": platoons,
+    });
     let json = format!("{json:#}\n");
     match matches.get_flag("json") {
         true => out::text(&json)?,
         false => out::text(table(people, &judgements))?,
+    }
+    for sds_mps in platoons.iter().filter(|_| !matches.get_flag("json")) {
+        let texts: Vec<String> = sds_mps.iter().map(|sd| format!("{sd:.2}")).collect();
+        out::line(format_args!("standard deviation of speed down the platoon: {} m/s", texts.join(" ")))?;
     }
     let Some(folder) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
     let name = files[0].file_name().unwrap_or_default().to_string_lossy();

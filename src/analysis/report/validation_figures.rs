@@ -7,7 +7,7 @@ use crate::{
 };
 
 /// Names of the two lines of a figure.
-const MODEL: &str = "this traffic";
+const MODEL: &str = "model";
 const PEOPLE: &str = "people";
 /// Gains of the table of criteria: frequency in Hz and name of the moment.
 const PEOPLES_GAINS: [(f64, &str); 4] =

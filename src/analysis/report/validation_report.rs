@@ -34,9 +34,12 @@ pub fn validation_report(
 ) -> ValidationReport {
     let mut page = ReportPage::titled(&format!("How like people: {title}"));
     page.paragraph("note", &escaped(&lead(people, runs)));
-    let head = ["moment", "people", "their two halves", "like people", "this traffic", "runs", "within"];
+    let head = ["moment", "people", "their two halves", "like people", "model", "runs", "within"];
     let rows: Vec<_> = judgements.iter().map(|judgement| cells(judgement).to_vec()).collect();
-    let caption = format!("Moments of the traffic beside {}. {NONE}: no criterion or no value.", people.title);
+    let caption = format!(
+        "Moments of the traffic (model) beside those of people ({}). {NONE}: no criterion or no value.",
+        people.title
+    );
     page.table(&caption, &head.map(String::from).to_vec(), &rows, &[2, 3, 5, 6]);
     let Some(first) = runs.first() else { return ValidationReport { html: page.html, figures: page.figures } };
     let mut figure = |name: &str, svg: String, caption: &str| {
@@ -78,26 +81,31 @@ fn lead(people: &MeasuredTraffic, runs: &[VehicleTrajectories]) -> String {
     )
 }
 
+/// Formats a number; small shares keep their digits.
+fn number(value: f64) -> String {
+    if value != 0.0 && value.abs() < 0.005 { format!("{value:.4}") } else { short(value) }
+}
+
 /// Returns the cells of a moment: title with unit, people, their halves, band, model, runs, and whether it is within.
 pub fn cells(judgement: &Judgement) -> [String; 7] {
     let title = match judgement.unit {
         "" => judgement.title.into(),
         unit => format!("{}, {}", judgement.title, unit_text(unit)),
     };
-    let pair = |[a, b]: [f64; 2]| format!("{} to {}", short(a), short(b));
+    let pair = |[a, b]: [f64; 2]| format!("{} to {}", number(a), number(b));
     let band = |band: [Option<f64>; 2]| match band {
         [Some(low), Some(high)] => pair([low, high]),
-        [Some(low), None] => format!("at least {}", short(low)),
-        [None, Some(high)] => format!("at most {}", short(high)),
+        [Some(low), None] => format!("at least {}", number(low)),
+        [None, Some(high)] => format!("at most {}", number(high)),
         [None, None] => NONE.into(),
     };
     let runs = judgement.model_runs.filter(|[low, high]| low < high);
     [
         title,
-        short(judgement.people),
-        judgement.people_halves.map_or(NONE.into(), |[a, b]| format!("{}, {}", short(a), short(b))),
+        number(judgement.people),
+        judgement.people_halves.map_or(NONE.into(), |[a, b]| format!("{}, {}", number(a), number(b))),
         judgement.band.map_or(NONE.into(), band),
-        judgement.model.map_or(NONE.into(), short),
+        judgement.model.map_or(NONE.into(), number),
         runs.map_or(NONE.into(), pair),
         judgement.within.map_or(NONE, |within| if within { "yes" } else { "no" }).into(),
     ]
