@@ -1,13 +1,16 @@
-//! `codrive validate`: how like measured people traffic is. In: files of trajectories. Out: a table of moments beside those of people, or
-//! JSON, and a report with figures.
+//! `codrive validate`: how like measured people traffic is. In: files of trajectories, or traffic drivers, whose rings are simulated. Out: a
+//! table of moments beside those of people, or JSON, and a report with figures.
 
 use super::{CliError, out, progress::progress};
 use crate::{
-    analysis::report::{cells, judged, validation_report, write_page},
+    analysis::report::{judged, table_rows, validation_report, write_page},
+    idm::IdmParams,
     metrics::traffic_moments::{
         COLUMNS, Judgement, MEASURED, MeasuredTraffic, VehicleTrajectories, platoon_speed_sd_mps, read_trajectories,
     },
     toml_text::did_you_mean,
+    traffic::{RING_STUDY, TrafficDrivers, population_names},
+    train::ring_trajectories,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -19,35 +22,57 @@ pub(super) fn command() -> Command {
         Arg::new(name).long(name).value_name(value).value_parser(value_parser!(f64)).allow_negative_numbers(true)
     };
     Command::new("validate")
-        .about("Compare trajectories in one lane with measured people: how like people is the traffic?")
+        .about("Compare traffic in one lane with measured people: how like people is it?")
         .after_help(format!(
             "A file of trajectories is CSV with the columns {}; .gz is read, too.\n\
              Each vehicle has a row at each step of time, in even steps of at most 0.5 s. leader is the vehicle ahead, \
              and gap_m the distance from the front bumper to its rear. The first vehicle of a platoon has neither.\n\
              Several files are runs of the same traffic: their mean is judged.\n\n\
+             --traffic-drivers simulates the ring of the measured people with these drivers instead, and with those of the ring \
+             study beside them.\n\n\
              scripts/measured-trajectories makes such files from public data.\n\
              Definitions of all moments: docs/measures.md. Sources: docs/references.md, people.\n\n\
-             Example:\n  \
+             Examples:\n  \
+             codrive validate --traffic-drivers safe-followers\n  \
              codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --out like-people",
             COLUMNS.join(", ")
         ))
         .arg(
             Arg::new("file")
                 .value_name("FILE.csv")
-                .required(true)
+                .required_unless_present("traffic-drivers")
                 .num_args(1..)
                 .value_parser(file())
                 .help("Trajectories of vehicles in one lane"),
         )
+        .arg(
+            Arg::new("traffic-drivers")
+                .long("traffic-drivers")
+                .value_name("NAME|FILE.toml")
+                .conflicts_with_all(["file", "ring", "from", "to"])
+                .help(format!("Drivers to simulate: {}, or a population's file", population_names().join(", "))),
+        )
+        .arg(
+            Arg::new("runs")
+                .long("runs")
+                .value_name("N")
+                .default_value("10")
+                .value_parser(value_parser!(u32).range(1..=1000))
+                .requires("traffic-drivers")
+                .help("Simulated runs, each with persons and noise of its own"),
+        )
         .arg(number("ring", "METRES").help("Length of the ring; without it, there is no wave speed"))
-        .arg(number("from", "SECONDS").default_value("0").help("Start of the compared part, since the first row"))
+        .arg(number("from", "SECONDS").help("Start of the compared part, since the first row [default: 0]"))
         .arg(number("to", "SECONDS").help("End of the compared part [default: the end of the file]"))
         .arg(
             Arg::new("people")
                 .long("people")
                 .value_name("NAME")
-                .default_value(MEASURED[0].name)
-                .help(format!("Measured people: {}", names().join(" or "))),
+                .help(format!(
+                    "Measured people: {} [default: those of the drivers' name, otherwise {}]",
+                    names().join(" or "),
+                    MEASURED[0].name
+                )),
         )
         .arg(Arg::new("json").long("json").action(ArgAction::SetTrue).help("Print JSON instead of a table"))
         .arg(
@@ -60,7 +85,47 @@ pub(super) fn command() -> Command {
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
-    let people = people(matches.get_one::<String>("people").map_or("", String::as_str))?;
+    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
+    let drivers = text("traffic-drivers");
+    let known = drivers.filter(|name| names().contains(name));
+    let people = people(text("people").or(known).unwrap_or(MEASURED[0].name))?;
+    let runs = match drivers {
+        Some(name) => simulated(name, people, matches)?,
+        None => files(matches)?,
+    };
+    let judgements = judged(people, &runs);
+    let beside = match drivers {
+        Some(name) if name != RING_STUDY => judged(people, &simulated(RING_STUDY, people, matches)?),
+        _ => Vec::new(),
+    };
+    let platoons: Vec<Vec<f64>> = runs.iter().map(platoon_speed_sd_mps).filter(|sds| sds.len() > 1).collect();
+    let json = json!({
+        "people": people.name, "traffic_drivers": drivers, "runs": runs.len(), "moments": judgements,
+        "moments_of_ring_study": beside, "platoon_speed_sd_mps": platoons,
+    });
+    let json = format!("{json:#}\n");
+    match matches.get_flag("json") {
+        true => out::text(&json)?,
+        false => out::text(table(people, &judgements, &beside))?,
+    }
+    for sds_mps in platoons.iter().filter(|_| !matches.get_flag("json")) {
+        let texts: Vec<String> = sds_mps.iter().map(|sd| format!("{sd:.2}")).collect();
+        out::line(format_args!("standard deviation of speed down the platoon: {} m/s", texts.join(" ")))?;
+    }
+    let Some(folder) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
+    let first = matches.get_many::<PathBuf>("file").into_iter().flatten().next();
+    let file = first.and_then(|file| Some(file.file_name()?.to_string_lossy().into_owned()));
+    let name = file.or(drivers.map(str::to_owned)).unwrap_or_default();
+    let page = validation_report(&name, people, &runs, &judgements, &beside);
+    let png = |svg: &str| super::desktop::png(svg).map(|png| png.map_err(|why| why.to_string()));
+    write_page(folder, &page.html, &page.figures, png)?;
+    crate::record::replace(&folder.join("moments.json"), json.as_bytes())?;
+    out::status_line(format_args!("{}: report.html, moments.json and figures", folder.display()));
+    Ok(())
+}
+
+/// Reads the files, a run each.
+fn files(matches: &ArgMatches) -> Result<Vec<VehicleTrajectories>, CliError> {
     let files: Vec<&PathBuf> = matches.get_many("file").into_iter().flatten().collect();
     let bar = progress(files.len() as u64, "files".into());
     let read = |file: &&PathBuf| {
@@ -70,29 +135,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     };
     let runs = files.iter().map(read).collect::<Result<Vec<_>, _>>();
     bar.finish_and_clear();
-    let runs = runs?;
-    let judgements = judged(people, &runs);
-    let platoons: Vec<Vec<f64>> = runs.iter().map(platoon_speed_sd_mps).filter(|sds| sds.len() > 1).collect();
-    let json = json!({
-        "people": people.name, "runs": runs.len(), "moments": judgements, "platoon_speed_sd_mps": platoons,
-    });
-    let json = format!("{json:#}\n");
-    match matches.get_flag("json") {
-        true => out::text(&json)?,
-        false => out::text(table(people, &judgements))?,
-    }
-    for sds_mps in platoons.iter().filter(|_| !matches.get_flag("json")) {
-        let texts: Vec<String> = sds_mps.iter().map(|sd| format!("{sd:.2}")).collect();
-        out::line(format_args!("standard deviation of speed down the platoon: {} m/s", texts.join(" ")))?;
-    }
-    let Some(folder) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
-    let name = files[0].file_name().unwrap_or_default().to_string_lossy();
-    let page = validation_report(&name, people, &runs, &judgements);
-    let png = |svg: &str| super::desktop::png(svg).map(|png| png.map_err(|why| why.to_string()));
-    write_page(folder, &page.html, &page.figures, png)?;
-    crate::record::replace(&folder.join("moments.json"), json.as_bytes())?;
-    out::status_line(format_args!("{}: report.html, moments.json and figures", folder.display()));
-    Ok(())
+    runs
+}
+
+/// Simulates the ring of the measured people with these drivers, the part that was measured.
+fn simulated(name: &str, people: &MeasuredTraffic, matches: &ArgMatches) -> Result<Vec<VehicleTrajectories>, CliError> {
+    let drivers = TrafficDrivers::named(name, IdmParams::default()).map_err(|error| CliError::Input(error.0))?;
+    let runs = matches.get_one::<u32>("runs").copied().unwrap_or(1) as usize;
+    let [from_s, to_s] = people.from_to_s;
+    let all = ring_trajectories(&drivers, (people.vehicles, people.ring_m), to_s, (1, runs));
+    Ok(all.iter().map(|run| run.between(from_s, to_s)).collect())
 }
 
 fn names() -> Vec<&'static str> {
@@ -123,21 +175,23 @@ fn run(file: &Path, matches: &ArgMatches) -> Result<VehicleTrajectories, CliErro
     Ok(all.between(from_s, to_s))
 }
 
-/// Returns the moments as a table for a terminal.
-fn table(people: &MeasuredTraffic, judgements: &[Judgement]) -> String {
-    let head = ["moment", "people", "their halves", "like people", "model", "runs", "within"].map(String::from);
-    let rows: Vec<[String; 7]> = std::iter::once(head).chain(judgements.iter().map(cells)).collect();
+/// Returns the moments as a table for a terminal, and those of the ring study if they stand beside.
+fn table(people: &MeasuredTraffic, judgements: &[Judgement], beside: &[Judgement]) -> String {
+    let rows = table_rows(judgements, beside);
     let width = |k: usize| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 7] = std::array::from_fn(width);
-    let line = |row: &[String; 7]| {
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    let line = |row: &Vec<String>| {
         let cell = |(k, cell): (usize, &String)| match k {
             0 => format!("{cell:<width$}", width = widths[k]),
             _ => format!("  {cell:>width$}", width = widths[k]),
         };
         format!("{}\n", row.iter().enumerate().map(cell).collect::<String>())
     };
-    let judged = || judgements.iter().filter_map(|judgement| judgement.within);
-    let [within, all] = [judged().filter(|within| *within).count(), judged().count()];
+    let count = |judgements: &[Judgement]| {
+        let judged = || judgements.iter().filter_map(|judgement| judgement.within);
+        format!("{} of {}", judged().filter(|within| *within).count(), judged().count())
+    };
     let table: String = rows.iter().map(line).collect();
-    format!("{table}{within} of {all} moments with a criterion are like people ({})\n", people.title)
+    let study = if beside.is_empty() { String::new() } else { format!("; of the ring study {}", count(beside)) };
+    format!("{table}{} moments with a criterion are like people ({}){study}\n", count(judgements), people.title)
 }

@@ -26,6 +26,7 @@ pub mod lessons;
 pub mod matrix;
 pub mod net;
 pub mod ring;
+mod ring_trajectories;
 pub mod rollout;
 pub mod scalar;
 pub mod silence;
@@ -43,6 +44,7 @@ pub use evaluation::{IdentifiedDriver, evaluate, evaluate_part, identified, traj
 pub use joint_evaluation::evaluate_jointly;
 pub use learner::{Learner, LearningCurveRow, network_of};
 pub use lessons::EstimatorKind;
+pub use ring_trajectories::ring_trajectories;
 
 #[cfg(test)]
 mod driver_tests;

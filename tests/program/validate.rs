@@ -45,7 +45,7 @@ fn a_ring_is_compared_as_table_json_and_report() {
     let (code, json, error) = validate(&[&file, &file, "--ring", "100", "--from", "30", "--json"]);
     assert_eq!(code, 0, "{error}");
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!((&json["people"], &json["runs"]), (&"experiment-a".into(), &2.into()));
+    assert_eq!((&json["people"], &json["runs"]), (&"safe-followers".into(), &2.into()));
     let moments = json["moments"].as_array().unwrap();
     let wave = moments.iter().find(|moment| moment["moment"] == "wave_speed_mps").unwrap();
     assert_eq!((wave["model"].as_f64(), wave["people"].as_f64()), (Some(-4.0), Some(-4.25)));
@@ -61,7 +61,10 @@ fn mistakes_are_named_with_what_is_allowed() {
         let (code, _, error) = validate(arguments);
         assert!(code == 2 && error.contains(wanted), "{arguments:?}: {error}");
     };
-    refused(&[&file, "--people", "experiment-b"], "allowed: experiment-a, experiment-g");
+    refused(
+        &[&file, "--people", "safe-folowers"],
+        "did you mean safe-followers?); allowed: safe-followers, gap-closers",
+    );
     refused(&[&file, "--ring", "5"], "allowed: 10 to 100000 m");
     refused(&[&file, "--from", "60", "--to", "600"], "lasts 120.0 s; allowed: 0 <= from < to <= 120.0");
     refused(&["no-such.csv"], "no-such.csv: cannot be read");

@@ -38,4 +38,4 @@ mod page_tests;
 pub use drive_section::space_time;
 pub use files::{AnalysisResults, write_page};
 pub use study_report::{FileProof, StudyReport, report};
-pub use validation_report::{ValidationReport, cells, judged, validation_report};
+pub use validation_report::{ValidationReport, judged, table_rows, validation_report};

@@ -25,22 +25,22 @@ pub fn judged(people: &MeasuredTraffic, runs: &[VehicleTrajectories]) -> Vec<Jud
     judge(people, &runs.iter().map(moments).collect::<Vec<_>>())
 }
 
-/// Makes the page. `title` names the traffic; figures are of the first run.
+/// Makes the page. `title` names the traffic; figures are of the first run. `beside` has the moments of the ring study, or none.
 pub fn validation_report(
     title: &str,
     people: &MeasuredTraffic,
     runs: &[VehicleTrajectories],
     judgements: &[Judgement],
+    beside: &[Judgement],
 ) -> ValidationReport {
     let mut page = ReportPage::titled(&format!("How like people: {title}"));
     page.paragraph("note", &escaped(&lead(people, runs)));
-    let head = ["moment", "people", "their two halves", "like people", "model", "runs", "within"];
-    let rows: Vec<_> = judgements.iter().map(|judgement| cells(judgement).to_vec()).collect();
+    let rows = table_rows(judgements, beside);
     let caption = format!(
         "Moments of the traffic (model) beside those of people ({}). {NONE}: no criterion or no value.",
         people.title
     );
-    page.table(&caption, &head.map(String::from).to_vec(), &rows, &[2, 3, 5, 6]);
+    page.table(&caption, &rows[0], &rows[1..], &[2, 3, 5, 6]);
     let Some(first) = runs.first() else { return ValidationReport { html: page.html, figures: page.figures } };
     let mut figure = |name: &str, svg: String, caption: &str| {
         page.figure(ReportFigure { name: name.into(), svg, caption: caption.into() });
@@ -86,8 +86,22 @@ fn number(value: f64) -> String {
     if value != 0.0 && value.abs() < 0.005 { format!("{value:.4}") } else { short(value) }
 }
 
+/// Returns the head and the rows of a table of moments; those of the ring study, if there are any, are the last column.
+pub fn table_rows(judgements: &[Judgement], beside: &[Judgement]) -> Vec<Vec<String>> {
+    let mut head =
+        ["moment", "people", "their halves", "like people", "model", "runs", "within"].map(String::from).to_vec();
+    if !beside.is_empty() {
+        head.push("ring study".into());
+    }
+    let row = |(k, judgement): (usize, &Judgement)| {
+        let study = beside.get(k).map(|study| study.model.map_or(NONE.into(), number));
+        cells(judgement).into_iter().chain(study).collect()
+    };
+    std::iter::once(head).chain(judgements.iter().enumerate().map(row)).collect()
+}
+
 /// Returns the cells of a moment: title with unit, people, their halves, band, model, runs, and whether it is within.
-pub fn cells(judgement: &Judgement) -> [String; 7] {
+fn cells(judgement: &Judgement) -> [String; 7] {
     let title = match judgement.unit {
         "" => judgement.title.into(),
         unit => format!("{}, {}", judgement.title, unit_text(unit)),

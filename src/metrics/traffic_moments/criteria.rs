@@ -21,7 +21,7 @@ pub struct Criterion {
 /// Measured traffic with its moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeasuredTraffic {
-    /// Name in commands and files.
+    /// Name in commands and files: that of the population of traffic drivers that is to be like them.
     pub name: &'static str,
     /// Title in tables and reports.
     pub title: &'static str,
@@ -105,7 +105,7 @@ pub const GAP_QUANTILES_M: [f64; 41] = [
 
 /// Experiment A of the Arizona ring: 20 people told to follow safely, as in rush hour traffic.
 pub const EXPERIMENT_A: MeasuredTraffic = MeasuredTraffic {
-    name: "experiment-a",
+    name: "safe-followers",
     title: "Arizona ring, experiment A: follow safely",
     ring_m: 260.0,
     vehicles: 20,
@@ -153,7 +153,7 @@ pub const EXPERIMENT_A: MeasuredTraffic = MeasuredTraffic {
 /// Experiments F to H of the Arizona ring: people told to close the gap whenever safety permits. Their data are not at hand: values are
 /// those of the fit of experiment G, and few.
 pub const EXPERIMENT_G: MeasuredTraffic = MeasuredTraffic {
-    name: "experiment-g",
+    name: "gap-closers",
     title: "Arizona ring, experiment G: close the gap",
     ring_m: 260.0,
     vehicles: 21,
