@@ -1,5 +1,5 @@
-//! The optimal velocity model with a follow-the-leader term as plain arithmetic (docs/references.md: people; Bando et al. 1995, Gunter et
-//! al. 2020). In: own speed, leader's speed and gap. Out: acceleration. SI units throughout.
+//! The optimal velocity model with a follow-the-leader term as plain arithmetic (docs/references.md: people; Bando et al.
+//! 1995). In: own speed, leader's speed and gap. Out: acceleration. SI units throughout.
 
 use serde::{Deserialize, Serialize};
 
