@@ -3,7 +3,7 @@
 use super::{benchmark, report};
 use crate::{
     analysis::MEASURES,
-    metrics::registry::measures,
+    metrics::{registry::measures, traffic_moments::MOMENTS},
     sim::SummaryAccumulator,
     sweep::rows::{drive_columns, training_columns},
     train::learning_curve,
@@ -51,6 +51,7 @@ fn columns_of_all_commands_are_the_registry() {
     written.extend(drive_columns().iter().map(|column| column.name.to_owned()));
     written.extend(training_columns().iter().map(|column| column.name.to_owned()));
     written.extend(MEASURES.iter().map(|measure| measure.name.to_owned()));
+    written.extend(MOMENTS.iter().map(|measure| measure.name.to_owned()));
     let written: BTreeSet<&str> = written.iter().map(String::as_str).filter(|name| !KEYS.contains(name)).collect();
     let registry: BTreeSet<&str> = measures().map(|measure| measure.name).collect();
     assert_eq!(written, registry);
