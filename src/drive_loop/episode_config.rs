@@ -61,8 +61,6 @@ pub struct EpisodeConfig {
     road: Arc<RoadMap>,
 }
 
-/// Maps on which episodes have the traffic of training.
-const RINGS: [&str; 2] = ["ring-250", "ring-641"];
 /// Default observation on a network, and on a closed route far longer or shorter than the rings of training.
 const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
 /// Largest absolute value of a scaled road length, or of the length per vehicle. The range -1 to 1 covers the rings
@@ -89,18 +87,16 @@ impl EpisodeConfig {
         demand: Demand,
         changes: &[(Field, Value)],
     ) -> Result<Self, SettingsError> {
-        let (base, mut learning) = match map {
-            "ring-250" => on_ring(map, TrainConfig::paper_ring()),
-            "ring-641" => on_ring(map, TrainConfig::larger_ring()),
-            _ => elsewhere(map),
-        };
+        let of_ring = TrainConfig::of_ring(map);
+        let is_ring = of_ring.is_some();
+        let (base, mut learning) = of_ring.map_or_else(|| elsewhere(map), |ring| on_ring(map, ring));
         let known = Scenario::fields();
         let is_of_drive = |change: &&(Field, Value)| known.iter().any(|own| own.path == change.0.path);
         let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
         let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
         let drive = PlannedDrive::new(&scenario).map_err(plan_fault)?;
         let road = Arc::clone(drive.map());
-        if !RINGS.contains(&map) {
+        if !is_ring {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
             let limit_mps = limits_mps.fold(0.0, f64::max).clamp(1.0, 60.0);
             (learning.advice.top_speed_mps, learning.network.scaling.speed_to_mps) = (limit_mps, limit_mps);
@@ -236,7 +232,7 @@ impl EpisodeConfig {
             let kind = if road.is_network() { "path through a network" } else { "closed route" };
             return Some(format!("sees names `{}`; this {kind} has none", input.feature.name()));
         }
-        if RINGS.contains(&self.scenario.map.as_str()) {
+        if TrainConfig::RINGS.contains(&self.scenario.map.as_str()) {
             return None;
         }
         let (circumference_m, vehicles) = (drive.map().route.length_m(), drive.scenario().vehicles);

@@ -59,12 +59,8 @@ impl DriveAdvice {
     pub fn new(drive: &PlannedDrive) -> Result<Self, WorldError> {
         let (scenario, map) = (drive.scenario(), drive.map());
         let (settings, road) = (policy_settings(drive), road_kind(drive));
-        let resolved = resolve(drive, road);
-        let source = read(&resolved.name, drive, road, &settings)?;
+        let (resolved, source) = policy_of(drive)?;
         let policy = source.engage();
-        if policy.as_deref().is_some_and(Policy::needs_driver_traits) {
-            return Err(PolicyError::MustBeTold { name: resolved.name }.into());
-        }
         // Do not warn about defaults of policy and hold.
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
@@ -153,6 +149,20 @@ fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedS
         advised_mps: settings.aim_or_automatic_mps() + drive.scenario().range_mps(),
         limit_mps: drive.map().route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
     }
+}
+
+/// Resolves and reads the policy of a drive.
+///
+/// # Errors
+/// The policy is unknown, its file cannot be used, or it needs what this road or a whole drive lacks.
+pub fn policy_of(drive: &PlannedDrive) -> Result<(policy::ResolvedPolicy, PolicySource), WorldError> {
+    let (settings, road) = (policy_settings(drive), road_kind(drive));
+    let resolved = resolve(drive, road);
+    let source = read(&resolved.name, drive, road, &settings)?;
+    if source.engage().as_deref().is_some_and(Policy::needs_driver_traits) {
+        return Err(PolicyError::MustBeTold { name: resolved.name }.into());
+    }
+    Ok((resolved, source))
 }
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
