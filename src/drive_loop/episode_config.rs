@@ -5,7 +5,7 @@
 use crate::{
     driver::{self, Population},
     map::RoadMap,
-    policy::{Feature, Hold, LanesBeside, NetworkInput, Observation, RoadKind},
+    policy::{Feature, Hold, LARGEST_LENGTH, LanesBeside, NetworkInput, Observation, RoadKind, length_out_of_scale},
     scenario::{PlanError, PlannedDrive, Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
     sim::road_kind,
@@ -63,10 +63,6 @@ pub struct EpisodeConfig {
 
 /// Default observation on a network, and on a closed route far longer or shorter than the rings of training.
 const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
-/// Largest absolute value of a scaled road length, or of the length per vehicle. The range -1 to 1 covers the rings
-/// that the scale is for; twice that is accepted for similar rings. A constant of 29, as for 1.7 km in the scale of 200
-/// to 300 m, would dominate all other inputs of a network.
-const LARGEST_LENGTH: f32 = 2.0;
 
 /// Key and error of a setting.
 type Fault = (&'static str, String);
@@ -237,20 +233,15 @@ impl EpisodeConfig {
         }
         let (circumference_m, vehicles) = (drive.map().route.length_m(), drive.scenario().vehicles);
         let road = Observation { circumference_m, vehicles, ..Observation::default() };
-        self.inputs()
-            .iter()
-            .filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing))
-            .find_map(|input| {
-                let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
-                (scaled.abs() > LARGEST_LENGTH).then(|| {
-                format!(
-                    "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; \
-                     allowed: -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: set scaling.{name}_from_m and \
-                     scaling.{name}_to_m around this length, or use speed_limit instead",
-                    input.from, input.to
-                )
-            })
-            })
+        let inputs = self.inputs();
+        let input = length_out_of_scale(&inputs, &road)?;
+        let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
+        Some(format!(
+            "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
+             -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: set scaling.{name}_from_m and scaling.{name}_to_m around \
+             this length, or use speed_limit instead",
+            input.from, input.to
+        ))
     }
 
     /// Checks whether the learner observes adjacent lanes.

@@ -10,8 +10,7 @@ mod report;
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
-    file,
-    map,
+    file, map,
     metrics::EvaluationResult,
     policy,
     scenario::{AdvisedVehicles, Scenario, StartLayout},
@@ -178,7 +177,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             config.advice.hold_max_s = 0.0;
             config
         }
-        None => map::known_as(&road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring),
+        None => {
+            map::known_as(&road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring)
+        }
     };
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
     let plan = plan::EvaluationPlan::new(matches, &config, road)?;

@@ -208,6 +208,10 @@ impl Policy for Network {
         self.inputs.iter().any(|input| input.feature.is_of_driver())
     }
 
+    fn inputs(&self) -> &[NetworkInput] {
+        &self.inputs
+    }
+
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.holds_s)
     }

@@ -64,12 +64,8 @@ impl DriveAdvice {
         // Do not warn about defaults of policy and hold.
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
-        if let Some(policy) = policy.as_deref().filter(|_| is_chosen)
-            && let Some(warning) = policy::untrained_hold(policy, scenario.hold())
-        {
-            // Warn once, as a study begins hundreds of drives.
-            static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| log::warn!("{warning}"));
+        if let Some(policy) = policy.as_deref().filter(|_| is_chosen) {
+            warn_untrained(policy, drive);
         }
         Ok(Self {
             policy: resolved,
@@ -139,6 +135,20 @@ impl VehicleAdvice {
     /// Returns true while an advice is in force.
     pub fn stands(&self) -> bool {
         self.advisor.standing().is_some()
+    }
+}
+
+/// Warns about a hold or a road that the policy was not trained for; once, as a study begins hundreds of drives.
+fn warn_untrained(policy: &dyn Policy, drive: &PlannedDrive) {
+    static SAID: std::sync::Once = std::sync::Once::new();
+    let length = drive.fixed_vehicles().and_then(|vehicles| {
+        let circumference_m = drive.map().route.length_m();
+        policy::untrained_length(policy, &Observation { circumference_m, vehicles, ..Observation::default() })
+    });
+    let warnings: Vec<String> =
+        [policy::untrained_hold(policy, drive.scenario().hold()), length].into_iter().flatten().collect();
+    if !warnings.is_empty() {
+        SAID.call_once(|| warnings.iter().for_each(|warning| log::warn!("{warning}")));
     }
 }
 
