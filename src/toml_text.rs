@@ -332,10 +332,10 @@ mod tests {
             ),
             study
         );
-        let wheel = message("name = \"rig\"\n[accelerator]\naxis = 1");
+        let wheel = message("[accelerator]\naxis = 1");
         assert_eq!(
             wheel,
-            "unknown key `name`: the file is the profile of a wheel\n  remedy: codrive drive --wheel FILE"
+            "unknown key `accelerator`: the file is the profile of a wheel\n  remedy: codrive drive --wheel FILE"
         );
         let fault = |text: &str| without_format(text, "a.toml").unwrap_err().message;
         assert_eq!(
