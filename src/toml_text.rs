@@ -46,7 +46,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError
 }
 
 /// Keys by which a kind of file is known, with its name and its use.
-const KINDS: [(&str, &str, &str); 10] = [
+const KINDS: [(&str, &str, &str); 11] = [
     ("segment", "a study", "codrive study check FILE"),
     ("layer", "a policy", "--policy FILE"),
     ("vehicles_min", "the configuration of a training", "codrive train --config FILE"),
@@ -55,6 +55,7 @@ const KINDS: [(&str, &str, &str); 10] = [
     ("rehearsals", "the plan of a sweep", "codrive sweep FILE"),
     ("accelerator", "the profile of a wheel", "codrive drive --wheel FILE"),
     ("piece", "the shape of a circuit", "codrive map circuit FILE"),
+    ("description", "the description of a map", "--map FOLDER"),
     ("map", "a scenario", "codrive run --scenario FILE"),
     ("vehicles", "a scenario", "codrive run --scenario FILE"),
 ];
@@ -68,7 +69,7 @@ const FORMATS: [(&str, &str, &str); 4] = [
 ];
 
 /// Returns the message on an unknown key of a text that is a file of another kind; `message` is that of serde.
-fn other_kind(text: &str, message: &str) -> Option<String> {
+pub fn other_kind(text: &str, message: &str) -> Option<String> {
     let (key, rest) = message.strip_prefix("unknown field `")?.split_once('`')?;
     let is_known = |mark: &str| rest.contains(&format!("`{mark}`"));
     let (_, what, way) = KINDS.iter().find(|(mark, ..)| has(text, mark) && has(text, key) && !is_known(mark))?;
@@ -337,6 +338,7 @@ mod tests {
             wheel,
             "unknown key `accelerator`: the file is the profile of a wheel\n  remedy: codrive drive --wheel FILE"
         );
+        assert!(message("description = \"a ring\"").contains("the file is the description of a map"));
         let fault = |text: &str| without_format(text, "a.toml").unwrap_err().message;
         assert_eq!(
             fault("format = \"codrive benchmark 1\""),
