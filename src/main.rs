@@ -14,9 +14,14 @@ fn main() -> std::process::ExitCode {
     codrive::cli::main(std::env::args_os()).into()
 }
 
-/// Writes a line of the log: level, module, and the message with control characters escaped.
+/// Writes a line of the log, with control characters escaped. Warnings of this program look like its errors; all other lines have level
+/// and module.
 fn line(to: &mut env_logger::fmt::Formatter, record: &log::Record<'_>) -> std::io::Result<()> {
     let style = to.default_level_style(record.level());
-    let words = record.args().to_string();
-    writeln!(to, "[{style}{:<5}{style:#} {}] {}", record.level(), record.target(), codrive::cli::visible(&words))
+    let (words, level) = (record.args().to_string(), record.level());
+    let words = codrive::cli::visible(&words);
+    if level == log::Level::Warn && record.target().starts_with("codrive") {
+        return writeln!(to, "codrive: {style}warning{style:#}: {words}");
+    }
+    writeln!(to, "[{style}{level:<5}{style:#} {}] {words}", record.target())
 }

@@ -46,18 +46,30 @@ pub fn parse<T: DeserializeOwned>(text: &str, name: &str) -> Result<T, TomlError
 }
 
 /// Keys by which a kind of file is known, with its name and its use.
-const KINDS: [(&str, &str, &str); 7] = [
+const KINDS: [(&str, &str, &str); 11] = [
     ("segment", "a study", "codrive study check FILE"),
     ("layer", "a policy", "--policy FILE"),
     ("vehicles_min", "the configuration of a training", "codrive train --config FILE"),
     ("drives", "the plan of a sweep", "codrive sweep FILE"),
     ("trainings", "the plan of a sweep", "codrive sweep FILE"),
     ("rehearsals", "the plan of a sweep", "codrive sweep FILE"),
+    ("accelerator", "the profile of a wheel", "codrive drive --wheel FILE"),
+    ("piece", "the shape of a circuit", "codrive map circuit FILE"),
+    ("description", "the description of a map", "--map FOLDER"),
     ("map", "a scenario", "codrive run --scenario FILE"),
+    ("vehicles", "a scenario", "codrive run --scenario FILE"),
+];
+
+/// Beginnings of the key `format` by which a kind of file is known, with its name and its use.
+const FORMATS: [(&str, &str, &str); 4] = [
+    ("codrive benchmark ", "a benchmark", "codrive evaluate --benchmark FILE"),
+    ("codrive policy ", "a policy", "--policy FILE"),
+    ("codrive controller ", "a policy", "--policy FILE"),
+    ("codrive drivers ", "the drivers of an analysis", "codrive study rehearse STUDY --drivers FILE"),
 ];
 
 /// Returns the message on an unknown key of a text that is a file of another kind; `message` is that of serde.
-fn other_kind(text: &str, message: &str) -> Option<String> {
+pub fn other_kind(text: &str, message: &str) -> Option<String> {
     let (key, rest) = message.strip_prefix("unknown field `")?.split_once('`')?;
     let is_known = |mark: &str| rest.contains(&format!("`{mark}`"));
     let (_, what, way) = KINDS.iter().find(|(mark, ..)| has(text, mark) && has(text, key) && !is_known(mark))?;
@@ -78,11 +90,15 @@ pub fn without_format(text: &str, name: &str) -> Result<String, TomlError> {
     };
     let written = text[value.span()].to_owned();
     if written != FORMAT.to_string() {
-        let fault = format!(
-            "the file has format {written}; allowed: {FORMAT}, the format of {}\n  remedy: use the program that wrote \
-             it",
-            concat!("codrive ", env!("CARGO_PKG_VERSION"))
-        );
+        let kind = FORMATS.iter().find(|(begin, ..)| written.trim_start_matches('"').starts_with(begin));
+        let fault = match kind {
+            Some((_, what, way)) => format!("the file is {what}\n  remedy: {way}"),
+            None => format!(
+                "the file has format {written}; allowed: {FORMAT}, the format of {}\n  remedy: use the program that \
+                 wrote it",
+                concat!("codrive ", env!("CARGO_PKG_VERSION"))
+            ),
+        };
         return Err(located(text, name, value.span(), &fault));
     }
     let (start, end) = (key.span().start, value.span().end);
@@ -317,6 +333,18 @@ mod tests {
             ),
             study
         );
+        let wheel = message("[accelerator]\naxis = 1");
+        assert_eq!(
+            wheel,
+            "unknown key `accelerator`: the file is the profile of a wheel\n  remedy: codrive drive --wheel FILE"
+        );
+        assert!(message("description = \"a ring\"").contains("the file is the description of a map"));
+        let fault = |text: &str| without_format(text, "a.toml").unwrap_err().message;
+        assert_eq!(
+            fault("format = \"codrive benchmark 1\""),
+            "the file is a benchmark\n  remedy: codrive evaluate --benchmark FILE"
+        );
+        assert!(fault("format = 2").starts_with("the file has format 2; allowed: 1, the format of codrive "));
         assert_eq!(message("vehicle = 2"), "unknown key `vehicle`; did you mean `vehicles`? allowed: `vehicles`");
     }
 

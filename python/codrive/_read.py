@@ -15,14 +15,15 @@ from codrive._codrive import find_drives, measures, recorded_settings, space_tim
 from codrive._frames import Frames, library
 
 
-def read(folder: str | os.PathLike[str]) -> Recording | DataSet:
+def read(folder: str | os.PathLike[str]) -> Any:
     """Opens a recording of one drive (``codrive run --out``), the data set of a study, or one participant of it.
 
     Args:
         folder: Folder of a recording (with ``manifest.json``), of a data set (with ``dataset_description.json``), or a ``sub-*`` in one.
 
     Returns:
-        A ``Recording`` or a ``DataSet``. Tables are read on access.
+        A ``Recording`` or a ``DataSet``, as the folder says; for type checkers: ``drive: codrive.Recording = codrive.read("out")``.
+        Tables are read on access.
 
     Raises:
         FileNotFoundError: There is no such folder.

@@ -131,7 +131,7 @@ def sweep(
     try:
         import ray
     except ImportError:
-        raise ImportError("a sweep on a cluster needs Ray: pip install 'codrive[ray]'") from None
+        raise ImportError("a sweep on a cluster needs Ray: pip install './python[ray]'") from None
     path = pathlib.Path(plan)
     runs = Plan(str(path))
     names, limits_s = runs.part_names(), runs.limits_s()

@@ -17,9 +17,6 @@ use pyo3::{
 use serde_json::{Map, Value};
 use std::path::{Path, PathBuf};
 
-/// Names of the built-in rings.
-pub const RINGS: [&str; 2] = ["ring-250", "ring-641"];
-
 /// Name of the drivers of training: with a reaction time, an error and a bias that differ from episode to episode.
 const LATE: &str = "late";
 
@@ -76,18 +73,16 @@ pub fn data_folder() -> PyResult<PathBuf> {
 
 /// Returns the settings that a name stands for: a ring, or a file.
 fn base(name: &str) -> PyResult<TrainConfig> {
-    match name {
-        "ring-250" => Ok(TrainConfig::paper_ring()),
-        "ring-641" => Ok(TrainConfig::larger_ring()),
-        file if file.ends_with(".toml") => {
-            settings::from_file(Path::new(file)).map_err(|why| PyValueError::new_err(why.message))
-        }
-        unknown => Err(PyValueError::new_err(format!(
-            "there is no ring {unknown:?}{}; allowed: {}, or the FILE.toml of a training's configuration",
-            did_you_mean(unknown, &RINGS),
-            RINGS.join(", ")
-        ))),
+    if name.ends_with(".toml") {
+        return settings::from_file(Path::new(name)).map_err(|why| PyValueError::new_err(why.message));
     }
+    TrainConfig::of_ring(name).ok_or_else(|| {
+        PyValueError::new_err(format!(
+            "there is no ring {name:?}{}; allowed: {}, or the FILE.toml of a training's configuration",
+            did_you_mean(name, &TrainConfig::RINGS),
+            TrainConfig::RINGS.join(", ")
+        ))
+    })
 }
 
 /// Returns the same rings with this driver: a name as in `codrive evaluate --driver`, or [`LATE`].

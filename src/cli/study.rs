@@ -274,12 +274,12 @@ fn rehearse(matches: &ArgMatches) -> Result<(), CliError> {
     out::line(format_args!(
         "{}: {} of {} participants completed the study",
         root.display(),
-        found.complete,
+        found.complete - found.stopped,
         found.participants
     ))?;
     if found.stopped > 0 {
         out::line(format_args!(
-            "{} of them were stopped by a rule of the study (ends_if or stop_above): see participants.tsv",
+            "stopped by a rule of the study (ends_if or stop_above): {} participants, see participants.tsv",
             found.stopped
         ))?;
     }

@@ -5,7 +5,7 @@
 use crate::{
     driver::{self, Population},
     map::RoadMap,
-    policy::{Feature, Hold, LanesBeside, NetworkInput, Observation, RoadKind},
+    policy::{Feature, Hold, LARGEST_LENGTH, LanesBeside, NetworkInput, Observation, RoadKind, length_out_of_scale},
     scenario::{PlanError, PlannedDrive, Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
     sim::road_kind,
@@ -61,14 +61,8 @@ pub struct EpisodeConfig {
     road: Arc<RoadMap>,
 }
 
-/// Maps on which episodes have the traffic of training.
-const RINGS: [&str; 2] = ["ring-250", "ring-641"];
 /// Default observation on a network, and on a closed route far longer or shorter than the rings of training.
 const SEEN_ELSEWHERE: &str = "speed,leader_speed,gap,speed_limit";
-/// Largest absolute value of a scaled road length, or of the length per vehicle. The range -1 to 1 covers the rings
-/// that the scale is for; twice that is accepted for similar rings. A constant of 29, as for 1.7 km in the scale of 200
-/// to 300 m, would dominate all other inputs of a network.
-const LARGEST_LENGTH: f32 = 2.0;
 
 /// Key and error of a setting.
 type Fault = (&'static str, String);
@@ -89,18 +83,16 @@ impl EpisodeConfig {
         demand: Demand,
         changes: &[(Field, Value)],
     ) -> Result<Self, SettingsError> {
-        let (base, mut learning) = match map {
-            "ring-250" => on_ring(map, TrainConfig::paper_ring()),
-            "ring-641" => on_ring(map, TrainConfig::larger_ring()),
-            _ => elsewhere(map),
-        };
+        let of_ring = TrainConfig::of_ring(map);
+        let is_ring = of_ring.is_some();
+        let (base, mut learning) = of_ring.map_or_else(|| elsewhere(map), |ring| on_ring(map, ring));
         let known = Scenario::fields();
         let is_of_drive = |change: &&(Field, Value)| known.iter().any(|own| own.path == change.0.path);
         let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
         let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
         let drive = PlannedDrive::new(&scenario).map_err(plan_fault)?;
         let road = Arc::clone(drive.map());
-        if !RINGS.contains(&map) {
+        if !is_ring {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
             let limit_mps = limits_mps.fold(0.0, f64::max).clamp(1.0, 60.0);
             (learning.advice.top_speed_mps, learning.network.scaling.speed_to_mps) = (limit_mps, limit_mps);
@@ -237,25 +229,20 @@ impl EpisodeConfig {
             let kind = if road.is_network() { "path through a network" } else { "closed route" };
             return Some(format!("sees names `{}`; this {kind} has none", input.feature.name()));
         }
-        if RINGS.contains(&self.scenario.map.as_str()) {
+        if TrainConfig::RINGS.contains(&self.scenario.map.as_str()) {
             return None;
         }
         let (circumference_m, vehicles) = (drive.map().route.length_m(), drive.scenario().vehicles);
         let road = Observation { circumference_m, vehicles, ..Observation::default() };
-        self.inputs()
-            .iter()
-            .filter(|input| matches!(input.feature, Feature::Circumference | Feature::Spacing))
-            .find_map(|input| {
-                let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
-                (scaled.abs() > LARGEST_LENGTH).then(|| {
-                format!(
-                    "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; \
-                     allowed: -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: set scaling.{name}_from_m and \
-                     scaling.{name}_to_m around this length, or use speed_limit instead",
-                    input.from, input.to
-                )
-            })
-            })
+        let inputs = self.inputs();
+        let input = length_out_of_scale(&inputs, &road)?;
+        let (name, scaled, length_m) = (input.feature.name(), input.scaled(&road), input.feature.of(&road));
+        Some(format!(
+            "sees names `{name}`, which is {length_m:.0} m here and {scaled:.1} in the scale of {} to {} m; allowed: \
+             -{LARGEST_LENGTH} to {LARGEST_LENGTH}\n  remedy: set scaling.{name}_from_m and scaling.{name}_to_m around \
+             this length, or use speed_limit instead",
+            input.from, input.to
+        ))
     }
 
     /// Checks whether the learner observes adjacent lanes.

@@ -177,14 +177,12 @@ impl<'t> Element<'t> {
         &within[start..start + length]
     }
 
-    /// Returns the value of the first attribute with this local name.
+    /// Returns the value of the attribute with this name and without a prefix.
     pub fn attribute(self, name: &str) -> Option<&'t str> {
-        let names = &self.tree.names;
-        let found = self.attribute_data().iter().find(|attribute| names[attribute.name as usize].local == name);
-        found.map(|attribute| self.value(attribute))
+        self.attributes().find(|(own, _)| *own == name).map(|(_, value)| value)
     }
 
-    /// Returns true if the element has an attribute with this local name.
+    /// Returns true if the element has an attribute with this name and without a prefix.
     pub fn has_attribute(self, name: &str) -> bool {
         self.attribute(name).is_some()
     }

@@ -1,6 +1,6 @@
 //! Advice and its source. In: an [`Observation`] each step. Out: an [`Action`] from a [`Policy`] each hold, shown as [`Advice`].
 
-use super::{DriverEstimate, Hold, Observation, WhoDrives};
+use super::{DriverEstimate, Hold, NetworkInput, Observation, WhoDrives};
 use crate::time::Tick;
 
 /// Output of a policy.
@@ -116,6 +116,11 @@ pub trait Policy: Send {
     /// Returns true if the policy needs the driver's traits or latents as input and has no estimator for them.
     fn needs_driver_traits(&self) -> bool {
         false
+    }
+
+    /// Inputs of a trained policy with their scales; empty for controllers.
+    fn inputs(&self) -> &[NetworkInput] {
+        &[]
     }
 
     /// Shortest and longest hold seen in training, s, if the policy was trained.

@@ -1,6 +1,6 @@
 //! Source of advice: asks the policy, or takes advice from outside. In: an observation each step. Out: a new advice each hold.
 
-use super::{Action, Advice, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives};
+use super::{Action, Advice, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives, length_out_of_scale};
 use crate::time::Tick;
 
 /// Largest difference between the shown speed, before the new hold is added, and the driver's speed, m/s.
@@ -39,6 +39,18 @@ pub fn untrained_hold(policy: &dyn Policy, hold: Hold) -> Option<String> {
     let [low, high] = policy.trained_holds_s()?;
     let is_trained = (low - 1e-9..=high + 1e-9).contains(&hold_s);
     (!is_trained).then(|| format!("the hold is {hold_s} s; the policy was trained for holds of {low} to {high} s"))
+}
+
+/// Returns a warning if the policy was trained for roads of another length, or with other lengths per vehicle.
+pub fn untrained_length(policy: &dyn Policy, road: &Observation) -> Option<String> {
+    let input = length_out_of_scale(policy.inputs(), road)?;
+    Some(format!(
+        "`{}` is {:.1} m on this road; the policy was trained around {} to {} m, and its advice may be poor here",
+        input.feature.name(),
+        input.feature.of(road),
+        input.from,
+        input.to
+    ))
 }
 
 impl Advisor {

@@ -284,6 +284,20 @@ impl NetworkInput {
     }
 }
 
+/// Largest absolute value of a scaled road length, or of the length per vehicle. The range -1 to 1 covers the rings that the scale is for;
+/// twice that is accepted for similar rings. A constant of 29, as for 1.7 km in the scale of 200 to 300 m, would dominate all other inputs
+/// of a network.
+pub const LARGEST_LENGTH: f32 = 2.0;
+
+/// Returns the first input that is a length of this road and lies beyond [`LARGEST_LENGTH`] in its scale.
+pub fn length_out_of_scale<'inputs>(
+    inputs: &'inputs [NetworkInput],
+    road: &Observation,
+) -> Option<&'inputs NetworkInput> {
+    let is_length = |input: &&NetworkInput| matches!(input.feature, Feature::Circumference | Feature::Spacing);
+    inputs.iter().filter(is_length).find(|input| input.scaled(road).abs() > LARGEST_LENGTH)
+}
+
 /// Returns true if a policy with this bound withholds advice on the whole road. Logs a warning the first time.
 pub fn withholds_advice(observation: &Observation, least_spacing_m: f64) -> bool {
     // Only once per process: an evaluation has hundreds of policies.

@@ -26,13 +26,15 @@ mod settings;
 mod source;
 
 pub use advice::{Action, Advice, Policy};
-pub use advisor::{Advisor, shown_mps, untrained_hold};
+pub use advisor::{Advisor, shown_mps, untrained_hold, untrained_length};
 pub use controller::{
     CONTROLLERS, ConstantSpeed, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
     FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale, TwoPhase,
 };
 pub use error::{PolicyError, PolicyFileError, PolicyFileFault};
-pub use features::{FEATURES, FIELD_INPUTS, Feature, LATENTS, MeanSpeed, NetworkInput};
+pub use features::{
+    FEATURES, FIELD_INPUTS, Feature, LARGEST_LENGTH, LATENTS, MeanSpeed, NetworkInput, length_out_of_scale,
+};
 pub use file_text::FORMAT;
 pub use hold::{Hold, HoldError};
 pub use identification::{DriverEstimate, DriverEstimator, DriverTraits, LatentEstimate, WhoDrives};

@@ -370,6 +370,18 @@ impl RingConfig {
 }
 
 impl TrainConfig {
+    /// Names of the shipped rings that have a configuration, [`TrainConfig::of_ring`].
+    pub const RINGS: [&str; 2] = ["ring-250", "ring-641"];
+
+    /// Returns the configuration of a shipped ring; `None` for other roads.
+    pub fn of_ring(name: &str) -> Option<Self> {
+        match name {
+            "ring-250" => Some(Self::paper_ring()),
+            "ring-641" => Some(Self::larger_ring()),
+            _ => None,
+        }
+    }
+
     /// Returns HC22's ring with the wave on it, the default if no configuration is named.
     pub fn paper_ring() -> Self {
         Self {

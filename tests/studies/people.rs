@@ -156,7 +156,9 @@ fn a_limit_stops_a_rehearsal_as_it_would_stop_a_participant() {
     );
     let data = folder.path().join("data");
     let (code, words) = printed(&["study", "rehearse", &file, "--out", data.to_str().unwrap()]);
-    assert!(code == 0 && words.contains("3 of them were stopped by a rule of the study"), "{words}");
+    // Who was stopped did not complete the study.
+    assert!(code == 0 && words.contains("0 of 3 participants completed the study"), "{words}");
+    assert!(words.contains("stopped by a rule of the study (ends_if or stop_above): 3 participants"), "{words}");
     let participants = table(&data.join("participants.tsv"));
     assert!(participants.iter().all(|row| row["state"] == "withdrawn"), "{participants:?}");
     assert!(

@@ -47,6 +47,7 @@ fn a_variable_that_chooses_nothing_is_named_with_its_value_and_a_remedy() {
             assert!(message.contains(&given), "{arguments:?} {given}{text}");
             assert!(then.trim_start().starts_with("remedy: ") && then.contains(remedy), "{arguments:?} {given}{text}");
             assert!(!text.contains("panicked") && !text.contains("[WARN"), "{arguments:?} {given}{text}");
+            assert!(!text.contains("warning: "), "{arguments:?} {given}{text}");
             if *arguments != DOCTOR {
                 assert_eq!(text.lines().count(), 2, "{arguments:?} {given}{text}");
             }

@@ -10,7 +10,7 @@ mod report;
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
-    file,
+    file, map,
     metrics::EvaluationResult,
     policy,
     scenario::{AdvisedVehicles, Scenario, StartLayout},
@@ -23,7 +23,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use plan::{Engine, EvaluationCase, FollowingDriver};
 use rayon::prelude::*;
 use report::EvaluationRow;
-use std::{io::Write, path::PathBuf, sync::atomic::Ordering};
+use std::{
+    io::Write,
+    path::PathBuf,
+    sync::{Arc, atomic::Ordering},
+};
 
 pub(super) fn command() -> Command {
     let option =
@@ -116,8 +120,8 @@ pub(super) fn command() -> Command {
             option(
                 "map",
                 "NAME",
-                "Road of whole drives, and of --policy auto; a network, such as merge, needs --advised and --traffic \
-                 sumo",
+                "Road of whole drives, and of --policy auto; for traffic ring, ring-250 or ring-641, each with its own \
+                 traffic. A network, such as merge, needs --advised and --traffic sumo",
             )
             .default_value(Scenario::default().map),
         )
@@ -131,7 +135,7 @@ pub(super) fn command() -> Command {
             .default_value("0"),
         )
         .arg(
-            option("over", "N", "Number of rings, each with its own seed")
+            option("over", "N", "Number of rings, each with its own seed, 2 to 100000; an interval needs two")
                 .value_parser(value_parser!(u32).range(2..=100_000))
                 .default_value("20"),
         )
@@ -165,16 +169,20 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         let dir = matches.get_one::<PathBuf>("out");
         return benchmark::main(name, rings, dir.map(PathBuf::as_path), matches.get_flag("json"));
     }
+    let written = Scenario { map: plan::asked_map(matches), ..Scenario::default() };
+    let road = Arc::new(written.load_map()?);
     let base = match matches.get_one::<PathBuf>("config") {
         Some(path) => {
             let mut config: TrainConfig = settings::from_file(path)?;
             config.advice.hold_max_s = 0.0;
             config
         }
-        None => TrainConfig::paper_ring(),
+        None => {
+            map::known_as(&road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring)
+        }
     };
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
-    let plan = plan::EvaluationPlan::new(matches, &config)?;
+    let plan = plan::EvaluationPlan::new(matches, &config, road)?;
     for name in &plan.policies {
         let policy = plan.engage(name);
         // Do not warn about the policy chosen by `auto` at the default hold: the user chose neither.
@@ -281,7 +289,9 @@ fn whole(
     if traffic == EngineChoice::Native {
         return Ok(evaluation_drive::evaluate(&scenario)?);
     }
-    let failed = |e: &dyn std::fmt::Display| CliError::Failed(format!("a drive on SUMO: {e}"));
+    let failed = |e: &dyn std::fmt::Display| {
+        CliError::Failed(format!("a drive on SUMO: {}", e.to_string().trim_start_matches("codrive: ")))
+    };
     let program = std::env::current_exe().map_err(|e| failed(&e))?;
     let mut child = std::process::Command::new(program)
         .args(["evaluate", "--worker"])

@@ -4,17 +4,17 @@ use super::CliError;
 use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver, Population},
-    map::RoadMap,
-    policy::{self, Policy, PolicyError, PolicySettings, PolicySource, ResolvedPolicy},
+    map::{self, RoadMap},
+    policy::{self, Policy, PolicySettings, PolicySource, ResolvedPolicy},
     scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     settings::{Settings, fields_of},
-    sim::WorldError,
+    sim::{WorldError, policy_of},
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
 };
-use clap::ArgMatches;
-use std::{collections::BTreeMap, path::PathBuf};
+use clap::{ArgMatches, parser::ValueSource};
+use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 /// Simulation engine of an evaluation.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -221,28 +221,40 @@ impl EvaluationPlan {
     ///
     /// # Errors
     /// A hold is no whole number of steps, a policy cannot be read, or the engine cannot take this driver, map or share.
-    pub fn new(matches: &ArgMatches, config: &TrainConfig) -> Result<Self, CliError> {
+    pub fn new(matches: &ArgMatches, config: &TrainConfig, road: Arc<RoadMap>) -> Result<Self, CliError> {
         let holds_s = holds_s(matches, config)?;
         let engine = engine(matches)?;
         let drivers = drivers(matches, config, &engine)?;
-        let map = matches.get_one::<String>("map").cloned().unwrap_or_default();
+        let map = asked_map(matches);
         let scenario = Scenario { map, vehicles: config.ring.vehicles_min, ..Scenario::default() };
-        let drive = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+        let drive = PlannedDrive::on(&scenario, road).map_err(WorldError::from)?;
         let aim_mps = matches.get_one::<f64>("policy-speed").copied().unwrap_or_default();
         let mut settings = config.policy_settings(aim_mps);
-        let read = if drive.is_open() {
+        if drive.is_open() {
             check_network(matches, &scenario.map, &engine)?;
             settings.equilibrium_mps = 0.0;
-            PolicySource::read
-        } else {
-            PolicySource::for_rings
-        };
+        }
+        if engine == Engine::FastRing {
+            check_ring(matches, &scenario.map, drive.map())?;
+        }
         let advised = advised_curve(matches, &engine, &drive)?;
         let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
-        let source = |name: &String| Ok((name.clone(), read(name, &settings)?));
-        let sources = policies.iter().map(source).collect::<Result<_, PolicyError>>();
+        let mut sources = BTreeMap::new();
+        for name in &policies {
+            let source = match engine {
+                Engine::FastRing => {
+                    PolicySource::for_rings(name, &settings).map_err(|e| CliError::Input(e.to_string()))?
+                }
+                Engine::Traffic(_) => {
+                    let with = Scenario { policy: name.clone(), policy_speed_mps: aim_mps, ..drive.scenario().clone() };
+                    let with = PlannedDrive::on(&with, Arc::clone(drive.map())).map_err(WorldError::from)?;
+                    policy_of(&with)?.1
+                }
+            };
+            sources.insert(name.clone(), source);
+        }
         Ok(Self {
-            sources: sources.map_err(|e| CliError::Input(e.to_string()))?,
+            sources,
             settings,
             policies,
             resolved,
@@ -335,6 +347,24 @@ fn holds_s(matches: &ArgMatches, config: &TrainConfig) -> Result<Vec<f64>, CliEr
     Ok(holds_s)
 }
 
+/// Returns the name or path of the road that was asked for.
+pub(super) fn asked_map(matches: &ArgMatches) -> String {
+    matches.get_one::<String>("map").cloned().unwrap_or_default()
+}
+
+/// Fails if a road was named that the fast ring does not have.
+fn check_ring(matches: &ArgMatches, map: &str, road: &RoadMap) -> Result<(), CliError> {
+    let is_asked = matches.value_source("map") == Some(ValueSource::CommandLine);
+    if !is_asked || map::known_as(road).and_then(|name| TrainConfig::of_ring(&name)).is_some() {
+        return Ok(());
+    }
+    Err(CliError::Input(format!(
+        "map {map} is for whole drives; traffic ring has {} and the rings of a configuration\n  remedy: --traffic native \
+         or --traffic sumo",
+        TrainConfig::RINGS.join(", ")
+    )))
+}
+
 fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
     match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
         "ring" => Ok(Engine::FastRing),
@@ -365,10 +395,14 @@ fn drivers(matches: &ArgMatches, config: &TrainConfig, engine: &Engine) -> Resul
     Ok(drivers)
 }
 
+fn asked_policies(matches: &ArgMatches) -> Option<impl Iterator<Item = &String>> {
+    matches.get_many::<String>("policy")
+}
+
 /// Returns the names of the policies, and what the requested names were resolved to. Tables and figures name the resolved policy.
 fn policies(matches: &ArgMatches, road: &RoadMap, needs_baseline: bool) -> (Vec<String>, Vec<ResolvedPolicy>) {
     let resolve = |name: &str| policy::resolve(name, road);
-    let resolved: Vec<ResolvedPolicy> = match matches.get_many::<String>("policy") {
+    let resolved: Vec<ResolvedPolicy> = match asked_policies(matches) {
         Some(names) => names.map(|name| resolve(name)).collect(),
         None => policy::NAMES.into_iter().map(resolve).collect(),
     };
@@ -386,7 +420,7 @@ fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(),
         format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
     } else if !matches.contains_id("advised") {
         "the advised vehicles are a share of the vehicles that enter\n  remedy: --advised 10%,25%".into()
-    } else if !matches.contains_id("policy") {
+    } else if asked_policies(matches).is_none_or(|mut names| names.any(|name| name == policy::AUTO)) {
         "--policy auto has no policy there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback \
          with --policy-speed, or a file"
             .into()

@@ -5,7 +5,9 @@
 //! policy). Its output is added to the other's speed, so that an untrained network is as good as the advice that it corrects.
 
 use super::{CorrectedAdvice, EngagedAdvice, ExpectedGain, Network};
-use crate::policy::{Action, DriverEstimator, Observation, Policy, WhoDrives, identification::Identification};
+use crate::policy::{
+    Action, DriverEstimator, NetworkInput, Observation, Policy, WhoDrives, identification::Identification,
+};
 
 /// Time for which withheld advice stays withheld, s. Without advice the driver reveals nothing, the estimate of the driver decays, and
 /// advice that returns too soon does its harm again.
@@ -78,6 +80,10 @@ impl Policy for AssistedPolicy {
 
     fn needs_driver_traits(&self) -> bool {
         self.driver.is_none() && self.network.needs_driver_traits()
+    }
+
+    fn inputs(&self) -> &[NetworkInput] {
+        self.network.inputs()
     }
 
     fn trained_holds_s(&self) -> Option<[f64; 2]> {

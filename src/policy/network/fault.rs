@@ -5,6 +5,9 @@ use crate::policy::{FORMAT, Feature, LayerFault, identification::EstimatorFault}
 /// Reasons that a text is not a valid policy file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PolicyNetworkFault {
+    /// Text of a file of another kind, with the command that reads it.
+    #[error("is not a policy file: {0}")]
+    OtherKind(String),
     /// The text is not TOML or has unknown keys.
     #[error("is not a policy file: {0}")]
     Foreign(toml::de::Error),

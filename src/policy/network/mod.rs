@@ -19,7 +19,10 @@ use super::{
     file_text::is_zero,
     layers::{check_layers, run_layers},
 };
-use crate::{file::read_text, toml_text::did_you_mean_file};
+use crate::{
+    file::read_text,
+    toml_text::{did_you_mean_file, other_kind},
+};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -98,7 +101,10 @@ impl Network {
     /// # Errors
     /// The text is no policy file, its layers are inconsistent, or a number is out of range.
     pub fn from_toml(text: &str) -> Result<Self, PolicyNetworkFault> {
-        let network: Self = toml::from_str(text).map_err(PolicyNetworkFault::Foreign)?;
+        let network: Self = toml::from_str(text).map_err(|why| match other_kind(text, why.message()) {
+            Some(words) => PolicyNetworkFault::OtherKind(words),
+            None => PolicyNetworkFault::Foreign(why),
+        })?;
         network.check()?;
         Ok(network)
     }
@@ -208,6 +214,10 @@ impl Policy for Network {
         self.inputs.iter().any(|input| input.feature.is_of_driver())
     }
 
+    fn inputs(&self) -> &[NetworkInput] {
+        &self.inputs
+    }
+
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.holds_s)
     }
@@ -301,6 +311,8 @@ mod tests {
         assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
+        let study = Network::from_toml("[[segment]]\nkind = \"text\"").unwrap_err().to_string();
+        assert!(study.starts_with("is not a policy file: unknown key `segment`: the file is a study"), "{study}");
         assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is not a policy file"));
     }
 }

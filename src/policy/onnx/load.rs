@@ -10,8 +10,8 @@ use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
     foreign::guarded,
     policy::{
-        Action, AssistedPolicy, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault, RoadKind,
-        bounded, features::withholds_advice, needs::lacked,
+        Action, AssistedPolicy, NetworkInput, NetworkOutput, Observation, Policy, PolicyFileError, PolicyFileFault,
+        RoadKind, bounded, features::withholds_advice, needs::lacked,
     },
     rng,
     toml_text::did_you_mean_file,
@@ -238,6 +238,10 @@ impl Policy for OnnxPolicy {
 
     fn needs_driver_traits(&self) -> bool {
         self.description.inputs.iter().any(|input| input.feature.is_of_driver())
+    }
+
+    fn inputs(&self) -> &[NetworkInput] {
+        &self.description.inputs
     }
 
     fn trained_holds_s(&self) -> Option<[f64; 2]> {

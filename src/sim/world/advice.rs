@@ -59,21 +59,13 @@ impl DriveAdvice {
     pub fn new(drive: &PlannedDrive) -> Result<Self, WorldError> {
         let (scenario, map) = (drive.scenario(), drive.map());
         let (settings, road) = (policy_settings(drive), road_kind(drive));
-        let resolved = resolve(drive, road);
-        let source = read(&resolved.name, drive, road, &settings)?;
+        let (resolved, source) = policy_of(drive)?;
         let policy = source.engage();
-        if policy.as_deref().is_some_and(Policy::needs_driver_traits) {
-            return Err(PolicyError::MustBeTold { name: resolved.name }.into());
-        }
         // Do not warn about defaults of policy and hold.
         let is_chosen =
             resolved.name != policy::resolve(policy::AUTO, map).name || scenario.hold_s != Scenario::default().hold_s;
-        if let Some(policy) = policy.as_deref().filter(|_| is_chosen)
-            && let Some(warning) = policy::untrained_hold(policy, scenario.hold())
-        {
-            // Warn once, as a study begins hundreds of drives.
-            static SAID: std::sync::Once = std::sync::Once::new();
-            SAID.call_once(|| log::warn!("{warning}"));
+        if let Some(policy) = policy.as_deref().filter(|_| is_chosen) {
+            warn_untrained(policy, drive);
         }
         Ok(Self {
             policy: resolved,
@@ -146,6 +138,20 @@ impl VehicleAdvice {
     }
 }
 
+/// Warns about a hold or a road that the policy was not trained for; once, as a study begins hundreds of drives.
+fn warn_untrained(policy: &dyn Policy, drive: &PlannedDrive) {
+    static SAID: std::sync::Once = std::sync::Once::new();
+    let length = drive.fixed_vehicles().and_then(|vehicles| {
+        let circumference_m = drive.map().route.length_m();
+        policy::untrained_length(policy, &Observation { circumference_m, vehicles, ..Observation::default() })
+    });
+    let warnings: Vec<String> =
+        [policy::untrained_hold(policy, drive.scenario().hold()), length].into_iter().flatten().collect();
+    if !warnings.is_empty() {
+        SAID.call_once(|| warnings.iter().for_each(|warning| log::warn!("{warning}")));
+    }
+}
+
 /// Returns the expected speeds of a drive with these settings of the policy.
 fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedSpeeds {
     ExpectedSpeeds {
@@ -153,6 +159,20 @@ fn expected_speeds(drive: &PlannedDrive, settings: &PolicySettings) -> ExpectedS
         advised_mps: settings.aim_or_automatic_mps() + drive.scenario().range_mps(),
         limit_mps: drive.map().route.lanes().iter().map(|lane| lane.speed_limit_mps).fold(0.0, f64::max),
     }
+}
+
+/// Resolves and reads the policy of a drive.
+///
+/// # Errors
+/// The policy is unknown, its file cannot be used, or it needs what this road or a whole drive lacks.
+pub fn policy_of(drive: &PlannedDrive) -> Result<(policy::ResolvedPolicy, PolicySource), WorldError> {
+    let (settings, road) = (policy_settings(drive), road_kind(drive));
+    let resolved = resolve(drive, road);
+    let source = read(&resolved.name, drive, road, &settings)?;
+    if source.engage().as_deref().is_some_and(Policy::needs_driver_traits) {
+        return Err(PolicyError::MustBeTold { name: resolved.name }.into());
+    }
+    Ok((resolved, source))
 }
 
 /// Resolves the scenario's policy. On networks `auto` is `none`, as no policy is shipped for them.
