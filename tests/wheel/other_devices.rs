@@ -349,8 +349,8 @@ fn two_levers_of_one_id_are_told_apart_by_port_as_brake_and_handbrake() {
         let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
         let [brake_port, handbrake_port] = PORTS;
         assert!(text.contains(&format!("\nwith Arduino Leonardo (2341:8036 at {brake_port})\n")), "{text}");
-        assert!(text.contains(&format!("\nbrake: axis 0 of 2341:8036 at {brake_port}, 20 released")), "{text}");
-        assert!(text.contains(&format!("\nhandbrake: axis 0 of 2341:8036 at {handbrake_port}, 20 released")), "{text}");
+        assert!(text.contains(&format!("\nbrake: axis 0 of 2341:8036 at {brake_port}, 21 released")), "{text}");
+        assert!(text.contains(&format!("\nhandbrake: axis 0 of 2341:8036 at {handbrake_port}, 21 released")), "{text}");
         let text = doctor(&[(&base, ""), (&brake, "")], config.path());
         let missing = format!("the device of the handbrake, 2341:8036 at {handbrake_port}, is not plugged in");
         assert!(text.contains(&missing), "{text}");

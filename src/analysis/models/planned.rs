@@ -263,7 +263,8 @@ fn sorted_out<'a>(
                 format!("{:.1} % of the planned length was recorded", 100.0 * share),
             )
         } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
-            ("contacts with other vehicles", format!("{contacts:.0} contacts with other vehicles"))
+            let s = if contacts == 1.0 { "" } else { "s" };
+            ("contacts with other vehicles", format!("{contacts:.0} contact{s} with other vehicles"))
         } else if rules.most_dropped_share.is_some_and(|most| dropped > most) {
             ("too much of its length was given up", format!("{:.1} % of its length was given up", 100.0 * dropped))
         } else {
