@@ -197,7 +197,7 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     for part in [
         "* A trial is left out if less than 90 % of its planned length was recorded.",
-        "* A trial is left out if there were more than 1 contacts with other vehicles.",
+        "* A trial is left out if there was more than one contact with other vehicles.",
         "* A trial is left out if more than 5 % of its length was given up",
         "* A participant is left out if fewer than 2 trials remain after these rules.",
         "* A participant is left out if the session was not completed.",

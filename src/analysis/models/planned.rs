@@ -285,7 +285,11 @@ fn sorted_out<'a>(
         let n = kept.iter().filter(|drive| drive.found.participant == id).count();
         if n < least && !left_out.iter().any(|one| one.participant == id && one.segment.is_empty()) {
             kept.retain(|drive| drive.found.participant != id);
-            left_out.push(participant(id, "too few trials remained", format!("{n} trials remain")));
+            left_out.push(participant(
+                id,
+                "too few trials remained",
+                if n == 1 { "1 trial remains".into() } else { format!("{n} trials remain") },
+            ));
         }
     }
     (kept, left_out)
