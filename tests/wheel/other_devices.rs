@@ -386,7 +386,7 @@ fn two_devices_of_one_id_are_refused_if_the_profile_does_not_say_which() {
 }
 
 #[test]
-fn buttons_of_a_shifter_do_what_the_profile_says_and_those_of_the_wheel_too() {
+fn buttons_of_a_shifter_and_of_the_wheel_do_what_the_profile_says() {
     let base = turned_round(32_767);
     let base =
         Device { axes: base.axes.iter().map(|(code, raw, range)| (*code, 255.max(*raw), *range)).collect(), ..base };
@@ -400,7 +400,7 @@ fn buttons_of_a_shifter_do_what_the_profile_says_and_those_of_the_wheel_too() {
         let folder = config.path().join("codrive/wheels");
         fs::create_dir_all(&folder).unwrap();
         fs::write(folder.join("rig-1.toml"), profile.to_toml()).unwrap();
-        let test = "other_devices::buttons_of_a_shifter_do_what_the_profile_says_and_those_of_the_wheel_too";
+        let test = "other_devices::buttons_of_a_shifter_and_of_the_wheel_do_what_the_profile_says";
         // Button 289 is the wheel's horn and the shifter's reverse.
         let of_wheel = presses(&[(1.0, 289, 1), (4.0, 289, 0)]);
         let of_shifter = presses(&[(0.0, 290, 1), (6.0, 289, 1), (6.5, 289, 0), (7.0, 293, 1), (10.0, 293, 0)]);

@@ -31,13 +31,11 @@ pub fn paragraphs(
     let others: Vec<&AnalysedRecording> =
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
     let on_rings: Vec<&AnalysedRecording> = main.iter().filter(|drive| drive.network.is_none()).copied().collect();
-    let [recruitment, ethics, rig] = people.statements.all().map(|(.., text)| text);
-    let with = |text: String, stated: [Option<String>; 2]| {
-        [Some(text)].into_iter().chain(stated).flatten().collect::<Vec<_>>().join(" ")
-    };
+    let [recruitment, ethics, rig] =
+        people.statements.all().map(|(.., text)| text.map_or(String::new(), |text| format!(" {text}")));
     let mut text = vec![
-        with(took_part(&all, people), [recruitment, ethics]),
-        with(apparatus(&all), [rig, None]),
+        took_part(&all, people) + &recruitment + &ethics,
+        apparatus(&all) + &rig,
         traffic(&on_rings),
         network_text::traffic(main),
         advice(main),

@@ -159,8 +159,8 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
 }
 
 #[test]
-fn the_methods_print_the_statements_of_the_study_and_the_speed_of_a_constant_policy() {
-    let statements = crate::analysis::MethodsStatements {
+fn the_methods_print_statements_and_the_speed_of_a_constant_policy() {
+    let statements = crate::analysis::data::MethodsStatements {
         recruitment: Some("By posters.".into()),
         ethics: Some("The board\napproved it.".into()),
         apparatus: Some("A seat of a car.".into()),
