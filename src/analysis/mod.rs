@@ -30,6 +30,7 @@ pub mod text;
 
 pub use columns::{quoted_cell, text_cell};
 pub use data::{
+    MethodsStatements,
     found::{FolderContents, FoundRecording, find},
     people::StudyParticipants,
     setup::DriveSetup,

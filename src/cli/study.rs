@@ -185,6 +185,13 @@ pub(super) fn load(matches: &ArgMatches, data: Option<&Path>) -> Result<Study, C
         }
         checked => checked?,
     }
+    for (key, placeholder) in study.file.texts.without_controls() {
+        log::warn!(
+            "{}: texts.{key} names no control, so it does not name the keys of a keyboard\n  remedy: write {placeholder} where \
+             it names a pedal",
+            file.display()
+        );
+    }
     Ok(study)
 }
 

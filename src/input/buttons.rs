@@ -1,37 +1,119 @@
-//! Actions of the buttons of a wheel or gamepad. In: evdev codes, hat values. Out: a [`ButtonAction`].
+//! Actions of the buttons of a rig or gamepad. In: evdev codes, hat values. Out: a [`ButtonAction`].
 
+use super::parts::BUTTON_PART;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
-/// Buttons of each action, as evdev codes.
+/// Button of the wheel or of a further device of the rig. A profile has the number of a button of the wheel, and for others a
+/// text such as `"288 of 0eb7:183b"`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(try_from = "ButtonText", into = "ButtonText")]
+pub struct RigButton {
+    /// evdev code on its device.
+    pub number: u16,
+    /// Device of the button (see `parts`), if it is not the wheel itself.
+    pub device: Option<String>,
+    /// Number of that device in the rig, 0 for the wheel itself; set when the rig is opened.
+    pub part: u16,
+}
+
+/// Button as a profile has it.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected the number of a button, such as 288, or \"288 of VENDOR:PRODUCT\"")]
+enum ButtonText {
+    Number(u16),
+    Text(String),
+}
+
+impl RigButton {
+    /// Returns the code of the button in the rig: evdev's, plus [`BUTTON_PART`] for each further device.
+    pub fn code(&self) -> u16 {
+        self.number + BUTTON_PART * self.part
+    }
+}
+
+impl From<u16> for RigButton {
+    fn from(number: u16) -> Self {
+        Self { number, device: None, part: 0 }
+    }
+}
+
+impl PartialEq<u16> for RigButton {
+    fn eq(&self, number: &u16) -> bool {
+        *self == Self::from(*number)
+    }
+}
+
+impl fmt::Display for RigButton {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.device {
+            None => write!(f, "{}", self.number),
+            Some(device) => write!(f, "{} of {device}", self.number),
+        }
+    }
+}
+
+impl TryFrom<ButtonText> for RigButton {
+    type Error = String;
+
+    fn try_from(text: ButtonText) -> Result<Self, String> {
+        let number_and_device = match text {
+            ButtonText::Number(number) => (number < BUTTON_PART).then_some((number, None)).ok_or(number.to_string()),
+            ButtonText::Text(text) => text
+                .split_once(" of ")
+                .and_then(|(number, device)| Some((number.parse().ok()?, Some(device.to_owned()))))
+                .filter(|(number, _)| *number < BUTTON_PART)
+                .ok_or(text),
+        };
+        let (number, device) = number_and_device.map_err(|text| {
+            format!(
+                "\"{text}\" is no button; allowed: a number up to {}, such as 288, or \"288 of VENDOR:PRODUCT\"",
+                BUTTON_PART - 1
+            )
+        })?;
+        Ok(Self { number, device, part: 0 })
+    }
+}
+
+impl From<RigButton> for ButtonText {
+    fn from(button: RigButton) -> Self {
+        if button.device.is_none() { Self::Number(button.number) } else { Self::Text(button.to_string()) }
+    }
+}
+
+/// Buttons of each action.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Buttons {
     /// Switches between drive and reverse.
-    pub reverse: Vec<u16>,
+    pub reverse: Vec<RigButton>,
     /// Starts the drive, or resumes it after a pause.
-    pub start: Vec<u16>,
+    pub start: Vec<RigButton>,
     /// Marks the present moment in the recording.
-    pub mark: Vec<u16>,
+    pub mark: Vec<RigButton>,
     /// Answers the question on the screen.
-    pub answer: Vec<u16>,
+    pub answer: Vec<RigButton>,
     /// Returns to the driver's view.
-    pub recentre: Vec<u16>,
+    pub recentre: Vec<RigButton>,
     /// Requests the end of the drive.
-    pub abort: Vec<u16>,
+    pub abort: Vec<RigButton>,
     /// Sounds the horn while held.
-    pub horn: Vec<u16>,
+    pub horn: Vec<RigButton>,
     /// Switches the left indicator on or off.
-    pub indicate_left: Vec<u16>,
+    pub indicate_left: Vec<RigButton>,
     /// Switches the right indicator on or off.
-    pub indicate_right: Vec<u16>,
+    pub indicate_right: Vec<RigButton>,
+    /// Brakes with full force while held.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub handbrake: Vec<RigButton>,
     /// Up button of a d-pad; evdev's BTN_DPAD_UP by default. A d-pad that is a hat needs no entry.
-    pub dpad_up: Vec<u16>,
+    pub dpad_up: Vec<RigButton>,
     /// Down button of a d-pad, see `dpad_up`.
-    pub dpad_down: Vec<u16>,
+    pub dpad_down: Vec<RigButton>,
     /// Left button of a d-pad, see `dpad_up`.
-    pub dpad_left: Vec<u16>,
+    pub dpad_left: Vec<RigButton>,
     /// Right button of a d-pad, see `dpad_up`.
-    pub dpad_right: Vec<u16>,
+    pub dpad_right: Vec<RigButton>,
 }
 
 impl Default for Buttons {
@@ -47,11 +129,12 @@ impl Default for Buttons {
             horn: none(),
             indicate_left: none(),
             indicate_right: none(),
+            handbrake: none(),
             // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
-            dpad_up: vec![544],
-            dpad_down: vec![545],
-            dpad_left: vec![546],
-            dpad_right: vec![547],
+            dpad_up: vec![544.into()],
+            dpad_down: vec![545.into()],
+            dpad_left: vec![546.into()],
+            dpad_right: vec![547.into()],
         }
     }
 }
@@ -77,6 +160,8 @@ pub enum ButtonAction {
     IndicateLeft,
     /// Switch the right indicator on or off.
     IndicateRight,
+    /// Brake with full force while held.
+    Handbrake,
     /// D-pad up: more, or the choice above.
     Up,
     /// D-pad down: less, or the choice below.
@@ -87,9 +172,9 @@ pub enum ButtonAction {
     Right,
 }
 
-impl std::fmt::Display for ButtonAction {
+impl fmt::Display for ButtonAction {
     /// Writes a short description for display.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Reverse => "drive, reverse",
             Self::Start => "start, continue",
@@ -100,6 +185,7 @@ impl std::fmt::Display for ButtonAction {
             Self::Horn => "horn",
             Self::IndicateLeft => "indicate left",
             Self::IndicateRight => "indicate right",
+            Self::Handbrake => "handbrake",
             Self::Up => "up, higher",
             Self::Down => "down, lower",
             Self::Left => "left, lower",
@@ -110,7 +196,7 @@ impl std::fmt::Display for ButtonAction {
 
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Start,
         Self::Reverse,
         Self::IndicateLeft,
@@ -120,9 +206,15 @@ impl ButtonAction {
         Self::Answer,
         Self::Recentre,
         Self::Abort,
+        Self::Handbrake,
     ];
     /// Actions of the d-pad, which need no assignment if it is a hat.
     pub const DPAD: [Self; 4] = [Self::Up, Self::Down, Self::Left, Self::Right];
+
+    /// Returns all actions, those of the d-pad last.
+    pub fn every() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().chain(Self::DPAD)
+    }
 
     /// Returns the action of a hat movement: evdev's ABS_HAT0X (16) and ABS_HAT0Y (17), -1 is left and up. Returns
     /// `None` for the middle position and for other axes.
@@ -139,7 +231,7 @@ impl ButtonAction {
 
 impl Buttons {
     /// Returns the buttons of an action.
-    pub fn of(&mut self, action: ButtonAction) -> &mut Vec<u16> {
+    pub fn of(&mut self, action: ButtonAction) -> &mut Vec<RigButton> {
         match action {
             ButtonAction::Reverse => &mut self.reverse,
             ButtonAction::Start => &mut self.start,
@@ -150,6 +242,7 @@ impl Buttons {
             ButtonAction::Horn => &mut self.horn,
             ButtonAction::IndicateLeft => &mut self.indicate_left,
             ButtonAction::IndicateRight => &mut self.indicate_right,
+            ButtonAction::Handbrake => &mut self.handbrake,
             ButtonAction::Up => &mut self.dpad_up,
             ButtonAction::Down => &mut self.dpad_down,
             ButtonAction::Left => &mut self.dpad_left,
@@ -158,30 +251,37 @@ impl Buttons {
     }
 
     /// Assigns a button to an action, in place of the action's other buttons and of the button's other actions.
-    pub fn give(&mut self, code: u16, action: ButtonAction) {
-        for other in ButtonAction::ALL.into_iter().chain(ButtonAction::DPAD) {
-            self.of(other).retain(|taken| *taken != code);
+    pub fn give(&mut self, button: impl Into<RigButton>, action: ButtonAction) {
+        let button = button.into();
+        for other in ButtonAction::every() {
+            self.of(other).retain(|taken| taken.code() != button.code());
         }
-        *self.of(action) = vec![code];
+        *self.of(action) = vec![button];
     }
 
-    /// Returns the action of a button.
+    /// Returns the action of a button, by its code in the rig.
     pub fn action(&self, code: u16) -> Option<ButtonAction> {
-        let all = [
-            (&self.reverse, ButtonAction::Reverse),
-            (&self.start, ButtonAction::Start),
-            (&self.mark, ButtonAction::Mark),
-            (&self.answer, ButtonAction::Answer),
-            (&self.recentre, ButtonAction::Recentre),
-            (&self.abort, ButtonAction::Abort),
-            (&self.horn, ButtonAction::Horn),
-            (&self.indicate_left, ButtonAction::IndicateLeft),
-            (&self.indicate_right, ButtonAction::IndicateRight),
-            (&self.dpad_up, ButtonAction::Up),
-            (&self.dpad_down, ButtonAction::Down),
-            (&self.dpad_left, ButtonAction::Left),
-            (&self.dpad_right, ButtonAction::Right),
+        self.all().find(|(_, button)| button.code() == code).map(|(action, _)| action)
+    }
+
+    /// Returns all buttons with their actions.
+    pub fn all(&self) -> impl Iterator<Item = (ButtonAction, &RigButton)> {
+        let lists = [
+            (ButtonAction::Reverse, &self.reverse),
+            (ButtonAction::Start, &self.start),
+            (ButtonAction::Mark, &self.mark),
+            (ButtonAction::Answer, &self.answer),
+            (ButtonAction::Recentre, &self.recentre),
+            (ButtonAction::Abort, &self.abort),
+            (ButtonAction::Horn, &self.horn),
+            (ButtonAction::IndicateLeft, &self.indicate_left),
+            (ButtonAction::IndicateRight, &self.indicate_right),
+            (ButtonAction::Handbrake, &self.handbrake),
+            (ButtonAction::Up, &self.dpad_up),
+            (ButtonAction::Down, &self.dpad_down),
+            (ButtonAction::Left, &self.dpad_left),
+            (ButtonAction::Right, &self.dpad_right),
         ];
-        all.into_iter().find(|(codes, _)| codes.contains(&code)).map(|(_, action)| action)
+        lists.into_iter().flat_map(|(action, buttons)| buttons.iter().map(move |button| (action, button)))
     }
 }

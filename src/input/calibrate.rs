@@ -3,7 +3,8 @@
 //! press, and hold for a moment.
 
 use super::{
-    profile::{PART, Pedal, ProfileError, Steering, WheelProfile},
+    parts::{self, PART},
+    profile::{Pedal, ProfileError, Steering, WheelProfile},
     profiles::{self, UnprofiledDevice},
 };
 use std::collections::BTreeMap;
@@ -47,6 +48,10 @@ pub enum CalibrationStep {
     Brake,
     /// Brake released after the press.
     BrakeUp,
+    /// Handbrake held at its end, if a further device of the rig has no task yet; the accelerator says that there is none.
+    Handbrake,
+    /// Handbrake released after the pull.
+    HandbrakeUp,
     Done,
 }
 
@@ -63,6 +68,10 @@ impl CalibrationStep {
             Self::AcceleratorUp => "Release the accelerator.",
             Self::Brake => "Press the brake as hard as for an emergency stop and hold it.",
             Self::BrakeUp => "Release the brake.",
+            Self::Handbrake => {
+                "Pull the handbrake and hold it. Without a handbrake, press the accelerator and hold it."
+            }
+            Self::HandbrakeUp => "Release the handbrake.",
             Self::Done => "Thank you.",
         }
     }
@@ -181,19 +190,19 @@ impl Calibration {
                 self.centre = raw;
                 CalibrationStep::Accelerator
             }),
-            CalibrationStep::Accelerator | CalibrationStep::Brake => self.pressed().map(|pedal| {
-                self.pedals.push(pedal);
-                if self.step == CalibrationStep::Brake {
-                    CalibrationStep::BrakeUp
-                } else {
-                    CalibrationStep::AcceleratorUp
-                }
-            }),
+            CalibrationStep::Accelerator => self.press(self.turned(), CalibrationStep::AcceleratorUp),
+            CalibrationStep::Brake => self.press(self.turned(), CalibrationStep::BrakeUp),
+            CalibrationStep::Handbrake if self.accelerator_says_none() => Some(CalibrationStep::Done),
+            CalibrationStep::Handbrake => self.press(self.pulled(), CalibrationStep::HandbrakeUp),
             CalibrationStep::AcceleratorUp => {
                 let pedals_left = self.axes.len() != 2 || self.may_be_combined();
                 self.released().then_some(if pedals_left { CalibrationStep::Brake } else { CalibrationStep::Done })
             }
-            CalibrationStep::BrakeUp => self.released().then_some(CalibrationStep::Done),
+            CalibrationStep::BrakeUp => {
+                let lever = self.axes.keys().any(|code| self.is_spare(*code));
+                self.released().then_some(if lever { CalibrationStep::Handbrake } else { CalibrationStep::Done })
+            }
+            CalibrationStep::HandbrakeUp => self.released().then_some(CalibrationStep::Done),
             CalibrationStep::Done => None,
         };
         if let Some(next) = next {
@@ -217,17 +226,47 @@ impl Calibration {
         rested
     }
 
+    /// Keeps a pedal that was pressed, and returns the step after it.
+    fn press(&mut self, pedal: Option<(u16, i32)>, next: CalibrationStep) -> Option<CalibrationStep> {
+        self.pedals.push(pedal?);
+        Some(next)
+    }
+
     /// Returns the unassigned axis that moved most, if it moved enough and is still. A pedal's axis is unassigned on the
     /// other side of its rest: a combined axis is accelerator on one side and brake on the other.
     fn turned(&self) -> Option<(u16, i32)> {
-        let free = |(code, axis): &(&u16, &ObservedAxis)| {
+        self.moved_most(|code, axis| {
             let other_side = |pressed: i32| axis.way() * (f64::from(pressed) - f64::from(axis.rest)) < 0.0;
-            Some(**code) != self.steering
-                && self.pedals.iter().all(|(taken, pressed)| taken != *code || other_side(*pressed))
-        };
-        let most = self.axes.iter().filter(free).max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
+            Some(code) != self.steering
+                && self.pedals.iter().all(|(taken, pressed)| *taken != code || other_side(*pressed))
+        })
+    }
+
+    /// Returns the axis of a device without a task that moved most, if it moved enough and is still.
+    fn pulled(&self) -> Option<(u16, i32)> {
+        self.moved_most(|code, _| self.is_spare(code))
+    }
+
+    fn moved_most(&self, is_free: impl Fn(u16, &ObservedAxis) -> bool) -> Option<(u16, i32)> {
+        let free = self.axes.iter().filter(|(code, axis)| is_free(**code, axis));
+        let most = free.max_by(|a, b| a.1.way().abs().total_cmp(&b.1.way().abs()));
         most.filter(|(_, axis)| axis.way().abs() >= ANSWER && axis.still(self.now_s))
             .map(|(code, axis)| (*code, axis.raw))
+    }
+
+    /// Checks whether an axis is on a further device of the rig that has no task yet.
+    fn is_spare(&self, code: u16) -> bool {
+        let part = code / PART;
+        let taken = self.pedals.iter().map(|(code, _)| *code).chain(self.steering);
+        part > 0 && taken.into_iter().all(|code| code / PART != part)
+    }
+
+    fn accelerator_says_none(&self) -> bool {
+        self.pedals.first().is_some_and(|(code, pressed)| {
+            let axis = &self.axes[code];
+            let way = axis.way() * (f64::from(*pressed) - f64::from(axis.rest)).signum();
+            way >= ANSWER && axis.still(self.now_s)
+        })
     }
 
     fn turned_back(&self) -> Option<i32> {
@@ -242,10 +281,6 @@ impl Calibration {
         let middle = (f64::from(self.ends[0]) + f64::from(self.ends[1])) / 2.0;
         let near = (f64::from(axis.raw) - middle).abs() < STRAIGHT * axis.span();
         (near && axis.still(self.now_s)).then_some(axis.raw)
-    }
-
-    fn pressed(&self) -> Option<(u16, i32)> {
-        self.turned()
     }
 
     /// Checks whether the axis of the last pedal has room for another pedal on the other side of its rest.
@@ -270,7 +305,8 @@ impl Calibration {
             _ if self.steering == Some(code) => "steering".into(),
             Some(0) if self.pedals.iter().skip(1).any(|(taken, _)| *taken == code) => "accelerator, brake".into(),
             Some(0) => "accelerator".into(),
-            Some(_) => "brake".into(),
+            Some(1) => "brake".into(),
+            Some(_) => "handbrake".into(),
             None if code < PART => format!("axis {code}"),
             None => format!("axis {} of device {}", code % PART, code / PART + 1),
         };
@@ -294,26 +330,25 @@ impl Calibration {
         let like = profiles::shipped().find(|profile| profile.is_for(vendor, product));
         let curve =
             |of: fn(&WheelProfile) -> Option<f64>, otherwise: f64| like.as_ref().and_then(of).unwrap_or(otherwise);
-        let curves = [curve(|p| Some(p.accelerator.curve), 1.0), curve(|p| Some(p.brake.as_ref()?.curve), 1.6)];
+        let curves = [curve(|p| Some(p.accelerator.curve), 1.0), curve(|p| Some(p.brake.as_ref()?.curve), 1.6), 1.0];
         let mut pedals = self.pedals.iter().zip(curves).map(|((code, pressed), curve)| {
             let axis = &self.axes[code];
             let way = (f64::from(*pressed) - f64::from(axis.rest)).abs();
             let noise = (f64::from(axis.noise[1]) - f64::from(axis.noise[0])) / way;
             // The dead zone is twice the noise at rest; full effect begins a little before the held position.
             let dead = (2.0 * noise).clamp(0.02, 0.2);
-            let (part, dead, released) = (code / PART, round(dead), axis.rest);
-            let device = part.checked_sub(1).map(|number| self.device.parts[usize::from(number)]);
-            let device = device.map(|(vendor, product)| format!("{vendor:04x}:{product:04x}"));
+            let (dead, released) = (round(dead), axis.rest);
+            let device = parts::name(&self.device.parts, code / PART);
             Pedal { axis: code % PART, released, pressed: *pressed, dead, end: 0.03, curve, device, part: 0 }
         });
         let accelerator = pedals.next().ok_or_else(|| ProfileError("no pedal was pressed".into()))?;
-        let brake = pedals.next();
+        let (brake, handbrake) = (pedals.next(), pedals.next());
         drop(pedals);
         let noise = self.axes[&steering].noise;
         let half = (f64::from(self.ends[1]) - f64::from(self.ends[0])).abs() / 2.0;
         let profile = WheelProfile {
             name: name.into(),
-            products: vec![format!("{vendor:04x}:{product:04x}")],
+            products: vec![parts::id_text(self.device.id)],
             steering: Steering {
                 axis: steering,
                 left: self.ends[0],
@@ -325,6 +360,7 @@ impl Calibration {
             },
             accelerator,
             brake,
+            handbrake,
             buttons: like.as_ref().map(|p| p.buttons.clone()).unwrap_or_default(),
             force: like.map(|p| p.force).unwrap_or_default(),
         };

@@ -10,7 +10,7 @@ fn g29() -> UnprofiledDevice {
         id: (0x046d, 0xc24f),
         axes: axes.into(),
         values: values.into(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     }
 }
 
@@ -70,7 +70,7 @@ fn reversed_axes_and_pedals_that_rest_low_are_calibrated_too() {
         id: (1, 2),
         axes: [(3, [-512, 511]), (6, [0, 1023]), (7, [0, 1023])].into(),
         values: [(3, 0), (6, 0), (7, 0)].into(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     };
     let mut calibration = Calibration::new(device, 0.0).unwrap();
     calibration.moved(3, 2, 0.0);
@@ -131,7 +131,7 @@ fn coarse() -> UnprofiledDevice {
         id: (1, 2),
         axes: [(0, [0, 100]), (1, [0, 100]), (2, [0, 100])].into(),
         values: [(0, 50), (1, 0), (2, 0)].into(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     }
 }
 
@@ -318,4 +318,51 @@ fn noise_at_rest_is_the_dead_zone_of_wheel_and_pedals() {
         (profile.accelerator.curve, profile.steering.range_deg, profile.products),
         (1.0, 900.0, vec!["0001:0002".into()])
     );
+}
+
+/// Returns a coarse wheel with two further devices of one id at two ports, each with one axis, calibrated up to the brake.
+fn with_levers() -> (Calibration, f64) {
+    let mut device = coarse();
+    for port in ["usb-1/input0", "usb-2/input0"] {
+        device.add(&UnprofiledDevice {
+            id: (0x2341, 0x8036),
+            place: parts::Place { port: port.into(), ..parts::Place::default() },
+            axes: [(0, [0, 1000])].into(),
+            values: [(0, 20)].into(),
+            ..UnprofiledDevice::default()
+        });
+    }
+    let (mut calibration, mut now_s) = (Calibration::new(device, 0.0).unwrap(), REST_S);
+    calibration.time(now_s);
+    for (code, from, to) in
+        [(0, 50, 0), (0, 0, 100), (0, 100, 50), (1, 0, 80), (1, 80, 0), (PART, 20, 900), (PART, 900, 20)]
+    {
+        hold(&mut calibration, &mut now_s, code, from, to);
+    }
+    assert_eq!(calibration.step(), CalibrationStep::Handbrake, "the second device has no task yet");
+    (calibration, now_s)
+}
+
+#[test]
+fn a_handbrake_is_calibrated_on_a_device_that_has_no_task_yet() {
+    let (mut calibration, mut now_s) = with_levers();
+    hold(&mut calibration, &mut now_s, 2, 0, 90);
+    assert_eq!(calibration.step(), CalibrationStep::Handbrake, "a clutch of the wheel is no handbrake");
+    hold(&mut calibration, &mut now_s, 2 * PART, 20, 700);
+    assert_eq!(calibration.step(), CalibrationStep::HandbrakeUp);
+    assert_eq!(calibration.bars()[4].1, "handbrake");
+    hold(&mut calibration, &mut now_s, 2 * PART, 700, 20);
+    let profile = calibration.profile("levers").unwrap();
+    let [brake, lever] = [profile.brake, profile.handbrake].map(Option::unwrap);
+    assert_eq!((brake.axis, brake.device.as_deref()), (0, Some("2341:8036 at usb-1/input0")));
+    assert_eq!((lever.axis, lever.device.as_deref()), (0, Some("2341:8036 at usb-2/input0")));
+    assert_eq!((lever.released, lever.pressed, lever.curve), (20, 700, 1.0));
+}
+
+#[test]
+fn the_accelerator_says_that_there_is_no_handbrake() {
+    let (mut calibration, mut now_s) = with_levers();
+    hold(&mut calibration, &mut now_s, 1, 0, 80);
+    assert_eq!(calibration.step(), CalibrationStep::Done);
+    assert_eq!(calibration.profile("levers").unwrap().handbrake, None);
 }

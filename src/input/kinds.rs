@@ -10,7 +10,8 @@ pub enum DeviceKind {
     Wheel,
     /// A wheel that is unusable in its present mode, with the remedy.
     Unfit(&'static str),
-    /// A set of pedals or another device with axes, which may be a part of the rig or be calibrated by its id.
+    /// A set of pedals, a shifter or another device with axes or buttons of a joystick, which may be a part of the rig or be
+    /// calibrated by its id.
     Controller,
     /// A device with sticks, which gilrs reads.
     Pad,
@@ -54,9 +55,11 @@ const BASES: [(u16, u16); 8] = [
 /// Words in the names of wheels.
 const WHEEL_WORDS: [&str; 3] = ["wheel", "racing", "driving force"];
 
-/// Words in the names of devices that have axes or force and do not steer.
-const OTHER_WORDS: [&str; 9] =
-    ["pedal", "shifter", "handbrake", "joystick", "flight", "yoke", "rudder", "throttle", "stick"];
+/// Words in the names of parts of a rig.
+const PART_WORDS: [&str; 4] = ["pedal", "shifter", "handbrake", "hand brake"];
+
+/// Words in the names of other devices that have axes or force and do not steer.
+const OTHER_WORDS: [&str; 6] = ["joystick", "flight", "yoke", "rudder", "throttle", "stick"];
 
 /// Abilities of an input device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -102,8 +105,12 @@ impl Abilities {
         self.driving_axes() > 0 && !self.points
     }
 
-    fn is_controller(self) -> bool {
-        self.steers() && (self.has_triggers || !self.has_keys && !self.is_accelerometer && self.driving_axes() > 1)
+    /// Checks for buttons of a joystick, which need no axis; or for axes, of which one suffices for a device that is `named` as
+    /// a part of a rig.
+    fn is_controller(self, named: bool) -> bool {
+        let few = if named { 1 } else { 2 };
+        let has_axes = !self.has_keys && !self.is_accelerometer && self.driving_axes() >= few;
+        !self.points && (self.has_triggers || has_axes || named && self.has_pad_buttons)
     }
 }
 
@@ -136,13 +143,14 @@ pub fn kind(
     }
     let name = name.to_lowercase();
     let has = |words: &[&str]| words.iter().any(|word| name.contains(word));
-    let named = has(&WHEEL_WORDS) && !has(&OTHER_WORDS[..3]);
+    let part = has(&PART_WORDS);
+    let named = has(&WHEEL_WORDS) && !part;
     let made = MAKERS.contains(&id.0) || BASES.contains(&id) || abilities.pushes && abilities.driving_axes() > 1;
-    if abilities.steers() && (named || made && !has(&OTHER_WORDS)) {
+    if abilities.steers() && (named || made && !part && !has(&OTHER_WORDS)) {
         DeviceKind::Wheel
-    } else if abilities.steers() && abilities.has_pad_buttons {
+    } else if abilities.steers() && abilities.has_pad_buttons && !part {
         DeviceKind::Pad
-    } else if abilities.is_controller() {
+    } else if abilities.is_controller(part) {
         DeviceKind::Controller
     } else {
         DeviceKind::Other
@@ -191,6 +199,22 @@ mod tests {
         assert_eq!(of((0x346e, 0x0003), "MOZA SR-P Pedals", "EV=9\nABS=7\n", &[]), DeviceKind::Controller);
         assert_eq!(of((1, 2), "Racing Wheel Pedals", BASE, &[]), DeviceKind::Controller);
         assert_eq!(of((1, 2), "Laptop accelerometer", "EV=9\nABS=7\nPROP=40\n", &[]), DeviceKind::Other);
+    }
+
+    #[test]
+    fn shifters_button_boxes_and_handbrakes_are_parts_of_a_rig() {
+        let buttons = "EV=3\nKEY=ffff00000000 0 0 0 0\n";
+        assert_eq!(of((1, 2), "Button box", buttons, &[]), DeviceKind::Controller, "without an axis");
+        let pad_buttons = buttons.replace("ffff00000000", "7cdb000000000000");
+        assert_eq!(of((1, 2), "TH8A Shifter", &pad_buttons, &[]), DeviceKind::Controller);
+        assert_eq!(of((1, 2), "Unknown keypad", &pad_buttons, &[]), DeviceKind::Other);
+        assert_eq!(of((1, 2), "USB Handbrake", "EV=9\nABS=1\n", &[]), DeviceKind::Controller, "one axis, no button");
+        assert_eq!(of((1, 2), "Ambient light", "EV=9\nABS=1\n", &[]), DeviceKind::Other);
+        assert_eq!(
+            of((0x346e, 0x0006), "MOZA HBP Handbrake", BASE, &[]),
+            DeviceKind::Controller,
+            "by a maker of bases"
+        );
     }
 
     #[test]

@@ -2,73 +2,47 @@
 //! and a [`ForceDevice`]. Events carry the kernel's monotonic time.
 
 use super::{
-    clock::TimeStamp,
-    force_thread::{ForceDevice, SharedAngle},
+    event_device::{EventDevice, gone},
+    force_thread::ForceDevice,
     kinds::DeviceKind,
     lamps::Lamps,
     no_force::{NoForce, WheelWithoutForce},
-    profile::{ForceBackend, PART, WheelProfile},
+    parts::{BUTTON_PART, PART},
+    profile::{ForceBackend, WheelProfile},
     profiles::{self, UnprofiledDevice},
     reader::WheelPort,
     sdl_force::SdlForce,
     wheel::{FoundWheel, WheelMessage},
 };
 use evdev::{
-    EventType, FFEffect, FFEffectCode, FFEffectData, FFEffectKind, FFEnvelope, FFReplay, FFTrigger, InputEvent,
-    raw_stream::RawDevice,
+    FFEffect, FFEffectCode, FFEffectData, FFEffectKind, FFEnvelope, FFReplay, FFTrigger, raw_stream::RawDevice,
 };
 use nix::poll::{PollFd, PollFlags, PollTimeout};
-use std::{
-    collections::BTreeSet,
-    io,
-    os::fd::{AsFd, AsRawFd},
-    path::Path,
-    sync::Arc,
-    time::{Duration, SystemTime, UNIX_EPOCH},
-};
+use std::{io, path::Path, sync::Arc, time::Duration};
 
 pub use super::nodes::{DeviceNode, controllers, wheels};
-
-nix::ioctl_write_ptr!(set_clock, b'E', 0xa0, nix::libc::c_int);
 
 /// udev rule that lets the user at the screen open wheels and set their range.
 pub const UDEV_RULE: &str =
     r#"SUBSYSTEM=="input", KERNEL=="event*", ENV{ID_INPUT_JOYSTICK}=="1", TAG+="uaccess", MODE="0660", GROUP="input""#;
 /// File for the rule: it must sort before 73-seat-late.rules, which acts on the tag.
 pub const UDEV_FILE: &str = "/etc/udev/rules.d/70-codrive-wheel.rules";
-/// SYN_DROPPED: the kernel's queue overflowed. Events up to the next SYN_REPORT are an incomplete packet.
-const SYN_DROPPED: u16 = 3;
-const SYN_REPORT: u16 = 0;
 /// Direction towards greater values of the first axis, see `ForceModel::level`.
 const TO_GREATER: u16 = 0xC000;
 
 /// A wheel of this computer and the further devices of the rig, opened for reading.
 pub struct OpenWheel {
     base: EventDevice,
-    /// Further devices, such as pedals, each with its number in the rig.
-    parts: Vec<(u16, EventDevice)>,
+    parts: Vec<OpenPart>,
 }
 
-/// An event device, opened for reading.
-struct EventDevice {
-    device: RawDevice,
-    /// True if the kernel stamps events with the monotonic clock.
-    monotonic: bool,
-    /// True until the first movement if all values were 0 at the opening: the driver had not read the wheel yet.
-    unread: bool,
-    heard: WheelEvents,
-}
-
-/// Translation of kernel events to [`WheelMessage`], independent of the file they are read from.
-#[derive(Default)]
-struct WheelEvents {
-    /// Buttons that are down, according to the events so far.
-    down: BTreeSet<u16>,
-    /// True from an overflow of the kernel's queue to the end of its packet.
-    dropped: bool,
-    /// Profile that gives the steering axis and its angle; `None` before the wheel is chosen.
-    profile: Option<WheelProfile>,
-    angle: Arc<SharedAngle>,
+/// A further device of the rig, such as pedals, opened for reading.
+struct OpenPart {
+    /// Number of the device in the rig.
+    number: u16,
+    device: EventDevice,
+    /// False if the profile names none of its axes and buttons. Its buttons are read all the same, so that a person can assign them.
+    used: bool,
 }
 
 impl OpenWheel {
@@ -91,7 +65,7 @@ impl OpenWheel {
             match EventDevice::open(other) {
                 Ok((device, part)) => {
                     known.add(&part);
-                    rig.parts.push((known.parts.len() as u16, device));
+                    rig.parts.push(OpenPart { number: known.parts.len() as u16, device, used: true });
                 }
                 Err(error) => log::warn!("{}", trouble(other, &error)),
             }
@@ -99,25 +73,24 @@ impl OpenWheel {
         Ok((rig, known))
     }
 
-    /// Takes the profile that was chosen, and closes the devices that it does not use.
+    /// Takes the profile that was chosen.
     fn follow(&mut self, profile: &WheelProfile, device: &mut UnprofiledDevice) {
         device.keep_parts_of(profile);
-        self.parts.retain(|(number, _)| profile.uses_part(*number));
+        self.parts.iter_mut().for_each(|part| part.used = profile.uses_part(part.number));
         if let Some(raw) = device.values.get(&profile.steering.axis) {
             self.base.heard.angle.set(profile.steering.wheel_rad(*raw));
         }
         self.base.heard.profile = Some(profile.clone());
     }
 
-    /// Waits up to `patience` for events, and adds them to `messages`. Buttons of further devices are left out, because
-    /// their codes are those of the wheel's buttons.
+    /// Waits up to `patience` for events, and adds them to `messages`. Axes and buttons of further devices have codes of their
+    /// own; axes that the profile does not use are left out.
     ///
     /// # Errors
-    /// A device is gone.
+    /// A device is gone that the profile uses.
     pub fn read(&mut self, patience: Duration, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
-        let devices = || std::iter::once(&self.base).chain(self.parts.iter().map(|(_, device)| device));
-        let mut polled: Vec<PollFd> =
-            devices().map(|device| PollFd::new(device.device.as_fd(), PollFlags::POLLIN)).collect();
+        let devices = || std::iter::once(&self.base).chain(self.parts.iter().map(|part| &part.device));
+        let mut polled: Vec<PollFd> = devices().map(|device| PollFd::new(device.file(), PollFlags::POLLIN)).collect();
         let timeout = PollTimeout::try_from(patience).unwrap_or(PollTimeout::ZERO);
         match nix::poll::poll(&mut polled, timeout) {
             Ok(0) | Err(nix::errno::Errno::EINTR) => return Ok(()),
@@ -126,137 +99,47 @@ impl OpenWheel {
         }
         let states: Vec<PollFlags> =
             polled.iter().map(|polled| polled.revents().unwrap_or(PollFlags::empty())).collect();
-        if states.iter().any(|state| gone(*state)) {
+        if gone(states[0]) {
             return Err(io::ErrorKind::NotConnected.into());
         }
         if !states[0].is_empty() {
             self.base.read(messages)?;
         }
-        for ((number, device), _) in self.parts.iter_mut().zip(&states[1..]).filter(|(_, state)| !state.is_empty()) {
-            let mut its = Vec::new();
-            device.read(&mut its)?;
-            messages.extend(its.into_iter().filter_map(|message| match message {
-                WheelMessage::Axis { code, raw, at } => {
-                    Some(WheelMessage::Axis { code: code + PART * *number, raw, at })
-                }
-                _ => None,
-            }));
+        let mut outcome = Ok(());
+        let mut states = states[1..].iter();
+        self.parts.retain_mut(|part| match part.read(states.next().copied().unwrap_or(PollFlags::empty()), messages) {
+            Err(error) if part.used => {
+                outcome = Err(error);
+                true
+            }
+            read => read.is_ok(),
+        });
+        outcome
+    }
+}
+
+impl OpenPart {
+    /// Reads the events that are there, with the codes of the rig.
+    fn read(&mut self, state: PollFlags, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
+        if gone(state) {
+            return Err(io::ErrorKind::NotConnected.into());
         }
+        let mut its = Vec::new();
+        if !state.is_empty() {
+            self.device.read(&mut its)?;
+        }
+        let in_the_rig = |message| match message {
+            WheelMessage::Axis { code, raw, at } => {
+                self.used.then_some(WheelMessage::Axis { code: code + PART * self.number, raw, at })
+            }
+            WheelMessage::Button { code, down, at } => {
+                Some(WheelMessage::Button { code: code + BUTTON_PART * self.number, down, at })
+            }
+            _ => None,
+        };
+        messages.extend(its.into_iter().filter_map(in_the_rig));
         Ok(())
     }
-}
-
-impl EventDevice {
-    fn open(node: &DeviceNode) -> io::Result<(Self, UnprofiledDevice)> {
-        let device = RawDevice::open(&node.path)?;
-        let clock = nix::time::ClockId::CLOCK_MONOTONIC.as_raw();
-        // SAFETY: the file is open and the kernel reads one int.
-        let monotonic = unsafe { set_clock(device.as_fd().as_raw_fd(), &raw const clock) }.is_ok();
-        let mut known = UnprofiledDevice { name: node.name.clone(), id: node.id, ..UnprofiledDevice::default() };
-        for (code, info) in device.get_absinfo()? {
-            known.axes.insert(code.0, [info.minimum(), info.maximum()]);
-            known.values.insert(code.0, info.value());
-        }
-        let heard = WheelEvents { down: buttons(&device)?, ..WheelEvents::default() };
-        let unread = known.values.values().all(|raw| *raw == 0);
-        Ok((Self { device, monotonic, unread, heard }, known))
-    }
-
-    /// Reads the events that are there.
-    fn read(&mut self, messages: &mut Vec<WheelMessage>) -> io::Result<()> {
-        let now = TimeStamp::now();
-        let real = (!self.monotonic).then(now_real);
-        let events: Vec<InputEvent> = self.device.fetch_events()?.collect();
-        if events.is_empty() {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        for event in events {
-            let at = stamp(event.timestamp(), now, real);
-            if self.heard.apply_event(&event, at, messages) {
-                let axes: Vec<(u16, i32)> = self.device.get_absinfo()?.map(|(c, info)| (c.0, info.value())).collect();
-                self.heard.catch_up(axes, &buttons(&self.device)?, at, messages);
-            }
-        }
-        let moved: Vec<u16> = messages.iter().filter_map(WheelMessage::axis).collect();
-        if self.unread && !moved.is_empty() {
-            // The driver has read all axes now; the kernel sends no event for those that are still 0.
-            self.unread = false;
-            for (code, info) in self.device.get_absinfo()?.filter(|(code, _)| !moved.contains(&code.0)) {
-                self.heard.moved(code.0, info.value(), None, messages);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Checks whether a polled device is gone; remaining events are read first.
-fn gone(state: PollFlags) -> bool {
-    !state.contains(PollFlags::POLLIN) && state.intersects(PollFlags::POLLERR | PollFlags::POLLHUP)
-}
-
-impl WheelEvents {
-    /// Adds the message of an event. Returns true if earlier events were lost and the device's state must be queried.
-    fn apply_event(&mut self, event: &InputEvent, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) -> bool {
-        match (event.event_type(), event.code()) {
-            (EventType::SYNCHRONIZATION, SYN_DROPPED) => self.dropped = true,
-            (EventType::SYNCHRONIZATION, SYN_REPORT) => return std::mem::take(&mut self.dropped),
-            _ if self.dropped => {}
-            (EventType::ABSOLUTE, code) => self.moved(code, event.value(), at, messages),
-            // Value 2 is the kernel's key repetition.
-            (EventType::KEY, code) if event.value() < 2 => self.pressed(code, event.value() == 1, at, messages),
-            _ => {}
-        }
-        false
-    }
-
-    /// Adds messages for the device's present state after events were lost: a missed release would sound the horn for
-    /// ever.
-    fn catch_up(
-        &mut self,
-        axes: Vec<(u16, i32)>,
-        down: &BTreeSet<u16>,
-        at: Option<TimeStamp>,
-        messages: &mut Vec<WheelMessage>,
-    ) {
-        axes.into_iter().for_each(|(code, raw)| self.moved(code, raw, at, messages));
-        let changed: Vec<u16> = self.down.symmetric_difference(down).copied().collect();
-        changed.into_iter().for_each(|code| self.pressed(code, down.contains(&code), at, messages));
-    }
-
-    fn pressed(&mut self, code: u16, down: bool, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) {
-        if down {
-            self.down.insert(code);
-        } else {
-            self.down.remove(&code);
-        }
-        messages.push(WheelMessage::Button { code, down, at });
-    }
-
-    fn moved(&self, code: u16, raw: i32, at: Option<TimeStamp>, messages: &mut Vec<WheelMessage>) {
-        if let Some(steering) = self.profile.as_ref().map(|p| &p.steering).filter(|s| s.axis == code) {
-            self.angle.set(steering.wheel_rad(raw));
-        }
-        messages.push(WheelMessage::Axis { code, raw, at });
-    }
-}
-
-/// Returns the buttons that are down now.
-fn buttons(device: &RawDevice) -> io::Result<BTreeSet<u16>> {
-    Ok(device.get_key_state()?.iter().map(|key| key.0).collect())
-}
-
-/// Returns the kernel's time stamp of an event on the monotonic clock. For a device that still stamps with the clock of
-/// the day, `real` is that clock's present time: the age of the event is the same on both clocks.
-fn stamp(event: SystemTime, now: TimeStamp, real: Option<Duration>) -> Option<TimeStamp> {
-    let event = event.duration_since(UNIX_EPOCH).ok()?;
-    match real {
-        None => TimeStamp::plausible(event, now),
-        Some(real) => TimeStamp::plausible(now.0.checked_sub(real.checked_sub(event)?)?, now),
-    }
-}
-
-fn now_real() -> Duration {
-    nix::time::clock_gettime(nix::time::ClockId::CLOCK_REALTIME).map(Duration::from).unwrap_or_default()
 }
 
 /// The wheels of this computer, read through evdev.

@@ -6,6 +6,8 @@
 mod buttons;
 pub mod calibrate;
 mod clock;
+#[cfg(target_os = "linux")]
+mod event_device;
 pub mod force;
 pub mod force_thread;
 mod keyboard;
@@ -18,6 +20,7 @@ pub mod no_force;
 mod nodes;
 mod other;
 mod pads;
+pub mod parts;
 pub mod profile;
 pub mod profiles;
 pub mod reader;
@@ -26,7 +29,7 @@ pub mod sdl_force;
 mod stalk;
 pub mod wheel;
 
-pub use buttons::ButtonAction;
+pub use buttons::{ButtonAction, RigButton};
 pub use clock::TimeStamp;
 pub use force::ForceInput;
 pub use keyboard::{DriveKey, Keyboard};

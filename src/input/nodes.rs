@@ -3,6 +3,7 @@
 
 use super::{
     kinds::{self, Abilities, DeviceKind},
+    parts::{self, Place},
     profile::WheelProfile,
     profiles,
 };
@@ -19,6 +20,7 @@ pub struct DeviceNode {
     pub name: String,
     /// Vendor and product on USB; 0 where sysfs has none.
     pub id: (u16, u16),
+    pub place: Place,
     pub kind: DeviceKind,
 }
 
@@ -30,7 +32,7 @@ impl DeviceNode {
 
     /// Returns name and ids for messages.
     pub fn described(&self) -> String {
-        format!("{} ({:04x}:{:04x})", self.name, self.id.0, self.id.1)
+        format!("{} ({})", self.name, parts::id_text(self.id))
     }
 }
 
@@ -74,10 +76,11 @@ fn devices_in(sys: &Path, own: &[WheelProfile]) -> Vec<DeviceNode> {
             let name = text("name")?;
             let hex = |what: &str| u16::from_str_radix(&text(what)?, 16).ok();
             let id = (hex("id/vendor").unwrap_or(0), hex("id/product").unwrap_or(0));
+            let place = Place { serial: text("uniq").unwrap_or_default(), port: text("phys").unwrap_or_default() };
             let abilities = Abilities::from_uevent(&text("uevent").unwrap_or_default());
             let kind = kinds::kind(id, &name, abilities, own, &shipped);
             (kind != DeviceKind::Other)
-                .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, kind }))
+                .then(|| (number, DeviceNode { path: Path::new("/dev/input").join(&file), name, id, place, kind }))
         })
         .collect();
     found.sort_by_key(|(number, _)| *number);
@@ -112,6 +115,7 @@ mod tests {
             path: path.into(),
             name: "Logitech G29".into(),
             id: (0x046d, 0xc24f),
+            place: Place::default(),
             kind: DeviceKind::Wheel,
         };
         let unnamed = DeviceNode { name: "Some Racing Wheel".into(), id: (0, 0), ..node("/dev/input/event2") };
@@ -120,5 +124,10 @@ mod tests {
         assert_eq!(found[1].id, (0x046d, 0xc260));
         assert!(matches!(found[1].kind, DeviceKind::Unfit(text) if text.contains("PS3")), "at the switch's other end");
         assert_eq!(wheels_in(&sys.path().join("nothing")), []);
+        let device = sys.path().join("class/input/event10/device");
+        fs::write(device.join("phys"), "usb-0000:00:14.0-2/input0\n").unwrap();
+        fs::write(device.join("uniq"), "A7\n").unwrap();
+        let place = Place { serial: "A7".into(), port: "usb-0000:00:14.0-2/input0".into() };
+        assert_eq!(wheels_in(sys.path())[2].place, place);
     }
 }

@@ -2,7 +2,10 @@
 //! end values, dead zones, pedal curves, steering range, buttons, strength of the force. Axis and button codes are
 //! evdev's; raw values are the device's own.
 
-use super::buttons::Buttons;
+use super::{
+    buttons::{ButtonAction, Buttons},
+    parts::{self, ALLOWED_DEVICE, PART, Part},
+};
 use crate::{
     controls::{STEERING_LOCK_RAD, STEERING_RATIO},
     toml_text::{self, KeyPart},
@@ -14,8 +17,6 @@ use std::collections::BTreeMap;
 const AT_REST: f64 = 0.15;
 /// First evdev code of the hats.
 const FIRST_HAT: u16 = 16;
-/// Distance of the axis codes of one device of the rig from those of the next: above all codes of evdev.
-pub const PART: u16 = 64;
 
 /// Rule for USB ids, for messages.
 const ALLOWED_ID: &str = "allowed: VENDOR:PRODUCT in four hexadecimal digits each, such as 046d:c24f";
@@ -38,6 +39,9 @@ pub struct WheelProfile {
     pub accelerator: Pedal,
     /// Middle pedal, or the left one of two.
     pub brake: Option<Pedal>,
+    /// Lever that brakes as the brake pedal does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub handbrake: Option<Pedal>,
     /// Actions of the buttons.
     #[serde(default)]
     pub buttons: Buttons,
@@ -73,7 +77,7 @@ pub struct Steering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pedal {
-    /// Device of the pedal as `vendor:product`, if it is not the wheel itself.
+    /// Device of the pedal (see `parts`), if it is not the wheel itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub device: Option<String>,
     /// Number of that device in the rig, 0 for the wheel itself; set when the rig is opened.
@@ -249,11 +253,16 @@ impl WheelProfile {
         self.products.iter().any(|id| id.eq_ignore_ascii_case(&format!("{vendor:04x}:{product:04x}")))
     }
 
-    /// Returns the pedals with their names; a missing brake is left out.
-    pub fn pedals(&self) -> impl Iterator<Item = (&'static str, &Pedal)> {
+    /// Returns the pedals for the feet with their names; a missing brake is left out.
+    pub fn foot_pedals(&self) -> impl Iterator<Item = (&'static str, &Pedal)> {
         [("accelerator", Some(&self.accelerator)), ("brake", self.brake.as_ref())]
             .into_iter()
             .filter_map(|(name, pedal)| Some((name, pedal?)))
+    }
+
+    /// Returns the pedals for the feet, then the handbrake, with their names; those that are missing are left out.
+    pub fn pedals(&self) -> impl Iterator<Item = (&'static str, &Pedal)> {
+        self.foot_pedals().chain(self.handbrake.as_ref().map(|lever| ("handbrake", lever)))
     }
 
     /// Checks whether accelerator and brake are the two sides of one axis.
@@ -272,10 +281,10 @@ impl WheelProfile {
     /// Checks whether the driver reports the pedals the other way round: every pedal is at its pressed end, and no
     /// further axis of the same range, such as a clutch, is at the released end. Returns false while a value is unknown.
     pub fn pedals_upside_down(&self, axes: &AxisRanges, values: &BTreeMap<u16, i32>) -> bool {
-        let own: Vec<u16> = self.pedals().map(|(_, pedal)| pedal.code()).chain([self.steering.axis]).collect();
+        let own: Vec<u16> = self.foot_pedals().map(|(_, pedal)| pedal.code()).chain([self.steering.axis]).collect();
         let is_read = own.iter().all(|axis| values.contains_key(axis)) && values.values().any(|raw| *raw != 0);
         let floored =
-            self.pedals().all(|(_, pedal)| values.get(&pedal.code()).is_some_and(|raw| pedal.is_floored(*raw)));
+            self.foot_pedals().all(|(_, pedal)| values.get(&pedal.code()).is_some_and(|raw| pedal.is_floored(*raw)));
         let alike = |code: &u16| axes.get(code).is_some_and(|range| Some(range) == axes.get(&self.accelerator.code()));
         let beside = |code: &u16| code / PART == self.accelerator.part && code % PART < FIRST_HAT;
         let further_rests = values
@@ -329,40 +338,47 @@ impl WheelProfile {
             steering: Steering { axis: *steering, left, centre, right, range_deg: 900.0, ratio: ratio(), dead: 0.0 },
             accelerator,
             brake: (!pedals.is_empty()).then(|| pedals.remove(0)),
+            handbrake: None,
             buttons: Buttons::default(),
             force: ForceSettings::default(),
         })
     }
 
-    /// Finds the devices of the pedals among the further devices of a rig.
+    /// Finds the devices of pedals and buttons among the further devices of a rig.
     ///
     /// # Errors
-    /// One is not plugged in; the message names it.
-    pub fn find_parts(&mut self, parts: &[(u16, u16)]) -> Result<(), ProfileError> {
-        for (name, pedal) in [("accelerator", Some(&mut self.accelerator)), ("brake", self.brake.as_mut())] {
+    /// One is not plugged in, or two are alike; the message names it.
+    pub fn find_parts(&mut self, parts: &[Part]) -> Result<(), ProfileError> {
+        let Self { name: profile, accelerator, brake, handbrake, buttons, .. } = self;
+        let find = |what: &str, device: &Option<String>| {
+            let Some(device) = device else { return Ok(0) };
+            parts::number(parts, device).map_err(|fault| {
+                ProfileError(format!("profile \"{profile}\": the device of the {what}, {device}, {fault}"))
+            })
+        };
+        for (name, pedal) in
+            [("accelerator", Some(accelerator)), ("brake", brake.as_mut()), ("handbrake", handbrake.as_mut())]
+        {
             let Some(pedal) = pedal else { continue };
-            let Some(device) = &pedal.device else { continue };
-            let is_it = |id: &(u16, u16)| device.eq_ignore_ascii_case(&format!("{:04x}:{:04x}", id.0, id.1));
-            let number = parts.iter().position(is_it).ok_or_else(|| {
-                ProfileError(format!(
-                    "profile \"{}\": the device of the {name}, {device}, is not plugged in\n  remedy: plug it in, or measure \
-                     the rig with codrive calibrate",
-                    self.name
-                ))
-            })?;
-            pedal.part = number as u16 + 1;
+            pedal.part = find(name, &pedal.device)?;
+        }
+        for action in ButtonAction::every() {
+            for button in buttons.of(action) {
+                button.part = find(&format!("button \"{action}\""), &button.device)?;
+            }
         }
         Ok(())
     }
 
-    /// Checks whether the devices of the pedals are among the further devices of a rig.
-    pub fn has_its_parts(&self, parts: &[(u16, u16)]) -> bool {
+    /// Checks whether the devices of the profile are among the further devices of a rig.
+    pub fn has_its_parts(&self, parts: &[Part]) -> bool {
         self.clone().find_parts(parts).is_ok()
     }
 
-    /// Checks whether an axis of this device of the rig is used; 0 is the wheel itself.
+    /// Checks whether the profile uses an axis or a button of this device of the rig; 0 is the wheel itself.
     pub fn uses_part(&self, part: u16) -> bool {
-        part == 0 || self.pedals().any(|(_, pedal)| pedal.part == part)
+        let button = |(_, button): (ButtonAction, &super::buttons::RigButton)| button.part == part;
+        part == 0 || self.pedals().any(|(_, pedal)| pedal.part == part) || self.buttons.all().any(button)
     }
 
     /// Checks that the device has every axis of the profile.
@@ -383,9 +399,7 @@ impl WheelProfile {
 
     fn check(&self) -> Result<(), (String, String)> {
         let wrong = |key: &str, text: String| Err((key.to_owned(), text));
-        let hex = |part: &str| part.len() == 4 && part.chars().all(|digit| digit.is_ascii_hexdigit());
-        let is_id = |id: &str| id.split_once(':').is_some_and(|(vendor, product)| hex(vendor) && hex(product));
-        if let Some(id) = self.products.iter().find(|id| !is_id(id)) {
+        if let Some(id) = self.products.iter().find(|id| !parts::is_id(id)) {
             return wrong("products", format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
         }
         let s = &self.steering;
@@ -402,14 +416,15 @@ impl WheelProfile {
         within("steering.dead", s.dead, 0.0, 0.2)?;
         let mut taken = vec![(None, s.axis)];
         for (name, pedal) in self.pedals() {
-            if let Some(id) = pedal.device.as_ref().filter(|id| !is_id(id)) {
-                return wrong(&format!("{name}.device"), format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
+            if let Some(id) = pedal.device.as_ref().filter(|id| !parts::is_device(id)) {
+                return wrong(&format!("{name}.device"), format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
             }
             if pedal.released == pedal.pressed {
                 let text = format!("{} is also the released value\n  remedy: codrive calibrate", pedal.pressed);
                 return wrong(&format!("{name}.pressed"), text);
             }
-            if taken.contains(&(pedal.device.as_ref(), pedal.axis)) && !self.pedals_share_an_axis() {
+            let may_share = name != "handbrake" && self.pedals_share_an_axis();
+            if taken.contains(&(pedal.device.as_ref(), pedal.axis)) && !may_share {
                 let text = format!(
                     "axis {} already has another task; allowed: an unused axis, or for a combined axis the accelerator's, \
                      pressed to the other side",
@@ -421,6 +436,10 @@ impl WheelProfile {
             within(&format!("{name}.dead"), pedal.dead, 0.0, 0.4)?;
             within(&format!("{name}.end"), pedal.end, 0.0, 0.4)?;
             within(&format!("{name}.curve"), pedal.curve, 0.3, 4.0)?;
+        }
+        let device = |button: &super::buttons::RigButton| button.device.clone().filter(|id| !parts::is_device(id));
+        if let Some(id) = self.buttons.all().find_map(|(_, button)| device(button)) {
+            return wrong("buttons", format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
         }
         let f = &self.force;
         within("force.strength", f.strength, 0.0, 2.0)?;

@@ -255,6 +255,69 @@ fn each_action_has_a_description() {
         "answer",
         "driver's view, back onto the lane",
         "ask to end the drive",
+        "handbrake",
     ];
     assert_eq!(words, expected);
+}
+
+const WITH_PARTS: &str = "[buttons]
+reverse = [293]
+horn = [289, \"288 of 0eb7:183b\", \"288 of 2341:8036 at usb-1/input0\"]";
+
+#[test]
+fn buttons_of_further_devices_are_read_and_written_with_their_device() {
+    let text = G29[..G29.find("# evdev codes").unwrap()].to_owned() + WITH_PARTS;
+    let mut profile = WheelProfile::from_toml(&text, "rig").unwrap();
+    assert_eq!(WheelProfile::from_toml(&profile.to_toml(), "again").unwrap(), profile);
+    assert!(profile.to_toml().contains("reverse = [293]"), "{}", profile.to_toml());
+    assert!(!profile.to_toml().contains("handbrake"), "{}", profile.to_toml());
+    let place = |port: &str| parts::Place { port: port.into(), ..parts::Place::default() };
+    let part = |id, port| Part { id, place: place(port) };
+    let there =
+        [part((0x2341, 0x8036), "usb-2/input0"), part((0x2341, 0x8036), "usb-1/input0"), part((0x0eb7, 0x183b), "")];
+    profile.find_parts(&there).unwrap();
+    let codes: Vec<u16> = profile.buttons.horn.iter().map(super::super::buttons::RigButton::code).collect();
+    assert_eq!(codes, [289, 288 + 3 * parts::BUTTON_PART, 288 + 2 * parts::BUTTON_PART]);
+    assert_eq!(profile.buttons.action(288 + 2 * parts::BUTTON_PART), Some(ButtonAction::Horn));
+    assert_eq!((profile.buttons.action(288), profile.buttons.action(288 + parts::BUTTON_PART)), (None, None));
+    assert!(profile.uses_part(0) && !profile.uses_part(1) && profile.uses_part(2) && profile.uses_part(3));
+    let message = profile.find_parts(&there[..2]).unwrap_err().0;
+    assert!(message.contains("the device of the button \"horn\", 0eb7:183b, is not plugged in"), "{message}");
+}
+
+#[test]
+fn a_text_that_is_no_button_is_refused_with_the_form_that_is_allowed() {
+    let text = |button: &str| G29.replace("horn = [289]", &format!("horn = [{button}]"));
+    for button in ["\"square\"", "\"768 of 0eb7:183b\"", "\"288 of\"", "768"] {
+        let message = WheelProfile::from_toml(&text(button), "mine.toml").unwrap_err().0;
+        assert!(message.contains("is no button; allowed: a number up to 767"), "{message}");
+    }
+    let message = WheelProfile::from_toml(&text("true"), "mine.toml").unwrap_err().0;
+    assert!(message.contains("expected the number of a button"), "{message}");
+    let message = WheelProfile::from_toml(&text("\"288 of shifter\""), "mine.toml").unwrap_err().0;
+    assert!(message.contains("buttons: \"shifter\" is no USB id; allowed: VENDOR:PRODUCT"), "{message}");
+}
+
+#[test]
+fn a_handbrake_needs_an_axis_of_its_own() {
+    let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
+    let on = |profile: &mut WheelProfile, axis| {
+        profile.handbrake = Some(Pedal { axis, ..profile.accelerator.clone() });
+        WheelProfile::from_toml(&profile.to_toml(), "x").map_err(|error| error.0)
+    };
+    assert_eq!(on(&mut profile, 1).unwrap(), profile);
+    let message = on(&mut profile, 5).unwrap_err();
+    assert!(message.contains("handbrake.axis: axis 5 already has another task"), "{message}");
+    let combined = |pressed| Pedal { released: 128, pressed, ..profile.accelerator.clone() };
+    (profile.accelerator, profile.brake) = (combined(0), Some(combined(255)));
+    assert!(on(&mut profile, 2).is_err(), "two pedals may share an axis, a lever may not");
+}
+
+#[test]
+fn a_handbrake_does_not_hide_pedals_that_are_upside_down() {
+    let mut profile = WheelProfile::from_toml(G29, "g29").unwrap();
+    profile.handbrake = Some(Pedal { axis: 0, released: 0, pressed: 255, part: 1, ..profile.accelerator.clone() });
+    let axes = [(0, [0, 65_535]), (1, [0, 255]), (2, [0, 255]), (5, [0, 255]), (PART, [0, 255])].into();
+    let values = [(0, 32_767), (1, 0), (2, 0), (5, 0), (PART, 0)].into();
+    assert!(profile.pedals_upside_down(&axes, &values));
 }

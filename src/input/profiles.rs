@@ -1,7 +1,11 @@
 //! Search for the profile of a steering wheel. In: a device's ids and axes, a name given by a person. Out: its
 //! [`WheelProfile`]. The user's own profiles come before shipped ones, and those before a guess.
 
-use super::profile::{AxisRanges, PART, Pedal, ProfileError, WheelProfile};
+use super::{
+    buttons::RigButton,
+    parts::{self, BUTTON_PART, PART, Part, Place},
+    profile::{AxisRanges, Pedal, ProfileError, WheelProfile},
+};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
     private,
@@ -139,21 +143,28 @@ pub struct UnprofiledDevice {
     pub axes: AxisRanges,
     /// Present raw value of each axis.
     pub values: BTreeMap<u16, i32>,
-    /// Vendor and product of the further devices of the rig, such as pedals. The axes of the first have codes from
-    /// [`PART`] on, those of the second from twice that.
-    pub parts: Vec<(u16, u16)>,
+    pub place: Place,
+    /// Further devices of the rig, such as pedals. The axes of the first have codes from [`PART`] on, those of the second
+    /// from twice that, and their buttons from [`BUTTON_PART`] on.
+    pub parts: Vec<Part>,
 }
 
 impl UnprofiledDevice {
     /// Adds a further device of the rig.
     pub fn add(&mut self, part: &Self) {
-        self.parts.push(part.id);
+        self.parts.push(Part { id: part.id, place: part.place.clone() });
         let code = |code: &u16| code + PART * self.parts.len() as u16;
         self.axes.extend(part.axes.iter().map(|(axis, range)| (code(axis), *range)));
         // If all values are 0, the driver has not read the device yet.
         if part.values.values().any(|raw| *raw != 0) {
             self.values.extend(part.values.iter().map(|(axis, raw)| (code(axis), *raw)));
         }
+    }
+
+    /// Returns the button with this code in the rig.
+    pub fn button(&self, code: u16) -> RigButton {
+        let part = code / BUTTON_PART;
+        RigButton { number: code % BUTTON_PART, device: parts::name(&self.parts, part), part }
     }
 
     /// Leaves out the axes of further devices that the profile does not use. The others keep their codes.
@@ -280,7 +291,7 @@ mod tests {
             id: (0x046d, 0xc24f),
             axes: axes.into(),
             values: values.into(),
-            parts: Vec::new(),
+            ..UnprofiledDevice::default()
         }
     }
 
@@ -319,7 +330,8 @@ mod tests {
     fn a_guessed_profile_takes_present_pedal_values_as_released() {
         let values = [(0, 512), (1, 3), (2, 1020)].into();
         let axes = [(0, [0, 1023]), (1, [0, 1023]), (2, [0, 1023])].into();
-        let device = UnprofiledDevice { name: "Some Racing Wheel".into(), id: (1, 2), axes, values, parts: Vec::new() };
+        let name = "Some Racing Wheel".into();
+        let device = UnprofiledDevice { name, id: (1, 2), axes, values, ..UnprofiledDevice::default() };
         let (profile, faults) = choose(&device, None).unwrap();
         assert_eq!((profile.accelerator.released, profile.accelerator.pressed), (0, 1023));
         assert_eq!(profile.brake.map(|b| (b.released, b.pressed)), Some((1023, 0)));

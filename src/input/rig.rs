@@ -58,7 +58,7 @@ impl ConnectedWheel {
     /// Checks the direction of the pedals once all are read. Returns the message for pedals that are refused.
     fn check_pedals(&mut self) -> Option<String> {
         let (profile, raw) = (self.state.profile(), self.state.raw());
-        let is_read = profile.pedals().all(|(_, pedal)| raw.contains_key(&pedal.code()));
+        let is_read = profile.foot_pedals().all(|(_, pedal)| raw.contains_key(&pedal.code()));
         if self.checked || !is_read || !raw.contains_key(&profile.steering.axis) {
             return None;
         }

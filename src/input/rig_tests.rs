@@ -25,7 +25,7 @@ fn found(force: Option<Box<dyn ForceDevice>>) -> FoundWheel {
         id: (0x046d, 0xc24f),
         axes: axes.into(),
         values: rest(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     };
     let profile = profiles::named("g29").unwrap();
     FoundWheel { device, profile, lamps: Lamps::default(), force, angle: Arc::new(SharedAngle::default()) }

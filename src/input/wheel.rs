@@ -79,6 +79,8 @@ pub struct WheelState {
     touched: BTreeMap<u16, i32>,
     reverse: bool,
     horn: bool,
+    /// True while the handbrake's button is held.
+    handbrake: bool,
     /// True if the pedals have no effect, because the driver reports them the other way round.
     pedals_refused: bool,
 }
@@ -89,8 +91,9 @@ impl WheelState {
     pub fn new(profile: WheelProfile, values: BTreeMap<u16, i32>) -> Self {
         let raw = if values.values().all(|raw| *raw == 0) { BTreeMap::new() } else { values };
         let (touched, hats) = (raw.clone(), BTreeMap::new());
-        let (armed, reverse, horn, pedals_refused) = (Vec::new(), false, false, false);
-        let mut state = Self { profile, touched, raw, hats, armed, reverse, horn, pedals_refused };
+        let (reverse, horn, handbrake, pedals_refused) = (false, false, false, false);
+        let armed = Vec::new();
+        let mut state = Self { profile, touched, raw, hats, armed, reverse, horn, handbrake, pedals_refused };
         state.arm();
         state
     }
@@ -122,19 +125,22 @@ impl WheelState {
         ButtonAction::of_hat(code, raw).filter(|_| before != Some(raw))
     }
 
-    /// Applies a button press and returns its action. Switches between drive and reverse, and starts the horn.
+    /// Applies a button press and returns its action. Switches between drive and reverse, and starts horn and handbrake.
     pub fn pressed(&mut self, code: u16) -> Option<ButtonAction> {
         let action = self.profile.buttons.action(code);
         self.horn |= action == Some(ButtonAction::Horn);
+        self.handbrake |= action == Some(ButtonAction::Handbrake);
         if action == Some(ButtonAction::Reverse) {
             self.reverse = !self.reverse;
         }
         action
     }
 
-    /// Applies a button release: the release of the horn's button ends the horn.
+    /// Applies a button release: horn and handbrake last as long as their button is held.
     pub fn released(&mut self, code: u16) {
-        self.horn &= self.profile.buttons.action(code) != Some(ButtonAction::Horn);
+        let action = self.profile.buttons.action(code);
+        self.horn &= action != Some(ButtonAction::Horn);
+        self.handbrake &= action != Some(ButtonAction::Handbrake);
     }
 
     /// Checks whether the horn is held.
@@ -157,12 +163,13 @@ impl WheelState {
         self.reverse = reverse;
     }
 
-    /// Returns the controls that the wheel asks for.
+    /// Returns the controls that the wheel asks for. The handbrake acts as the brake pedal: recordings have one brake.
     pub fn controls(&self) -> Controls {
+        let lever = if self.handbrake { 1.0 } else { self.effect(self.profile.handbrake.as_ref()) };
         let steering = self.raw.get(&self.profile.steering.axis);
         Controls {
             throttle: self.effect(Some(&self.profile.accelerator)),
-            brake: self.effect(self.profile.brake.as_ref()),
+            brake: self.effect(self.profile.brake.as_ref()).max(lever),
             steering_wheel_rad: steering.map_or(0.0, |raw| self.profile.steering.car_rad(*raw)),
             selector: if self.reverse { Selector::Reverse } else { Selector::Drive },
             ..Controls::default()
@@ -290,6 +297,50 @@ mod tests {
         for (raw, touched) in moves {
             assert_eq!(wheel.moved(2, raw), touched, "to {raw}");
         }
+    }
+
+    /// G29 with a handbrake on its clutch's axis, and one on button 300.
+    fn with_handbrake(values: &[(u16, i32)]) -> WheelState {
+        let mut profile = profiles::named("g29").unwrap();
+        profile.handbrake = Some(super::super::profile::Pedal { axis: 1, ..profile.accelerator.clone() });
+        profile.buttons.handbrake = vec![300.into()];
+        WheelState::new(profile, values.iter().copied().collect())
+    }
+
+    #[test]
+    fn the_handbrake_brakes_as_far_as_the_pedal_or_further() {
+        let mut wheel = with_handbrake(&REST);
+        for (code, raw) in [(1, 100), (5, 200)] {
+            wheel.moved(code, raw);
+        }
+        let lever = wheel.profile().handbrake.as_ref().unwrap().effect(100);
+        let pedal = wheel.profile().brake.as_ref().unwrap().effect(200);
+        assert!(0.0 < pedal && pedal < lever && lever < 1.0, "{pedal} {lever}");
+        assert_eq!(wheel.controls().brake, lever);
+        wheel.moved(5, 0);
+        assert_eq!(wheel.controls().brake, 1.0);
+        wheel.moved(1, 255);
+        wheel.moved(5, 255);
+        assert_eq!(wheel.controls().brake, 0.0);
+    }
+
+    #[test]
+    fn a_handbrake_that_was_pulled_at_the_start_acts_after_its_release() {
+        let mut wheel = with_handbrake(&[(0, 32_767), (1, 0), (2, 255), (5, 255)]);
+        assert_eq!(wheel.controls().brake, 0.0);
+        wheel.moved(1, 255);
+        wheel.moved(1, 0);
+        assert_eq!(wheel.controls().brake, 1.0);
+    }
+
+    #[test]
+    fn a_handbrake_button_brakes_while_it_is_held() {
+        let mut wheel = with_handbrake(&REST);
+        assert_eq!((wheel.pressed(300), wheel.controls().brake), (Some(ButtonAction::Handbrake), 1.0));
+        wheel.released(289);
+        assert_eq!(wheel.controls().brake, 1.0, "that was another button");
+        wheel.released(300);
+        assert_eq!(wheel.controls().brake, 0.0);
     }
 
     #[test]

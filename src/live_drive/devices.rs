@@ -108,7 +108,8 @@ impl LiveDrive {
         }
         match action {
             // The devices have applied these already.
-            ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => {}
+            ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::Handbrake => {}
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

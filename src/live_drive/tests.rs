@@ -48,7 +48,7 @@ fn g29(lamps: Lamps, force: bool) -> WheelMessage {
         id: (0x046d, 0xc24f),
         axes: axes.into(),
         values: values.into(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     };
     let force = force.then(|| Box::new(Motor) as Box<dyn ForceDevice>);
     let profile = profiles::named("g29").unwrap();

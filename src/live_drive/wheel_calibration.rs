@@ -16,6 +16,7 @@ pub fn wheel(rig: &Rig) -> Option<PluggedWheel> {
         bars: calibration.bars(),
         learnt: (calibration.step() == CalibrationStep::Done).then(|| calibration.profile(&device.name)),
     });
+    let last_button = last_button.map(|code| device.button(code));
     Some(PluggedWheel { device: device.name.clone(), profile, raw: raw.clone(), last_button, asked })
 }
 

@@ -186,12 +186,14 @@ pub enum MapError {
         file: PathBuf,
     },
     /// Point of a path that is on no street.
-    #[error("{}: path: no street for cars is within 50 m of the point {point}\n  remedy: X,Y in metres in the frame of the network, near a street", file.display())]
+    #[error("{}: path: no street for cars is within {reach_m} m of the point {point}\n  remedy: X,Y in metres in the frame of the network, near a street", file.display())]
     PathPoint {
         /// File of the network.
         file: PathBuf,
         /// Text `X,Y` of the point.
         point: String,
+        /// Largest distance of the point from a street, metres.
+        reach_m: f64,
     },
     /// Two places of a path without a way between them.
     #[error("{}: path: no way for cars leads from edge \"{from}\" to edge \"{to}\"", file.display())]

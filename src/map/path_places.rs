@@ -46,7 +46,11 @@ fn place(file: &Path, net: &Network, word: &str) -> Result<EdgeId, MapError> {
         return Ok(edge);
     }
     if let (None, Some(point)) = (found, point(word)) {
-        return nearest(net, point).ok_or_else(|| MapError::PathPoint { file: file.into(), point: word.into() });
+        return nearest(net, point).ok_or_else(|| MapError::PathPoint {
+            file: file.into(),
+            point: word.into(),
+            reach_m: REACH_M,
+        });
     }
     let streets = net.edge_ids().filter(|edge| net.edge(*edge).kind.is_street() && is_open(edge));
     let known: Vec<&str> = streets.map(|edge| net.edge(edge).id.as_str()).collect();

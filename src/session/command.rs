@@ -2,7 +2,11 @@
 //! reason in the session log; while a drive runs, also in its recording.
 
 use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
-use crate::{drive_loop::RunError, panel::SessionCommand, study::ItemOutcome};
+use crate::{
+    drive_loop::RunError,
+    panel::SessionCommand,
+    study::{ItemOutcome, Session, SessionError},
+};
 
 impl From<RunError> for CommandRefusal {
     fn from(error: RunError) -> Self {
@@ -48,16 +52,8 @@ impl LiveSession {
             SessionCommand::Close | SessionCommand::Interrupt(_) => Ok(()),
             SessionCommand::Pause => self.hold(true, backend),
             SessionCommand::Resume => self.hold(false, backend),
-            SessionCommand::Stop(reason) => {
-                self.not_over()?;
-                self.stop_spoken_text();
-                self.write_voice()?;
-                self.leave("stopped", &reason, backend)?;
-                self.session.stop(&reason, &(self.utc)())?;
-                self.asked = false;
-                self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
-                Ok(())
-            }
+            SessionCommand::Stop(reason) => self.stop(&reason, Session::stop, backend),
+            SessionCommand::StopTechnically(reason) => self.stop(&reason, Session::stop_technically, backend),
             SessionCommand::Exclude(reason) => {
                 if !self.is_over() {
                     self.leave("excluded", &reason, backend)?;
@@ -68,6 +64,23 @@ impl LiveSession {
                 Ok(self.session.exclude(&reason)?)
             }
         }
+    }
+
+    /// Ends the session for good, in the log by `end`.
+    fn stop(
+        &mut self,
+        reason: &str,
+        end: fn(&mut Session, &str, &str) -> Result<(), SessionError>,
+        backend: &mut dyn DriveBackend,
+    ) -> Result<(), CommandRefusal> {
+        self.not_over()?;
+        self.stop_spoken_text();
+        self.write_voice()?;
+        self.leave("stopped", reason, backend)?;
+        end(&mut self.session, reason, &(self.utc)())?;
+        self.asked = false;
+        self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
+        Ok(())
     }
 
     fn not_over(&self) -> Result<(), CommandRefusal> {

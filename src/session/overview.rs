@@ -114,7 +114,7 @@ impl LiveSession {
             SessionState::Text(_) => format!("page {name}"),
             SessionState::Intro(_) => format!("text before {name}"),
             SessionState::Loading(_) => format!("{name} is loading"),
-            SessionState::Countdown(..) if self.lacks_brake => format!("{name} waits for a foot on the brake"),
+            SessionState::Countdown(..) if self.lacks_brake => format!("{name} waits until the brake is pressed"),
             SessionState::Countdown(..) => format!("countdown to {name}"),
             SessionState::Driving => format!("drive {name}"),
             SessionState::Over => "the drive is over".into(),

@@ -38,7 +38,8 @@ impl WheelNavigation {
             ButtonAction::Abort => Some(FormInput::Stop),
             ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
             ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
-            ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
+            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
         }
     }
 
@@ -52,7 +53,8 @@ impl WheelNavigation {
             ButtonAction::Right | ButtonAction::Up => Some(FormInput::Turn(1)),
             ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
             ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre => None,
-            ButtonAction::Horn | ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
+            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
         }
     }
 
@@ -164,6 +166,7 @@ mod tests {
                 (ButtonAction::Answer, Some(FormInput::Next)),
                 (ButtonAction::Recentre, Some(FormInput::Back)),
                 (ButtonAction::Abort, Some(FormInput::Stop)),
+                (ButtonAction::Handbrake, None),
             ]
         );
         // In a drive, no button goes to the next or previous stop; the answer button answers the scale in the picture.

@@ -13,5 +13,5 @@ pub use event::{EndReason, Event, EventKind};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{
     Agent, AgentDrivers, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World, policy_of,
-    road_kind,
+    policy_settings, road_kind,
 };

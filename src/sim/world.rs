@@ -25,7 +25,7 @@ mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
 
-pub use advice::{ExpectedSpeeds, policy_of, road_kind};
+pub use advice::{ExpectedSpeeds, policy_of, policy_settings, road_kind};
 pub use agent::Agent;
 pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};

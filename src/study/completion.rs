@@ -13,6 +13,8 @@ pub enum Completion {
     Partial,
     /// The session was stopped for good before the end of the plan.
     Withdrawn,
+    /// The session was stopped for good before the end of the plan, because program, computer or a device failed.
+    EndedTechnically,
     /// The participant did not agree to take part.
     Declined,
     /// Answers that exclude the participant from the study ended the session.
@@ -29,6 +31,7 @@ impl std::fmt::Display for Completion {
             Self::Complete => "complete",
             Self::Partial => "partial",
             Self::Withdrawn => "withdrawn",
+            Self::EndedTechnically => "ended_technically",
             Self::Declined => "declined",
             Self::NotEligible => "not_eligible",
             Self::Excluded => "excluded",
@@ -38,8 +41,16 @@ impl std::fmt::Display for Completion {
 
 impl Completion {
     /// All values, in order.
-    pub const ALL: [Self; 7] =
-        [Self::Open, Self::Complete, Self::Partial, Self::Withdrawn, Self::Declined, Self::NotEligible, Self::Excluded];
+    pub const ALL: [Self; 8] = [
+        Self::Open,
+        Self::Complete,
+        Self::Partial,
+        Self::Withdrawn,
+        Self::EndedTechnically,
+        Self::Declined,
+        Self::NotEligible,
+        Self::Excluded,
+    ];
 
     /// Returns the completion of a session.
     pub fn of(log: &SessionLog) -> Self {
@@ -51,6 +62,7 @@ impl Completion {
             match end.cause {
                 Some(EndCause::Declined) => Self::Declined,
                 Some(EndCause::NotEligible) => Self::NotEligible,
+                Some(EndCause::Technical) => Self::EndedTechnically,
                 Some(EndCause::ScoreLimit) | None => Self::Withdrawn,
             }
         } else if log.item_runs.iter().any(|item_run| skipped(&item_run.item)) {
@@ -67,6 +79,9 @@ impl Completion {
             Self::Complete => "every item of the plan was completed",
             Self::Partial => "the session was completed, and at least one item was skipped",
             Self::Withdrawn => "the session was stopped for good before its end, by the experimenter or by a rule",
+            Self::EndedTechnically => {
+                "the session was stopped for good before its end, because program, computer or a device failed"
+            }
             Self::Declined => "the participant did not agree to take part",
             Self::NotEligible => "the answers to a screening ended the session",
             Self::Excluded => "the experimenter excluded the data; codrive analyse does not use them",

@@ -10,7 +10,7 @@ use super::{
     segment::{SettingChanges, check_word},
 };
 use crate::{
-    analysis::models::plan::AnalysisPlan,
+    analysis::{MethodsStatements, models::plan::AnalysisPlan},
     file::{SETTINGS_BYTES, read_bounded, read_text},
     lsl::LslSettings,
     plot,
@@ -70,6 +70,9 @@ pub struct StudyFile {
     /// Planned analysis, written before the first participant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub analysis: Option<AnalysisPlan>,
+    /// Recruitment, ethics and apparatus in whole sentences, which preregistration and methods print.
+    #[serde(default, skip_serializing_if = "MethodsStatements::is_empty")]
+    pub methods: MethodsStatements,
     /// Lab Streaming Layer: streams of other devices to record, and streams of this program for other devices.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lsl: LslSettings,

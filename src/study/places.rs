@@ -10,10 +10,9 @@ use super::{
 };
 use crate::{
     file::read_text,
-    policy,
+    map, policy,
     record::{AlteredFile, Manifest, RecordError, inputs, is_there, seals::OF_SYSTEMS},
     scenario::Scenario,
-    traffic::Demand,
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -339,15 +338,16 @@ impl Places<'_> {
     }
 }
 
-/// Returns the first setting in which a drive differs from the plan, as text. Ignores map, policy and demand, which have other paths in a
-/// recording, and the duration, which may have been extended.
+/// Returns the first setting in which a drive differs from the plan, as text. Ignores the names of files, which have other paths in a
+/// recording, the policy, which is compared by its name, and the duration, which may have been extended.
 fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
-    let bare = |scenario: &Scenario| Scenario {
-        map: String::new(),
-        policy: String::new(),
-        duration_s: 0.0,
-        demand: Demand::default(),
-        ..scenario.clone()
+    let bare = |scenario: &Scenario| {
+        let mut bare = Scenario { policy: String::new(), duration_s: 0.0, ..scenario.clone() };
+        if map::is_own(&bare.map) {
+            bare.map = "a map of the study".into();
+        }
+        bare.demand.input_files_mut().for_each(|file| *file = "a file of the study".into());
+        bare
     };
     let (planned, driven) = (bare(planned), bare(driven));
     let value = |scenario: &Scenario| serde_json::to_value(scenario).unwrap_or_default();

@@ -321,7 +321,7 @@ fn advice_text(scenario: &Scenario, policy: &ResolvedPolicy) -> String {
         return "no advice".into();
     }
     let of = if scenario.sham_advice { "sham advice of" } else { "policy" };
-    format!("{of} {}, hold {} s, range +-{} mph", policy, scenario.hold_s, scenario.range_mph)
+    format!("{of} {}, hold {} s, range ±{} mph", policy, scenario.hold_s, scenario.range_mph)
 }
 
 #[cfg(test)]

@@ -8,10 +8,10 @@ use crate::{
         models::plan::{AnalysisPlan, ExpectedSign},
         text::joined_with_and,
     },
-    policy::{self, Network},
+    policy::{self, Controller, Network},
     record::{inputs, manifest::NamedHash},
     scenario::{OnContact, PlannedDrive, Scenario, StartLayout},
-    sim::WAVE_STANDS_S,
+    sim::{self, WAVE_STANDS_S},
     traffic::EngineChoice,
 };
 use serde_json::Value;
@@ -51,7 +51,7 @@ fn traffic(base: &Scenario) -> String {
     };
     format!(
         "Traffic: {engine} in steps of {} s. The other vehicles follow the Intelligent Driver Model (Treiber, Hennecke and Helbing 2000): desired \
-         speed v0 = {} m/s, time gap T = {} s, acceleration a = {} m/s2, deceleration b = {} m/s2, exponent δ = {}, minimum gap s0 = {} m; \
+         speed v0 = {} m/s, time gap T = {} s, acceleration a = {} m/s², deceleration b = {} m/s², exponent δ = {}, minimum gap s0 = {} m; \
          noise of the acceleration √Δt · N(0, {}).",
         base.step_s, idm.v0, idm.t, idm.a, idm.b, idm.delta, idm.s0, idm.noise
     )
@@ -88,9 +88,36 @@ fn advice(base: &Scenario) -> String {
         return "Advice: none.".into();
     }
     format!(
-        "Advice: policy `{name}`{hash}{network}; each advice stands for {} s; the acceptable range is the target +-{} mph.",
-        base.hold_s, base.range_mph
+        "Advice: policy `{name}`{hash}{network}{}; each advice stands for {} s; the acceptable range is the target ±{} mph.",
+        constant_speed(base),
+        base.hold_s,
+        base.range_mph
     )
+}
+
+/// Returns the speed that a drive's policy advises throughout, as a part of a sentence; empty if it advises more than one.
+pub(super) fn constant_speed(scenario: &Scenario) -> String {
+    let speed = || {
+        let settings = sim::policy_settings(&PlannedDrive::new(scenario).ok()?);
+        match policy::controller(&scenario.policy, &settings).ok()? {
+            Controller::Constant(constant) => Some(constant.speed_mps),
+            _ => None,
+        }
+    };
+    speed().map_or(String::new(), |mps| format!(", which advises {mps:.2} m/s throughout"))
+}
+
+/// Writes what the study's file states about recruitment, ethics and apparatus, and what it does not state.
+pub(super) fn statements(out: &mut String, study: &Study) {
+    out.push_str("## Participants and apparatus\n\n");
+    for (key, title, stated) in study.file.methods.all() {
+        let text = stated.map_or_else(
+            || format!("not stated (`{key}` in `[methods]` of the study's file)."),
+            |text| markdown(&text),
+        );
+        let _ = writeln!(out, "* {title}: {text}");
+    }
+    out.push('\n');
 }
 
 /// Returns what a network advises, and from what.

@@ -16,6 +16,7 @@ use crate::{
             power::SimulatedDesign,
         },
     },
+    metrics::registry::unit_text,
     plot::minus,
     record::{inputs, sha256},
 };
@@ -145,6 +146,7 @@ fn written(
         sha256(source::portable(&study.source).as_bytes())
     );
     design(&mut out, study, participants);
+    preregistered_settings::statements(&mut out, study);
     preregistered_settings::hypotheses(&mut out, plan);
     preregistered_settings::settings(&mut out, study);
     conditions(&mut out, study);
@@ -188,6 +190,9 @@ fn item_text(item: &PlanItem, run: Option<usize>) -> String {
     match (item, run) {
         (PlanItem::Drive { scenario, .. }, Some(place)) => {
             format!("trial at position {place}, {} s on {}", scenario.duration_s, markdown(inputs::last(&scenario.map)))
+        }
+        (PlanItem::Drive { scenario, .. }, None) => {
+            markdown(&item.to_string()) + &preregistered_settings::constant_speed(scenario)
         }
         _ => markdown(&item.to_string()),
     }
@@ -291,7 +296,7 @@ fn outcomes(out: &mut String, plan: &AnalysisPlan) {
     for (i, name) in plan.outcomes().into_iter().enumerate() {
         let Some(measure) = MEASURES.iter().find(|measure| measure.name == name) else { continue };
         let role = if i == 0 { "Primary" } else { "Secondary" };
-        let _ = writeln!(out, "* {role}: {} (`{name}`): {}.", measure.label(), measure.about);
+        let _ = writeln!(out, "* {role}: {} (`{name}`): {}.", measure.label(), unit_text(measure.about));
     }
     out.push('\n');
 }

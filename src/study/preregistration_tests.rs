@@ -44,8 +44,8 @@ fn the_text_states_design_order_rules_model_and_power() {
         "2. Mean speed of all vehicles differs between `middle` and `narrow`; no direction is expected.",
         "* Road: `ring-250`, a closed route of 250 m, with 22 vehicles (the participant's included).",
         // The ring study's model (docs/references.md: idm).
-        "v0 = 30 m/s, time gap T = 1 s, acceleration a = 1 m/s2, deceleration b = 1.5 m/s2, exponent δ = 4, minimum gap s0 = 2 m",
-        "each advice stands for 1 s; the acceptable range is the target +-1 mph",
+        "v0 = 30 m/s, time gap T = 1 s, acceleration a = 1 m/s², deceleration b = 1.5 m/s², exponent δ = 4, minimum gap s0 = 2 m",
+        "each advice stands for 1 s; the acceptable range is the target ±1 mph",
         "* `narrow` of range: `range_mph` = 0.5",
         "They repeat after 6 participants.",
         "1. narrow, middle, wide",
@@ -197,7 +197,7 @@ fn the_text_states_every_rule_outcome_contrast_covariate_and_level() {
     let text = written(&study(&plan), 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
     for part in [
         "* A trial is left out if less than 90 % of its planned length was recorded.",
-        "* A trial is left out if there were more than 1 contacts with other vehicles.",
+        "* A trial is left out if there was more than one contact with other vehicles.",
         "* A trial is left out if more than 5 % of its length was given up",
         "* A participant is left out if fewer than 2 trials remain after these rules.",
         "* A participant is left out if the session was not completed.",
@@ -241,4 +241,36 @@ fn a_sham_is_described_in_words() {
     assert!(text.contains(
         "the drive begins once the standard deviation of speed over the vehicles has been at least 2 m/s for 10 s"
     ));
+}
+
+#[test]
+fn recruitment_ethics_and_apparatus_are_printed_or_said_to_be_missing() {
+    let text = |study: &Study| written(study, 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap();
+    let stated = "[methods]\nethics = \"\"\"Approved by the *board*,\nNo. 7.\"\"\"\n";
+    let text = text(&study(&format!("{stated}{PLAN}")));
+    for part in [
+        "* Recruitment: not stated (`recruitment` in `[methods]` of the study's file).\n",
+        "* Ethics: Approved by the \\*board\\*, No. 7.\n",
+        "* Apparatus: not stated",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+}
+
+#[test]
+fn the_speed_that_a_constant_policy_advises_is_stated() {
+    let text = |source: String| {
+        let study = Study::parse(source, Path::new("x.toml")).unwrap_or_else(|e| panic!("{e}"));
+        written(&study, 12, &OutcomeSpread::Unknown, 20, &|_| ()).unwrap()
+    };
+    let practice = "[[segment]]\nkind = \"drive\"\nname = \"practice\"\nset = { policy = \"constant\" }\n";
+    let source = study(PLAN).source;
+    // 98.5 % of the equilibrium speed of the ring of 250 m, 4.362 m/s (docs/references.md: ring).
+    let automatic = text(source.clone() + practice);
+    assert!(
+        automatic.contains("`practice`: ") && automatic.contains(", which advises 4.30 m/s throughout"),
+        "{automatic}"
+    );
+    let set = text(source + &practice.replace("\"constant\"", "\"constant\", policy_speed_mps = 3.5"));
+    assert!(set.contains(", which advises 3.50 m/s throughout") && !set.contains("4.30 m/s throughout"), "{set}");
 }

@@ -373,6 +373,15 @@ impl Session {
         self.close(false, reason, None, now)
     }
 
+    /// Ends the session early and for good for a technical reason, as after a failure of the computer. Aborts the running item.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn stop_technically(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
+        self.end(ItemOutcome::Aborted, reason, now)?;
+        self.close(false, reason, Some(EndCause::Technical), now)
+    }
+
     fn close(&mut self, complete: bool, reason: &str, cause: Option<EndCause>, now: &str) -> Result<(), SessionError> {
         self.log.end = Some(SessionEnd { complete, reason: reason.into(), at: now.into(), cause, excluded: None });
         self.save()

@@ -114,7 +114,8 @@ pub struct SessionEnd {
     pub reason: String,
     /// Time of the end, UTC.
     pub at: String,
-    /// Rule of the study that stopped the session; `None` if the experimenter stopped it, and in logs of earlier versions.
+    /// Rule of the study that stopped the session, or a technical reason; `None` if the experimenter stopped it for another
+    /// reason, and in logs of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<EndCause>,
     /// Reason for excluding the data from the study, if they are excluded.
@@ -122,7 +123,7 @@ pub struct SessionEnd {
     pub excluded: Option<String>,
 }
 
-/// Kind of rule that ends a session.
+/// Kind of the cause that ends a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EndCause {
@@ -132,6 +133,8 @@ pub enum EndCause {
     NotEligible,
     /// A score was above its limit.
     ScoreLimit,
+    /// The program, the computer or a device failed, by the experimenter's word.
+    Technical,
 }
 
 /// Person or simulated participant.

@@ -2,7 +2,7 @@
 
 use super::{
     Completion, DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study,
-    session::{FILE, ParticipantKind, SessionLog, TimedAnswer},
+    session::{EndCause, FILE, ParticipantKind, SessionLog, TimedAnswer},
 };
 use serde_json::json;
 use std::{fs, os::unix::fs::MetadataExt, path::Path};
@@ -200,6 +200,27 @@ fn completion_follows_the_last_run_of_each_item() {
         assert!(row.contains("\texcluded"), "{row}");
     }
     let words = Completion::ALL.map(|completion| completion.to_string());
-    assert_eq!(words, ["open", "complete", "partial", "withdrawn", "declined", "not_eligible", "excluded"]);
+    assert_eq!(
+        words,
+        ["open", "complete", "partial", "withdrawn", "ended_technically", "declined", "not_eligible", "excluded"]
+    );
     assert!(Completion::ALL.iter().all(|state| state.meaning().len() > 10));
+}
+
+#[test]
+fn a_technical_end_is_a_state_of_its_own_until_the_data_are_excluded() {
+    let place = place();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
+    session.begin("t1").unwrap();
+    session.stop_technically("the computer broke down", "t2").unwrap();
+    let log = on_disk(&session);
+    assert_eq!(Completion::of(&log), Completion::EndedTechnically);
+    let end = log.end.unwrap();
+    assert_eq!(
+        (end.complete, end.reason.as_str(), end.cause),
+        (false, "the computer broke down", Some(EndCause::Technical))
+    );
+    assert_eq!(log.item_runs.last().map(|run| run.outcome), Some(ItemOutcome::Aborted));
+    session.exclude("no data").unwrap();
+    assert_eq!(Completion::of(&on_disk(&session)), Completion::Excluded);
 }

@@ -198,6 +198,18 @@ impl ParticipantTexts {
         }
     }
 
+    /// Lists the keys of own texts that name no control where codrive's own text names one, each with the missing placeholder.
+    /// With such a text a keyboard's keys are not named.
+    pub fn without_controls(&self) -> Vec<(&'static str, &'static str)> {
+        let own = [
+            ("ready", &self.ready, "{brake}"),
+            ("rolling", &self.rolling, "{accelerator}"),
+            ("brake", &self.brake, "{brake}"),
+        ];
+        let names_none = |text: &str| PLACEHOLDERS.iter().all(|(placeholder, _)| !text.contains(placeholder));
+        own.into_iter().filter(|(_, text, _)| names_none(text)).map(|(key, _, missing)| (key, missing)).collect()
+    }
+
     /// Returns a text with the names of this device's controls in place of the placeholders.
     pub fn with_controls<'a>(&self, text: &'a str, source: ControlSource) -> Cow<'a, str> {
         PLACEHOLDERS.iter().fold(Cow::Borrowed(text), |text, (placeholder, control)| {
@@ -213,6 +225,18 @@ impl ParticipantTexts {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn own_texts_without_a_placeholder_are_listed_with_the_missing_one() {
+        assert_eq!(ParticipantTexts::default().without_controls(), []);
+        let own = ParticipantTexts {
+            ready: "Hands on {steering}.".into(),
+            rolling: "It begins at {speed}.".into(),
+            brake: "Press the pedal.".into(),
+            ..ParticipantTexts::default()
+        };
+        assert_eq!(own.without_controls(), [("rolling", "{accelerator}"), ("brake", "{brake}")]);
+    }
 
     #[test]
     fn texts_name_keys_with_a_keyboard_and_pedals_with_a_wheel() {

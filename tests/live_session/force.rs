@@ -78,7 +78,7 @@ impl WheelPort for Desk {
             id: (0x046d, 0xc24f),
             axes: axes.into(),
             values: values.into(),
-            parts: Vec::new(),
+            ..UnprofiledDevice::default()
         };
         let force: Option<Box<dyn ForceDevice>> = Some(Box::new(self.motor.clone()));
         let (profile, lamps) = (self.profile.clone(), Lamps::default());

@@ -422,6 +422,15 @@ fn a_session_is_complete_partial_withdrawn_or_excluded() {
     rig.drive_off();
     rig.command(SessionCommand::Stop(reason("sickness")));
     assert_eq!(state(&rig), Completion::Withdrawn);
+    let mut rig = Rig::new();
+    rig.until_practice();
+    rig.drive_off();
+    rig.command(SessionCommand::StopTechnically(reason("the wheel was lost")));
+    assert_eq!(
+        (state(&rig), rig.log().end.unwrap().reason.as_str()),
+        (Completion::EndedTechnically, "the wheel was lost")
+    );
+    rig.refused(SessionCommand::StopTechnically(reason("again")), "the session is over");
 
     // An exclusion during a drive also ends the session.
     let mut rig = Rig::new();

@@ -9,7 +9,7 @@ fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
     rig.until_practice();
     rig.next();
     rig.pass(10.0);
-    assert_eq!(rig.sees(), "practice waits for a foot on the brake");
+    assert_eq!(rig.sees(), "practice waits until the brake is pressed");
     let (now, texts) = (rig.road.now, rig.study.file.texts.clone());
     let ParticipantScreen::Drive(Some(words)) = rig.live_session().screen(now) else {
         panic!("words over the picture")
@@ -22,7 +22,7 @@ fn a_drive_from_a_standstill_counts_down_only_with_a_foot_on_the_brake() {
     assert_eq!(rig.sees(), "countdown to practice");
     rig.road.now.brake = 0.05;
     rig.pass(1.0);
-    assert_eq!(rig.sees(), "practice waits for a foot on the brake");
+    assert_eq!(rig.sees(), "practice waits until the brake is pressed");
     rig.road.now.brake = 0.3;
     rig.pass(2.5);
     assert_eq!(rig.sees(), "countdown to practice");

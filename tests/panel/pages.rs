@@ -17,6 +17,9 @@ const YES_NO: &str = r#"{ "title": "Two", "pages": [ { "elements": [
   { "type": "boolean", "name": "second", "title": "Two?", "isRequired": true },
   { "type": "comment", "name": "more", "title": "More?" } ] } ] }"#;
 
+/// Questions of each kind that a page about a person has: text, choice, one that an answer brings to sight, required choice.
+const ABOUT_YOU: &str = include_str!("../data/questionnaires/about-you.json");
+
 fn event(key: Key, pressed: bool) -> Event {
     Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE }
 }
@@ -37,7 +40,7 @@ fn keys_of_one_picture_act_in_the_order_of_pressing() {
 #[test]
 fn keys_after_text_in_one_picture_act_on_the_next_question() {
     use Key::{ArrowRight, Enter};
-    let mut harness = harness(Desk::shipped("demographics"), [900.0, 600.0], 1.0);
+    let mut harness = harness(Desk::questions(ABOUT_YOU), [900.0, 600.0], 1.0);
     let strokes = |key: Key| [event(key, true), event(key, false)];
     let words = ["3", "4"].map(|digit| Event::Text(digit.into()));
     let after = [Enter, ArrowRight, ArrowRight, Enter].into_iter().flat_map(strokes);
@@ -82,7 +85,7 @@ fn the_focused_question_is_visible_with_all_its_options() {
     for size in SIZES {
         let em = size[1] / 25.0;
         let in_sight = Rect::from_min_max([0.0, 2.0 * em].into(), [size[0], size[1] - 2.5 * em].into());
-        let mut harness = harness(Desk::shipped("demographics"), size, 1.0);
+        let mut harness = harness(Desk::questions(ABOUT_YOU), size, 1.0);
         let sees = |harness: &mut egui_kittest::Harness<'static, Desk>, labels: &[&str]| {
             harness.run_steps(40);
             for label in labels {
@@ -153,7 +156,6 @@ fn every_page_of_the_shipped_questionnaires_is_visible_as_a_whole() {
     for name in [
         "consent",
         "screening",
-        "demographics",
         "sample",
         "ssq",
         "trust",

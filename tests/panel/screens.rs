@@ -314,7 +314,7 @@ fn every_screen_has_its_picture() {
     let mut tlx = harness(Desk::shipped("raw-tlx"), [1280.0, 720.0], 1.0);
     keys(&mut tlx, &[ArrowRight, Enter, ArrowRight, ArrowRight]);
     save(&mut tlx, "tlx");
-    for name in ["consent", "screening", "demographics", "sample", "trust", "nasa-tlx", "van-der-laan"] {
+    for name in ["consent", "screening", "sample", "trust", "nasa-tlx", "van-der-laan"] {
         let mut asked = harness(Desk::shipped(name), [1280.0, 720.0], 1.0);
         keys(&mut asked, &[ArrowRight, Enter].repeat(if name == "nasa-tlx" { 8 } else { 2 }));
         save(&mut asked, name);

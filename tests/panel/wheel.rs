@@ -32,7 +32,7 @@ fn device() -> UnprofiledDevice {
         id: (0x046d, 0xc24f),
         axes: axes.into(),
         values: values.into(),
-        parts: Vec::new(),
+        ..UnprofiledDevice::default()
     }
 }
 
@@ -105,7 +105,7 @@ fn without_a_wheel_the_page_says_what_to_do() {
 #[test]
 fn the_page_shows_the_wheel_angle_the_pedals_and_the_last_button() {
     let mut shown = wheel();
-    shown.last_button = Some(289);
+    shown.last_button = Some(289.into());
     let mut harness = harness(bench(Some(shown)));
     // (32767 - 27000) / 32767 of 450 degrees to the left; the accelerator is half pressed, without its dead zones.
     harness.get_by_label_contains("+79.2°");
@@ -148,7 +148,7 @@ fn an_action_waits_for_its_button_and_takes_it_from_another() {
     let mut harness = harness(bench(Some(wheel())));
     press(&mut harness, "button for horn");
     // Button 288 is the cross, which confirms responses in the shipped profile.
-    harness.state_mut().wheel.as_mut().unwrap().last_button = Some(288);
+    harness.state_mut().wheel.as_mut().unwrap().last_button = Some(288.into());
     harness.run();
     let commands = press(&mut harness, "Save");
     let [CalibrationCommand::Save(profile)] = &commands[..] else { panic!("{commands:?}") };
@@ -161,7 +161,7 @@ fn an_edited_curve_can_be_discarded() {
     let mut harness = harness(bench(Some(wheel())));
     assert!(harness.query_by_label("Save").is_none(), "nothing to save yet");
     press(&mut harness, "button for horn");
-    harness.state_mut().wheel.as_mut().unwrap().last_button = Some(288);
+    harness.state_mut().wheel.as_mut().unwrap().last_button = Some(288.into());
     harness.run();
     assert_eq!(press(&mut harness, "Discard"), [CalibrationCommand::Cancel]);
     assert!(harness.query_by_label("Save").is_none());

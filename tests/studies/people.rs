@@ -26,7 +26,7 @@ ends_if = ["{licence} = false", "{vision} = 'uncorrected'", "{seizures} = true",
 [[segment]]
 kind = "questions"
 name = "about-you"
-questionnaire = "demographics"
+questionnaire = "sample"
 [[segment]]
 kind = "trials"
 name = "trial"

@@ -147,7 +147,7 @@ fn every_mistake_is_named_with_its_place() {
             "\"raw-tlx\"",
             "\"tlx\"",
             "trial.toml:18:17: ",
-            "one of acceptance, consent, demographics, driving-experience, nasa-tlx, raw-tlx, sample, screening, ssq, trust, van-der-laan",
+            "one of acceptance, consent, driving-experience, nasa-tlx, raw-tlx, sample, screening, ssq, trust, van-der-laan",
         ),
         // A fault that stops a drive from starting is reported where it was set, whichever drive reveals it.
         ("traffic = \"native\"", "map = \"nowhere\"", "trial.toml:4:7: ", "nowhere"),
@@ -388,9 +388,9 @@ Two holds
 
 A session, about 4 min:
    1  welcome                           0.1 min  a page to read
-   2  trial-1-short                     1.5 min  90 s on ring-250, 12 vehicles, policy pi, hold 2 s, range +-1.5 mph
+   2  trial-1-short                     1.5 min  90 s on ring-250, 12 vehicles, policy pi, hold 2 s, range ±1.5 mph
    3  trial-rest-1                      0.5 min  rest, 30 s
-   4  trial-2-long                      1.5 min  90 s on ring-250, 12 vehicles, policy pi, hold 20 s, range +-1.5 mph
+   4  trial-2-long                      1.5 min  90 s on ring-250, 12 vehicles, policy pi, hold 20 s, range ±1.5 mph
    5  tlx                               0.9 min  questions: raw-tlx
 
 participant   order of conditions

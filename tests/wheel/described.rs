@@ -20,6 +20,8 @@ pub struct Device {
     pub pushes: bool,
     /// True for the relative axes of a mouse.
     pub points: bool,
+    /// USB port, as the kernel names it in `phys`.
+    pub port: &'static str,
 }
 
 /// First button of joysticks and wheels (BTN_JOYSTICK), of mice and of gamepads.
@@ -30,7 +32,7 @@ pub const GAMEPAD: u16 = 0x130;
 impl Device {
     /// Makes a wheel with a constant force and 16 buttons.
     pub fn wheel(name: &'static str, id: (u16, u16), axes: &[(u16, i32, [i32; 2])]) -> Self {
-        Self { name, id, axes: axes.into(), buttons: JOYSTICK..JOYSTICK + 16, pushes: true, points: false }
+        Self { name, id, axes: axes.into(), buttons: JOYSTICK..JOYSTICK + 16, pushes: true, points: false, port: "" }
     }
 
     fn kind(&self) -> &'static str {
@@ -74,7 +76,8 @@ impl Device {
              A: dev=13:{minor}\nL: device=../../input{number}\n\n\
              P: /devices/pci0000:00/usb1/1-{n}/input/input{number}\n{abilities}E: ID_INPUT=1\nE: {kind}=1\nE: NAME=\"{name}\"\n\
              E: PRODUCT=3/{vendor:x}/{product:x}/111\nE: SUBSYSTEM=input\nA: name={name}\nA: id/vendor={vendor:04x}\n\
-             A: id/product={product:04x}\n\n",
+             A: id/product={product:04x}\nA: phys={port}\nA: uniq=\n\n",
+            port = self.port,
             n = number + 1,
         )
     }
@@ -145,6 +148,14 @@ pub fn run_with(
 /// Runs one test of this program again with these devices, and asserts its success.
 pub fn again_with(test: &str, devices: &[(&Device, &str)], config: &Path, variables: &[(&str, &str)]) {
     again(test, |this, arguments| run_with(devices, config, variables, this, arguments));
+}
+
+/// Returns presses and releases of buttons as events of evemu: time in seconds, button, 1 for down.
+pub fn presses(buttons: &[(f64, u16, i32)]) -> String {
+    buttons
+        .iter()
+        .map(|(at_s, code, down)| format!("E: {at_s:.6} 0001 {code:04x} {down}\nE: {at_s:.6} 0000 0000 0\n"))
+        .collect()
 }
 
 /// Returns movements as events of evemu: time in seconds, axis, value.

@@ -3,12 +3,12 @@
 
 use super::{
     WITHIN, codrive,
-    described::{Device, GAMEPAD, JOYSTICK, MOUSE, again_with, movements, run_with},
+    described::{Device, GAMEPAD, JOYSTICK, MOUSE, again_with, movements, presses, run_with},
     wait,
 };
 use codrive::{
-    controls::Controls,
-    input::{Devices, ForceInput, RigEvent, profile::ForceBackend, profiles},
+    controls::{Controls, Selector},
+    input::{ButtonAction, Devices, ForceInput, RigEvent, profile::ForceBackend, profiles},
 };
 use std::{fs, path::Path, process::Command, thread::sleep, time::Duration};
 
@@ -322,4 +322,98 @@ fn pedals_with_a_cable_of_their_own_are_calibrated_and_drive() {
     wait(&mut devices, &mut news, |c, _| c.throttle == 1.0 && c.steering_wheel_rad > 1.0);
     assert_eq!(devices.controls(5.0, None).brake, 0.0);
     assert_eq!(devices.wheel_profile().map(|p| p.name.as_str()), Some("Rig 1"));
+}
+
+/// Lever of a home-made board: one axis and the id that all boards of its kind have, at this port.
+fn lever(port: &'static str) -> Device {
+    let lever = Device::wheel("Arduino Leonardo", (0x2341, 0x8036), &[(0, 20, [0, 1023])]);
+    Device { pushes: false, port, ..lever }
+}
+
+const PORTS: [&str; 2] = ["usb-0000:00:14.0-3/input0", "usb-0000:00:14.0-4/input0"];
+
+#[test]
+fn two_levers_of_one_id_are_told_apart_by_port_as_brake_and_handbrake() {
+    let [brake, handbrake] = PORTS.map(lever);
+    let axes = [(0, 32_767, WORD), (2, 0, [0, 4095])];
+    let base = Device::wheel("FANATEC Wheel", (0x0eb7, 0x0020), &axes);
+    if std::env::var_os(WITHIN).is_none() {
+        let config = tempfile::tempdir().unwrap();
+        // Three turns, then each pedal pressed and released, each held for 2.5 s.
+        let turns =
+            [(0.0, 0, 32_700), (4.0, 0, 150), (6.5, 0, 65_400), (9.0, 0, 32_700), (11.5, 2, 4000), (14.0, 2, 0)];
+        let pull = |from_s: f64| movements(&[(0.0, 0, 21), (from_s, 0, 1000), (from_s + 2.5, 0, 20)]);
+        let arguments = ["60", codrive().to_str().unwrap(), "calibrate", "--name", "Rig 1"];
+        let devices = [(&base, &movements(&turns)[..]), (&handbrake, &pull(21.5)), (&brake, &pull(16.5))];
+        let output = run_with(&devices, config.path(), &[], Path::new("/usr/bin/timeout"), &arguments);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        let [brake_port, handbrake_port] = PORTS;
+        assert!(text.contains(&format!("\nwith Arduino Leonardo (2341:8036 at {brake_port})\n")), "{text}");
+        assert!(text.contains(&format!("\nbrake: axis 0 of 2341:8036 at {brake_port}, 21 released")), "{text}");
+        assert!(text.contains(&format!("\nhandbrake: axis 0 of 2341:8036 at {handbrake_port}, 21 released")), "{text}");
+        let text = doctor(&[(&base, ""), (&brake, "")], config.path());
+        let missing = format!("the device of the handbrake, 2341:8036 at {handbrake_port}, is not plugged in");
+        assert!(text.contains(&missing), "{text}");
+        let test = "other_devices::two_levers_of_one_id_are_told_apart_by_port_as_brake_and_handbrake";
+        // The order of the devices is another one now. First the brake is pulled a little, then the handbrake to its end.
+        let little = movements(&[(0.5, 0, 300), (3.0, 0, 20), (4.0, 0, 21)]);
+        let fully = movements(&[(0.0, 0, 21), (6.0, 0, 1000)]);
+        again_with(test, &[(&brake, &little), (&handbrake, &fully), (&base, "")], config.path(), &[]);
+        return;
+    }
+    let (mut devices, mut news) = (Devices::open(), Vec::new());
+    wait(&mut devices, &mut news, |c, _| c.brake > 0.05 && c.brake < 0.4);
+    wait(&mut devices, &mut news, |c, _| c.brake == 0.0);
+    wait(&mut devices, &mut news, |c, _| c.brake == 1.0);
+}
+
+#[test]
+fn two_devices_of_one_id_are_refused_if_the_profile_does_not_say_which() {
+    let [one, two] = PORTS.map(lever);
+    let base = Device::wheel("FANATEC Wheel", (0x0eb7, 0x0020), &[(0, 32_767, WORD), (2, 0, BYTE)]);
+    let config = tempfile::tempdir().unwrap();
+    let mut profile = profiles::named("g29").unwrap();
+    (profile.name, profile.products) = ("Rig 1".into(), vec!["0eb7:0020".into()]);
+    let brake = profile.brake.as_mut().unwrap();
+    (brake.device, brake.axis, brake.released, brake.pressed) = (Some("2341:8036".into()), 0, 0, 1023);
+    let folder = config.path().join("codrive/wheels");
+    fs::create_dir_all(&folder).unwrap();
+    fs::write(folder.join("rig-1.toml"), profile.to_toml()).unwrap();
+    let text = doctor(&[(&base, ""), (&one, "")], config.path());
+    assert!(text.contains("FANATEC Wheel (0eb7:0020), profile Rig 1"), "{text}");
+    let text = doctor(&[(&base, ""), (&one, ""), (&two, "")], config.path());
+    assert!(text.contains("the device of the brake, 2341:8036, is plugged in twice"), "{text}");
+}
+
+#[test]
+fn buttons_of_a_shifter_and_of_the_wheel_do_what_the_profile_says() {
+    let base = turned_round(32_767);
+    let base =
+        Device { axes: base.axes.iter().map(|(code, raw, range)| (*code, 255.max(*raw), *range)).collect(), ..base };
+    let shifter = Device { pushes: false, ..Device::wheel("TH8A Shifter", (0x044f, 0xb660), &[]) };
+    if std::env::var_os(WITHIN).is_none() {
+        let config = tempfile::tempdir().unwrap();
+        let mut profile = profiles::named("g923").unwrap();
+        (profile.name, profile.products) = ("Rig 1".into(), vec!["046d:c266".into()]);
+        let button = |number| codrive::input::RigButton { device: Some("044f:b660".into()), ..u16::into(number) };
+        (profile.buttons.reverse, profile.buttons.handbrake) = (vec![button(289)], vec![button(293)]);
+        let folder = config.path().join("codrive/wheels");
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join("rig-1.toml"), profile.to_toml()).unwrap();
+        let test = "other_devices::buttons_of_a_shifter_and_of_the_wheel_do_what_the_profile_says";
+        // Button 289 is the wheel's horn and the shifter's reverse.
+        let of_wheel = presses(&[(1.0, 289, 1), (4.0, 289, 0)]);
+        let of_shifter = presses(&[(0.0, 290, 1), (6.0, 289, 1), (6.5, 289, 0), (7.0, 293, 1), (10.0, 293, 0)]);
+        again_with(test, &[(&shifter, &of_shifter), (&base, &of_wheel)], config.path(), &[]);
+        return;
+    }
+    let (mut devices, mut news) = (Devices::open(), Vec::new());
+    let pressed = |news: &[RigEvent], action| news.contains(&RigEvent::Pressed(action));
+    wait(&mut devices, &mut news, |_, news| pressed(news, ButtonAction::Horn));
+    assert!(devices.horn() && !pressed(&news, ButtonAction::Reverse), "{news:?}");
+    wait(&mut devices, &mut news, |c, _| c.selector == Selector::Reverse);
+    wait(&mut devices, &mut news, |c, _| c.brake == 1.0);
+    wait(&mut devices, &mut news, |c, _| c.brake == 0.0);
+    let count = news.iter().filter(|news| **news == RigEvent::Pressed(ButtonAction::Horn)).count();
+    assert_eq!(count, 1, "{news:?}");
 }

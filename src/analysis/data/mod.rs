@@ -7,7 +7,7 @@
 //! * [`trajectories`]: data for the figures of a drive; [`driver_moments`]: data for the fit of its driver; `thinned_values`:
 //!   evenly spaced values out of many.
 //! * [`people`]: participants; [`person_answers`]: age, gender and driving; [`session_ends`]: reasons of early ends and exclusions;
-//!   [`sickness_ratings`]: ratings of sickness while driving; `tsv`: tables of a data set.
+//!   [`statements`]: recruitment, ethics, apparatus; [`sickness_ratings`]: ratings of sickness while driving; `tsv`: tables of a data set.
 
 pub mod advice;
 pub mod driver_moments;
@@ -20,6 +20,7 @@ pub mod road_events;
 pub mod session_ends;
 pub mod setup;
 pub mod sickness_ratings;
+pub mod statements;
 mod thinned_values;
 pub mod traffic_steps;
 pub mod trajectories;
@@ -37,6 +38,7 @@ pub use road_events::RoadEvents;
 pub use session_ends::EndReasons;
 pub use setup::DriveSetup;
 pub use sickness_ratings::SicknessRating;
+pub use statements::MethodsStatements;
 pub(super) use thinned_values::ThinnedValues;
 pub use traffic_steps::{StepVehicle, TrafficStep};
 pub use trajectories::DriveTrajectories;

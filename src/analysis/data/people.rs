@@ -5,13 +5,15 @@ use super::{
     person_answers::PersonAnswers,
     session_ends::EndReasons,
     sickness_ratings::{self, SicknessRating},
+    statements::MethodsStatements,
     tsv::{MISSING, TsvFile},
 };
 use crate::{analysis::error::AnalysisError, record};
 use std::{collections::BTreeMap, path::Path};
 
 /// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
-pub const STATES: [&str; 7] = [COMPLETE, "partial", "withdrawn", "declined", "not_eligible", "open", EXCLUDED];
+pub const STATES: [&str; 8] =
+    [COMPLETE, "partial", "withdrawn", "ended_technically", "declined", "not_eligible", "open", EXCLUDED];
 const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
 
@@ -96,6 +98,8 @@ pub struct StudyParticipants {
     pub ratings: Vec<SicknessRating>,
     /// Answers that describe the participants who are not excluded.
     pub answers: PersonAnswers,
+    /// Recruitment, ethics and apparatus in the words of the study's file.
+    pub statements: MethodsStatements,
     /// Number of participants whose data were erased; 0 unless the whole data set is analysed.
     pub erased: usize,
 }
@@ -120,7 +124,8 @@ impl StudyParticipants {
     /// # Errors
     /// A table does not have this program's format.
     pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
-        let mut people = Self { all: StudyParticipant::of(root, subjects)?, ..Self::default() };
+        let statements = MethodsStatements::of(root);
+        let mut people = Self { all: StudyParticipant::of(root, subjects)?, statements, ..Self::default() };
         let counted: Vec<&String> = subjects.iter().filter(|subject| !people.is_excluded(subject)).collect();
         for subject in &counted {
             people.ratings.extend(sickness_ratings::ratings(root, subject)?);

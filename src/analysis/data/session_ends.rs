@@ -14,6 +14,8 @@ pub struct EndReasons {
     pub end: String,
     /// True if a limit on a score ended the session, such as that on ratings of sickness.
     pub is_by_limit: bool,
+    /// True if the session is not over, and the program or the computer failed in its last item.
+    pub is_cut: bool,
     /// Reason why the experimenter excluded the data; `None` if they are not excluded.
     pub excluded: Option<String>,
 }
@@ -24,7 +26,10 @@ impl EndReasons {
         let text = read_text(&root.join("sourcedata").join(subject).join("session.json"), SETTINGS_BYTES);
         let log: Value = text.ok().and_then(|text| serde_json::from_str(&text).ok()).unwrap_or_default();
         let end = &log["end"];
+        let last = log["item_runs"].as_array().and_then(|runs| runs.last());
+        let is_cut = end.is_null() && (log["running"].is_object() || last.is_some_and(|last| last["outcome"] == "cut"));
         Self {
+            is_cut,
             end: end["reason"].as_str().unwrap_or_default().to_owned(),
             is_by_limit: end["cause"] == "score_limit",
             excluded: end["excluded"].as_str().map(str::to_owned),

@@ -1,7 +1,9 @@
 //! Plan of a study's analysis, written before the first participant. In: the table `[analysis]` of a study's file. Out: an
 //! [`AnalysisPlan`], checked, and its differences from the plan at the start of the data set.
 
-use crate::analysis::{error::AnalysisError, measures::MEASURES};
+pub use crate::analysis::data::statements::CHANGED;
+
+use crate::analysis::{data::statements::BEGUN, error::AnalysisError, measures::MEASURES};
 use crate::metrics::{Measure, RoadKinds};
 use crate::{
     file::{SETTINGS_BYTES, read_text},
@@ -12,11 +14,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::{collections::BTreeMap, path::Path};
-
-/// File name of the study's file at the start of its data set.
-const BEGUN: &str = "study.toml";
-/// File name of the study's file at the last session, present if its plan of the analysis has changed.
-pub const CHANGED: &str = "study-changed.toml";
 
 /// Plan of the analysis: one model per outcome, response = condition + place + covariates + participant as random intercept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -108,6 +105,7 @@ impl ExclusionRules {
         });
         let contacts = self.most_contacts.map(|most| match most {
             0 => "A trial is left out if there was a contact with another vehicle.".into(),
+            1 => "A trial is left out if there was more than one contact with other vehicles.".into(),
             most => format!("A trial is left out if there were more than {most} contacts with other vehicles."),
         });
         let dropped = self.most_dropped_share.map(|share| {
@@ -116,9 +114,10 @@ impl ExclusionRules {
                 100.0 * share
             )
         });
-        let trials = self
-            .least_trials
-            .map(|least| format!("A participant is left out if fewer than {least} trials remain after these rules."));
+        let trials = self.least_trials.map(|least| match least {
+            1 => "A participant is left out if no trial remains after these rules.".into(),
+            least => format!("A participant is left out if fewer than {least} trials remain after these rules."),
+        });
         let complete = self
             .only_complete_sessions
             .then(|| "A participant is left out if the session was not completed.".to_owned());

@@ -263,7 +263,8 @@ fn sorted_out<'a>(
                 format!("{:.1} % of the planned length was recorded", 100.0 * share),
             )
         } else if rules.most_contacts.is_some_and(|most| contacts > f64::from(most)) {
-            ("contacts with other vehicles", format!("{contacts:.0} contacts with other vehicles"))
+            let s = if contacts == 1.0 { "" } else { "s" };
+            ("contacts with other vehicles", format!("{contacts:.0} contact{s} with other vehicles"))
         } else if rules.most_dropped_share.is_some_and(|most| dropped > most) {
             ("too much of its length was given up", format!("{:.1} % of its length was given up", 100.0 * dropped))
         } else {
@@ -284,7 +285,11 @@ fn sorted_out<'a>(
         let n = kept.iter().filter(|drive| drive.found.participant == id).count();
         if n < least && !left_out.iter().any(|one| one.participant == id && one.segment.is_empty()) {
             kept.retain(|drive| drive.found.participant != id);
-            left_out.push(participant(id, "too few trials remained", format!("{n} trials remain")));
+            left_out.push(participant(
+                id,
+                "too few trials remained",
+                if n == 1 { "1 trial remains".into() } else { format!("{n} trials remain") },
+            ));
         }
     }
     (kept, left_out)

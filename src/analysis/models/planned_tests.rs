@@ -101,9 +101,9 @@ fn each_exclusion_rule_reports_the_number_found() {
             ("sub-P99", "", "excluded by the experimenter: fell asleep"),
             ("sub-P00", "a", "50.0 % of the planned length was recorded"),
             ("sub-P00", "b", "2 contacts with other vehicles"),
-            ("sub-P01", "b", "1 contacts with other vehicles"),
+            ("sub-P01", "b", "1 contact with other vehicles"),
             ("sub-P02", "", "the session is withdrawn"),
-            ("sub-P00", "", "1 trials remain"),
+            ("sub-P00", "", "1 trial remains"),
         ]
     );
     let primary = found.outcomes[0].fitted.as_ref().unwrap();

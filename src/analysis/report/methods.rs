@@ -15,7 +15,7 @@ use crate::analysis::{
     text::{count, joined_with_and, number_text},
 };
 use crate::metrics::registry::unit_text;
-use crate::{sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
+use crate::{policy::AUTOMATIC_SHARE, sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns the paragraphs that are not empty.
@@ -31,8 +31,15 @@ pub fn paragraphs(
     let others: Vec<&AnalysedRecording> =
         all.iter().filter(|drive| !trials.is_empty() && drive.found.condition.is_empty()).copied().collect();
     let on_rings: Vec<&AnalysedRecording> = main.iter().filter(|drive| drive.network.is_none()).copied().collect();
-    let mut text =
-        vec![took_part(&all, people), apparatus(&all), traffic(&on_rings), network_text::traffic(main), advice(main)];
+    let [recruitment, ethics, rig] =
+        people.statements.all().map(|(.., text)| text.map_or(String::new(), |text| format!(" {text}")));
+    let mut text = vec![
+        took_part(&all, people) + &recruitment + &ethics,
+        apparatus(&all) + &rig,
+        traffic(&on_rings),
+        network_text::traffic(main),
+        advice(main),
+    ];
     text.push(design(drives, main, &others));
     text.push(sickness_section::paragraph(people));
     text.push(drivers_section::paragraph(drivers));
@@ -282,6 +289,7 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         fact(&advised, "hold"),
         fact(&advised, "half width of the advised range"),
     );
+    text += &constant_speed(&advised);
     let shams: Vec<&AnalysedRecording> = advised.iter().filter(|d| d.setup.scenario.sham_advice).copied().collect();
     if !shams.is_empty() {
         text += &format!(
@@ -301,6 +309,24 @@ fn advice(drives: &[&AnalysedRecording]) -> String {
         );
     }
     text
+}
+
+/// Returns the sentence on the speed that the policy `constant` advises; empty if no drive has it.
+fn constant_speed(drives: &[&AnalysedRecording]) -> String {
+    let speed = |drive: &&AnalysedRecording| match drive.setup.scenario.policy_speed_mps {
+        set if set > 0.0 => SetupValue::Number(set, "m/s"),
+        _ => SetupValue::Word(format!(
+            "{} % of the speed at which evenly spaced vehicles flow on this road",
+            number_text(100.0 * AUTOMATIC_SHARE)
+        )),
+    };
+    let constant = drives.iter().filter(|drive| drive.setup.manifest.policy.name == "constant");
+    let speeds = joined_values(constant.map(speed));
+    if speeds.is_empty() {
+        speeds
+    } else {
+        format!(" The policy constant advised one speed throughout a drive: {speeds}.")
+    }
 }
 
 /// Returns `8 of 24 drives`.

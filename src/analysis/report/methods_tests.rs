@@ -157,3 +157,22 @@ fn the_methods_say_how_many_drives_were_seen_in_slow_motion() {
         "{text}"
     );
 }
+
+#[test]
+fn the_methods_print_statements_and_the_speed_of_a_constant_policy() {
+    let statements = crate::analysis::data::MethodsStatements {
+        recruitment: Some("By posters.".into()),
+        ethics: Some("The board\napproved it.".into()),
+        apparatus: Some("A seat of a car.".into()),
+    };
+    let people = StudyParticipants { statements, ..StudyParticipants::default() };
+    let mut drives = made();
+    drives[0].setup.manifest.policy.name = "constant".into();
+    drives[0].setup.scenario.policy_speed_mps = 3.5;
+    let text = paragraphs(&drives, &people, &[]).join("\n");
+    assert!(text.contains(" By posters. The board approved it.\n"), "{text}");
+    assert!(text.contains("all vehicles at 10 Hz. A seat of a car.\n"), "{text}");
+    assert!(text.contains("The policy constant advised one speed throughout a drive: 3.5 m/s."), "{text}");
+    let without = paragraphs(&made(), &StudyParticipants::default(), &[]).join("\n");
+    assert!(!without.contains("advised one speed"), "{without}");
+}

@@ -23,7 +23,7 @@ fn the_page_has_plan_changes_exclusions_models_and_every_person() {
         "primary outcome Mean speed of all vehicles, m/s",
         "The plan was changed after the first session:",
         "smallest_effect: planned 0.2, now 0.3.",
-        "<td class=\"t\">1 contacts with other vehicles</td>",
+        "<td class=\"t\">1 contact with other vehicles</td>",
         "<td class=\"t\">b − a</td>",
         "&lt;0.001 *",
         "No model was fitted for Reaction time",

@@ -59,8 +59,10 @@ fn state(person: &StudyParticipant) -> String {
         "partial" => "session completed, with parts skipped".into(),
         "withdrawn" if person.ends.is_by_limit => limit(&person.ends.end),
         "withdrawn" => with("ended early", &person.ends.end),
+        "ended_technically" => with("ended early for a technical reason", &person.ends.end),
         "declined" => "did not agree to take part".into(),
         "not_eligible" => with("not eligible", person.ends.end.trim_end_matches(" (ends_if)")),
+        "open" if person.ends.is_cut => "session not over, cut by a failure of the program or the computer".into(),
         "open" => "session not over".into(),
         other => other.replace('_', " "),
     }

@@ -12,7 +12,7 @@ fn person(id: &str, order: &str, state: &str, ends: EndReasons) -> StudyParticip
 }
 
 fn ended(end: &str, is_by_limit: bool) -> EndReasons {
-    EndReasons { end: end.into(), is_by_limit, excluded: None }
+    EndReasons { end: end.into(), is_by_limit, ..EndReasons::default() }
 }
 
 /// Returns a trial that lasted a share of its planned 60 s.
@@ -145,4 +145,24 @@ fn long_orders_have_a_number_and_orders_of_one_person_each_are_not_listed() {
     let listed = text(&orders([long, long, "a,b"]));
     assert!(listed.ends_with("a, b: 1, 1, 1, 0; order 2, which begins with none+usual+brisk: 2, 2, 2, 1."), "{listed}");
     assert!(!text(&orders(["a,b", "b,a", long])).contains("By order"));
+}
+
+#[test]
+fn technical_ends_are_told_apart_from_early_ends_and_open_sessions() {
+    let cut = EndReasons { is_cut: true, ..EndReasons::default() };
+    let all = vec![
+        person("sub-P01", "a,b", "complete", EndReasons::default()),
+        person("sub-P02", "b,a", "ended_technically", ended("the wheel was lost", false)),
+        person("sub-P03", "a,b", "withdrawn", ended("sickness", false)),
+        person("sub-P04", "b,a", "open", cut),
+        person("sub-P05", "a,b", "open", EndReasons::default()),
+    ];
+    let people = StudyParticipants { all, ..StudyParticipants::default() };
+    let drives = vec![trial("sub-P01", "a", 1, 1.0), trial("sub-P02", "b", 1, 1.0)];
+    let text = ParticipantFlow::of(&people, &drives, None).unwrap().paragraph();
+    let begun = "Sessions begun: 5. Without data to use: 2 (session not over, cut by a failure of the program or the computer: 1; session \
+                 not over: 1).";
+    assert!(text.contains(begun), "{text}");
+    assert!(text.contains("ended early for a technical reason: the wheel was lost: 1"), "{text}");
+    assert!(text.contains("Without a completed trial: 1 (ended early: sickness: 1)."), "{text}");
 }

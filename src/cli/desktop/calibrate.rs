@@ -46,7 +46,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         TimeStamp,
         calibrate::{Calibration, CalibrationStep},
         linux::{self, OpenWheel},
-        profiles,
+        parts, profiles,
         wheel::WheelMessage,
     };
     use std::time::Duration;
@@ -61,8 +61,10 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut calibration = Calibration::new(device.clone(), 0.0).map_err(|e| CliError::Failed(e.to_string()))?;
     let mut screen = CalibrationScreen::new();
     out::line(format_args!("{}", node.described()))?;
-    for part in nodes.iter().filter(|other| device.parts.contains(&other.id)) {
-        out::line(format_args!("with {}", part.described()))?;
+    for (number, part) in (1..).zip(&device.parts) {
+        let node = nodes.iter().find(|node| (node.id, &node.place) == (part.id, &part.place));
+        let name = node.map_or("a device", |node| &node.name);
+        out::line(format_args!("with {name} ({})", parts::name(&device.parts, number).unwrap_or_default()))?;
     }
     let known = profiles::choose(&device, None).ok().map(|(profile, _)| profile);
     if let Some(known) = known.filter(|known| known.pedals_upside_down(&device.axes, &device.values)) {

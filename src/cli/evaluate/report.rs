@@ -55,7 +55,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
             let advised = plan.advised.as_ref().map_or("", |_| " advised");
             let _ = writeln!(
                 text,
-                "{advised}  hold s   mean m/s [95 % interval]   settled  SD cars  SD time  calm for good  least gap  \
+                "{advised}  hold s   mean m/s [95 % interval]   settled  SD veh.  SD time  calm for good  least gap  \
                  crashes  fuel   in range"
             );
             before = Some(head);

@@ -4,7 +4,7 @@
 use egui::{Button, Color32, DragValue, Rect, RichText, Sense, Stroke, TextEdit, Ui, pos2, vec2};
 
 use crate::input::{
-    ButtonAction, WheelProfile,
+    ButtonAction, RigButton, WheelProfile,
     calibrate::CalibrationStep,
     profile::{Pedal, ProfileError},
 };
@@ -20,8 +20,8 @@ pub struct PluggedWheel {
     pub profile: WheelProfile,
     /// Last raw value by axis number.
     pub raw: BTreeMap<u16, i32>,
-    /// Number of the last button pressed, as evdev has it.
-    pub last_button: Option<u16>,
+    /// Button of the rig that was pressed last.
+    pub last_button: Option<RigButton>,
     /// Calibration in progress, if any.
     pub asked: Option<CalibrationProgress>,
 }
@@ -60,7 +60,7 @@ pub struct CalibrationPage {
     /// Action that waits for a button.
     waiting: Option<ButtonAction>,
     /// Last button pressed before the wait began.
-    before: Option<u16>,
+    before: Option<RigButton>,
     /// True once the result of this calibration has been taken over.
     taken: bool,
 }
@@ -121,10 +121,10 @@ impl CalibrationPage {
                 }
             }
         }
-        if let (Some(action), Some(code)) = (self.waiting, wheel.last_button)
-            && self.before != Some(code)
+        if let (Some(action), Some(button)) = (self.waiting, &wheel.last_button)
+            && self.before.as_ref() != Some(button)
         {
-            self.edited.get_or_insert_with(|| wheel.profile.clone()).buttons.give(code, action);
+            self.edited.get_or_insert_with(|| wheel.profile.clone()).buttons.give(button.clone(), action);
             self.waiting = None;
         }
     }
@@ -150,7 +150,10 @@ impl CalibrationPage {
         });
         ui.add_space(4.0);
         ui.horizontal(|ui| {
-            for (name, pedal) in [("Accelerator", Some(&mut edited.accelerator)), ("Brake", edited.brake.as_mut())] {
+            let WheelProfile { accelerator, brake, handbrake, .. } = &mut edited;
+            let pedals =
+                [("Accelerator", Some(accelerator)), ("Brake", brake.as_mut()), ("Handbrake", handbrake.as_mut())];
+            for (name, pedal) in pedals {
                 let Some(pedal) = pedal else { continue };
                 ui.vertical(|ui| {
                     let now = raw(pedal.code());
@@ -179,15 +182,15 @@ impl CalibrationPage {
     fn buttons(&mut self, ui: &mut Ui, wheel: &PluggedWheel, shown: &WheelProfile) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("Buttons").strong());
-            let last = wheel.last_button.map_or("press one to see its number".into(), |code| {
-                let does = shown.buttons.action(code).map_or("nothing".into(), |action| action.to_string());
-                format!("pressed last: {code}, {does}")
+            let last = wheel.last_button.as_ref().map_or("press one to see its number".into(), |button| {
+                let does = shown.buttons.action(button.code()).map_or("nothing".into(), |action| action.to_string());
+                format!("pressed last: {button}, {does}")
             });
             ui.label(RichText::new(last).color(theme::DIM));
         });
         egui::Grid::new("buttons").num_columns(4).spacing([14.0, 3.0]).show(ui, |ui| {
             for (i, action) in ButtonAction::ALL.into_iter().enumerate() {
-                let codes: Vec<String> = shown.buttons.clone().of(action).iter().map(u16::to_string).collect();
+                let codes: Vec<String> = shown.buttons.clone().of(action).iter().map(RigButton::to_string).collect();
                 let (text, colour) = match self.waiting {
                     Some(waiting) if waiting == action => ("press it ...".to_owned(), theme::AMBER),
                     _ if codes.is_empty() => ("none".to_owned(), theme::DIM),
@@ -196,11 +199,13 @@ impl CalibrationPage {
                 ui.label(action.to_string());
                 let button = Button::new(RichText::new(text).color(colour).monospace()).min_size(vec2(92.0, 0.0));
                 let name = format!("button for {action}");
-                let response = ui.add(button).on_hover_text("Click, then press the button on the wheel");
+                let response = ui
+                    .add(button)
+                    .on_hover_text("Click, then press the button on the wheel or on another device of the rig");
                 response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
                 if response.clicked() {
                     self.waiting = (self.waiting != Some(action)).then_some(action);
-                    self.before = wheel.last_button;
+                    self.before = wheel.last_button.clone();
                 }
                 if i % 2 == 1 {
                     ui.end_row();

@@ -3,7 +3,7 @@
 
 use super::state::{ItemState, SessionCommand, SessionPanelState, SessionPhase, repeatable};
 use crate::panel::theme;
-use PromptedCommand::{Abort, Close, Exclude, Extend, Note, Repeat, Skip, Stop};
+use PromptedCommand::{Abort, Close, Exclude, Extend, Note, Repeat, Skip, Stop, StopTechnically};
 use egui::{Button, Color32, DragValue, Frame, Key, Modifiers, RichText, TextEdit, Ui};
 
 /// Commands that ask for a text first.
@@ -15,6 +15,7 @@ pub(super) enum PromptedCommand {
     Repeat,
     Abort,
     Stop,
+    StopTechnically,
     Exclude,
     Close,
 }
@@ -44,13 +45,20 @@ const fn prompt(
 }
 
 /// Commands that ask for a text, in the order of their buttons.
-pub(super) static PROMPTS: [PromptSpec; 8] = [
+pub(super) static PROMPTS: [PromptSpec; 9] = [
     prompt(Note, "Note", Key::N, "Write a note, with its time", "Write down"),
     prompt(Extend, "Extend", Key::E, "Make the drive or the rest longer", "Extend"),
     prompt(Skip, "Skip", Key::S, "Skip the current or next item", "Skip it"),
     prompt(Repeat, "Repeat", Key::R, "Repeat an earlier item", "Repeat it"),
     prompt(Abort, "Break off", Key::B, "Stop this item; it will be repeated", "Break it off"),
     prompt(Stop, "Sickness stop", Key::I, "End the session for good; it cannot be resumed", "End the session"),
+    prompt(
+        StopTechnically,
+        "Technical stop",
+        Key::T,
+        "End the session for good: program, computer or a device failed",
+        "End the session",
+    ),
     prompt(Exclude, "Exclude", Key::D, "Exclude the data of this session, and end it", "Exclude the data"),
     prompt(Close, "Close", Key::Q, "Close the windows; run the same command to resume", "Close the windows"),
 ];
@@ -79,7 +87,7 @@ pub(super) fn is_possible(command: PromptedCommand, state: &SessionPanelState<'_
         }
         Repeat => !over && !repeatable(state).is_empty(),
         Abort => !over && state.items.iter().any(|item| item.state == ItemState::Now),
-        Skip | Stop | Close => !over,
+        Skip | Stop | StopTechnically | Close => !over,
     }
 }
 
@@ -145,7 +153,7 @@ impl CommandDraft {
     /// Shows the prompt: what the command applies to, its text, and the buttons.
     fn fields(&mut self, ui: &mut Ui, items: &[&str]) -> PromptDecision {
         let spec = self.spec;
-        let ends = matches!(self.spec.command, Abort | Stop | Exclude);
+        let ends = matches!(self.spec.command, Abort | Stop | StopTechnically | Exclude);
         let colour = if ends { theme::RED } else { theme::ACCENT };
         let frame = Frame::new().fill(colour.gamma_multiply(0.10)).corner_radius(4).inner_margin(8);
         let shown = frame.show(ui, |ui| {
@@ -211,6 +219,7 @@ impl CommandDraft {
             Skip => SessionCommand::Skip(reason),
             Abort => SessionCommand::Abort(reason),
             Stop => SessionCommand::Stop(reason),
+            StopTechnically => SessionCommand::StopTechnically(reason),
             Exclude => SessionCommand::Exclude(reason),
             Close => SessionCommand::Interrupt(reason),
             Repeat => SessionCommand::Repeat { item: (*items.get(self.item)?).to_owned(), reason },

@@ -124,6 +124,8 @@ pub enum SessionCommand {
     Resume,
     /// End the session for good, e.g. after sickness.
     Stop(String),
+    /// End the session for good because program, computer or a device failed.
+    StopTechnically(String),
     /// Exclude the data of this session, and end it.
     Exclude(String),
     /// Close the windows of an unfinished session; the same command resumes it.

@@ -218,7 +218,7 @@ pub fn road_kind(drive: &PlannedDrive) -> RoadKind {
 
 /// Returns the settings that policies are built from: target speed, equilibrium speed, m/s, and step, s. The equilibrium speed is that of
 /// the ring with even gaps; where vehicles enter and leave, a free road is driven at its limit.
-pub(super) fn policy_settings(drive: &PlannedDrive) -> PolicySettings {
+pub fn policy_settings(drive: &PlannedDrive) -> PolicySettings {
     let (scenario, route) = (drive.scenario(), &drive.map().route);
     let (model, limit_mps) = (drive.traffic_drivers().typical().model, limited_idm(scenario, route).v0);
     let equilibrium_mps = match drive.fixed_vehicles() {
