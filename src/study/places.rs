@@ -13,6 +13,7 @@ use crate::{
     map, policy,
     record::{AlteredFile, Manifest, RecordError, inputs, is_there, seals::OF_SYSTEMS},
     scenario::Scenario,
+    traffic::is_population_path,
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -345,6 +346,9 @@ fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
         let mut bare = Scenario { policy: String::new(), duration_s: 0.0, ..scenario.clone() };
         if map::is_own(&bare.map) {
             bare.map = "a map of the study".into();
+        }
+        if is_population_path(&bare.traffic_drivers) {
+            bare.traffic_drivers = "a population of the study".into();
         }
         bare.demand.input_files_mut().for_each(|file| *file = "a file of the study".into());
         bare

@@ -12,7 +12,7 @@ use crate::{
     record::{inputs, manifest::NamedHash},
     scenario::{OnContact, PlannedDrive, Scenario, StartLayout},
     sim::{self, WAVE_STANDS_S},
-    traffic::EngineChoice,
+    traffic::{EngineChoice, TrafficDrivers},
 };
 use serde_json::Value;
 use std::fmt::Write;
@@ -49,6 +49,13 @@ fn traffic(base: &Scenario) -> String {
         EngineChoice::Sumo => "SUMO",
         EngineChoice::Native => "codrive's own engine",
     };
+    if let Ok(TrafficDrivers::People(population)) = TrafficDrivers::named(&base.traffic_drivers, base.idm) {
+        let (name, words) = (inputs::last(&base.traffic_drivers), markdown(&population.in_words()));
+        return format!(
+            "Traffic: {engine} in steps of {} s. The other vehicles are driven by persons of the population `{name}`, {words}",
+            base.step_s
+        );
+    }
     format!(
         "Traffic: {engine} in steps of {} s. The other vehicles follow the Intelligent Driver Model (Treiber, Hennecke and Helbing 2000): desired \
          speed v0 = {} m/s, time gap T = {} s, acceleration a = {} m/s², deceleration b = {} m/s², exponent δ = {}, minimum gap s0 = {} m; \

@@ -31,6 +31,8 @@ pub struct NativeTraffic {
     /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
     vehicles: RouteVehicles,
+    /// True if the drivers are persons, not all alike.
+    has_people: bool,
 }
 
 impl NativeTraffic {
@@ -55,6 +57,7 @@ impl NativeTraffic {
             followers: LaneFollowers::new(drivers, BendSpeeds::of(route, setup.lateral_accel_mps2)),
             is_seen: vec![true; n],
             vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
+            has_people: !setup.drivers.are_alike(),
             map: setup.map,
             step_s: setup.step_s,
         })
@@ -110,6 +113,6 @@ impl Traffic for NativeTraffic {
     }
 
     fn name_and_version(&self) -> String {
-        "native IDM".to_string()
+        if self.has_people { "native".into() } else { "native IDM".into() }
     }
 }

@@ -2,7 +2,7 @@
 //! plain text in the past tense. They state only the content of manifests and tables, and the differences between drives.
 
 use super::{
-    drivers_section, network_text, sample,
+    drivers_section, network_text, ring_text, sample,
     setup_facts::{SetupValue, condition_differences, fact, joined_values},
     sickness_section,
     words::interval,
@@ -15,7 +15,7 @@ use crate::analysis::{
     text::{count, joined_with_and, number_text},
 };
 use crate::metrics::registry::unit_text;
-use crate::{policy::AUTOMATIC_SHARE, sim::WAVE_STANDS_S, time::TICK_S, units::MPS_PER_MPH};
+use crate::{policy::AUTOMATIC_SHARE, time::TICK_S, units::MPS_PER_MPH};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns the paragraphs that are not empty.
@@ -36,7 +36,7 @@ pub fn paragraphs(
     let mut text = vec![
         took_part(&all, people) + &recruitment + &ethics,
         apparatus(&all) + &rig,
-        traffic(&on_rings),
+        ring_text::traffic(&on_rings),
         network_text::traffic(main),
         advice(main),
     ];
@@ -48,7 +48,7 @@ pub fn paragraphs(
     text
 }
 
-fn joined_texts(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
+pub(super) fn joined_texts(drives: &[&AnalysedRecording], of: impl Fn(&AnalysedRecording) -> String) -> String {
     joined_values(drives.iter().map(|drive| SetupValue::Word(of(drive))))
 }
 
@@ -181,84 +181,6 @@ fn slow_motion(drives: &[&AnalysedRecording]) -> String {
         count(drives.len()),
         100.0 * SLOW_SHARE,
         100.0 * slow.iter().copied().fold(0.0, f64::max)
-    )
-}
-
-fn traffic(drives: &[&AnalysedRecording]) -> String {
-    if drives.is_empty() {
-        return String::new();
-    }
-    let lengths = joined_values(
-        drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| SetupValue::Number(m.round(), "m")),
-    );
-    let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
-    let noise = fact(drives, "acceleration noise");
-    let engine = joined_texts(drives, |drive| match drive.setup.manifest.traffic.as_str() {
-        "native IDM" => "codrive's own engine".into(),
-        named => named.replace(" in process", ", run within codrive"),
-    });
-    let mut text = format!(
-        "The road was {}{length}, with {} vehicles, the ego vehicle included. The traffic was computed by {engine}. The other \
-         vehicles followed the Intelligent Driver Model with a desired speed v0 = {}, a desired time gap T = {}, a maximum acceleration a = {}, a comfortable deceleration \
-         b = {}, an exponent δ = {} and a minimum gap s0 = {}, and noise of the acceleration of √Δt · N(0, {noise}) with a step Δt of {}.",
-        fact(drives, "road"),
-        fact(drives, "number of vehicles"),
-        fact(drives, "desired speed v0"),
-        fact(drives, "desired time gap T"),
-        fact(drives, "maximum acceleration a"),
-        fact(drives, "comfortable deceleration b"),
-        fact(drives, "acceleration exponent δ"),
-        fact(drives, "minimum gap s0"),
-        joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.step_s, "s"))),
-    );
-    let bends = joined_values(
-        drives.iter().filter_map(|d| Some(SetupValue::Number(d.setup.manifest.lateral_accel_mps2?, "m/s2"))),
-    );
-    if !bends.is_empty() {
-        text += &format!(" In bends, a lateral acceleration of {bends} limited the speed of the other vehicles.");
-    }
-    let warm_up = if drives.iter().all(|drive| drive.setup.scenario.warm_up_s == 0.0) {
-        String::new()
-    } else {
-        format!(
-            ", and the traffic ran for {} before the drive, the ego vehicle driven by the same model",
-            fact(drives, "warm-up")
-        )
-    };
-    text + &format!(
-        " At the start the vehicles stood {}{warm_up}.{}",
-        fact(drives, "start of the vehicles"),
-        gate(drives)
-    )
-}
-
-/// Returns the conditions for handing the car over to the driver, and the number of drives that began without them.
-fn gate(drives: &[&AnalysedRecording]) -> String {
-    let with_wave = drives.iter().filter(|drive| drive.setup.scenario.wave_sd_mps > 0.0);
-    let wave = joined_values(with_wave.map(|drive| SetupValue::Number(drive.setup.scenario.wave_sd_mps, "m/s")));
-    let stands = drives.iter().any(|drive| drive.setup.scenario.standing_start);
-    let mut conditions = Vec::new();
-    if !wave.is_empty() {
-        conditions.push(format!(
-            "the standard deviation of speed over the vehicles had been {wave} or more for {} s",
-            number_text(WAVE_STANDS_S)
-        ));
-    }
-    if stands {
-        conditions.push("the ego vehicle stood still".into());
-    }
-    if conditions.is_empty() {
-        return String::new();
-    }
-    let longest = joined_values(drives.iter().map(|drive| SetupValue::Number(drive.setup.scenario.wave_wait_s, "s")));
-    let late = drives.iter().filter(|drive| !drive.setup.manifest.hand_over.is_as_asked).count();
-    let late = match late {
-        0 => "no drive began otherwise".to_owned(),
-        n => format!("{} began otherwise", count(n)),
-    };
-    format!(
-        " The driver then took over as soon as {}, or after a further {longest} at the latest; {late}.",
-        joined_with_and(&conditions)
     )
 }
 

@@ -65,6 +65,17 @@ fn the_methods_say_what_ran_with_which_parameters_and_how_drives_differ() {
 }
 
 #[test]
+fn the_methods_tell_measured_people_from_drivers_who_are_alike() {
+    let mut drives = made();
+    drives[..2].iter_mut().for_each(|drive| drive.setup.scenario.traffic_drivers = "gap-closers".into());
+    let text = paragraphs(&drives, &StudyParticipants::default(), &[]).join("\n");
+    assert!(text.contains("In 2 drives, the other vehicles followed the Intelligent Driver Model with"), "{text}");
+    let people = "In 2 drives, the other vehicles were driven by persons of a population, \"People who close the gap: Instruction II \
+                  of the Arizona ring\", by the optimal velocity model";
+    assert!(text.contains(people) && text.contains("alpha = 0.666 1/s"), "{text}");
+}
+
+#[test]
 fn the_methods_tell_a_sham_from_advice_and_say_when_the_driver_took_over() {
     let mut drives = made();
     for (i, drive) in drives.iter_mut().enumerate() {

@@ -5,7 +5,7 @@
 //!   and cells that sections share.
 //! * `participant_flow`, `by_condition`, `drive_section`, `drivers_section`, `every_drive`, `models_section`, `scores_section`,
 //!   `sickness_section`, `dictionary`: sections; `sample`: the participants in a sentence.
-//! * `figures`, `network_figures`: pictures; `methods`, `network_text`, `setup_facts`: the paragraphs of the methods.
+//! * `figures`, `network_figures`: pictures; `methods`, `network_text`, `ring_text`, `setup_facts`: the paragraphs of the methods.
 //! * `validation_report`, `validation_figures`: a page of its own, of traffic beside measured people.
 //! * [`files`]: the files of an analysis. [`glossary`]: definitions of all columns of the tables.
 
@@ -23,6 +23,7 @@ mod network_figures;
 mod network_text;
 mod page;
 mod participant_flow;
+mod ring_text;
 mod sample;
 mod scores_section;
 mod setup_facts;

@@ -5,7 +5,7 @@ use crate::analysis::{
     drives::{AnalysedRecording, conditions},
     text::{joined_with_and, number_text},
 };
-use crate::metrics::registry::unit_text;
+use crate::{metrics::registry::unit_text, record::inputs};
 
 /// Value of a fact, which may differ between drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,9 +20,10 @@ pub enum SetupValue {
 type SetupFact = (&'static str, fn(&DriveSetup) -> SetupValue);
 
 /// Facts that distinguish drives, in the order of the report.
-const FACTS: [SetupFact; 18] = [
+const FACTS: [SetupFact; 19] = [
     ("road", |s| SetupValue::Word(s.road())),
     ("number of vehicles", |s| SetupValue::Number(f64::from(s.scenario.vehicles), "")),
+    ("drivers of the traffic", |s| SetupValue::Word(inputs::last(&s.scenario.traffic_drivers).into())),
     ("desired speed v0", |s| SetupValue::Number(s.scenario.idm.v0, "m/s")),
     ("desired time gap T", |s| SetupValue::Number(s.scenario.idm.t, "s")),
     ("maximum acceleration a", |s| SetupValue::Number(s.scenario.idm.a, "m/s2")),

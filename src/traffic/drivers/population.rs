@@ -241,6 +241,34 @@ impl TrafficPopulation {
         Ok(root)
     }
 
+    /// Returns model, parameters and source as the rest of a sentence on the population.
+    pub fn in_words(&self) -> String {
+        let model = match self.model {
+            PopulationModel::Idm => "the Intelligent Driver Model (Treiber, Hennecke and Helbing 2000)",
+            PopulationModel::OptimalVelocity => {
+                "the optimal velocity model with a follow-the-leader term (Bando et al. 1995)"
+            }
+        };
+        let parameter = |field: &Field| {
+            let PersonParameter { mean, spread, unit, .. } = &self.parameters[&field.path];
+            let unit = unit.replace("m2/", "m²/").replace("s2", "s²");
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            let spread = if *spread > 0.0 { format!(" (spread {spread})") } else { String::new() };
+            format!("{} = {mean}{unit}{spread}", field.path)
+        };
+        let parameters: Vec<String> = self.fields.iter().map(parameter).collect();
+        let related =
+            |pair: &PersonCorrelation| format!("; r of {} and {} is {}", pair.between[0], pair.between[1], pair.r);
+        format!(
+            "\"{}\", by {model}, on average with {}{}. Parameters with a spread are lognormal between persons, the spread being the \
+             standard deviation of the logarithm; noise_sd and noise_memory are of Ornstein-Uhlenbeck noise of the acceleration. Source: {}.",
+            self.title,
+            parameters.join(", "),
+            self.correlations.iter().map(related).collect::<String>(),
+            self.source.trim_end_matches('.')
+        )
+    }
+
     /// Draws a person.
     pub fn draw(&self, stream: &mut Stream) -> TrafficDriver {
         let normal: Vec<f64> = self.fields.iter().map(|_| stream.normal()).collect();
@@ -315,7 +343,10 @@ mod tests {
         let r = moment(0, 1) / (moment(0, 0) * moment(1, 1)).sqrt();
         // Three standard errors of a correlation of -0.6: 3 (1 - r^2) / sqrt(n).
         assert!((r + 0.6).abs() < 3.0 * 0.64 / 141.0, "{r}");
-        assert_eq!(population.typical(), population.typical());
+        let words = population.in_words();
+        assert!(words.starts_with("\"t\", by the optimal velocity model"), "{words}");
+        assert!(words.contains("alpha = 0.7 1/s (spread 0.3), beta = 20 m²/s (spread 0.5), v_max = 9 m/s"), "{words}");
+        assert!(words.contains("r of alpha and beta is -0.6") && words.ends_with("Source: s."), "{words}");
     }
 
     #[test]
