@@ -23,6 +23,7 @@ const ROWS: [&[&str]; 19] = [
         "units",
         "rng",
         "idm",
+        "optimal_velocity",
         "controls",
         "plot",
         "file",

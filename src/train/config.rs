@@ -8,7 +8,7 @@ use crate::{
     policy::{Hold, NetworkInput, PolicySettings},
     settings::flat_settings,
     space::CAR_LENGTH_M,
-    traffic::{self, TrafficDrivers},
+    traffic,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -357,16 +357,6 @@ pub enum FollowKind {
     Driver,
     /// No compliance: the car-following model drives
     Ignore,
-}
-
-impl RingConfig {
-    /// Returns the drivers of the other vehicles.
-    ///
-    /// # Panics
-    /// Panics if the population cannot be loaded; a checked configuration has one that can.
-    pub fn traffic_drivers(&self) -> TrafficDrivers {
-        TrafficDrivers::named(&self.traffic_drivers, self.idm).expect("the population of a checked configuration")
-    }
 }
 
 impl TrainConfig {

@@ -38,6 +38,16 @@ pub struct DrawnRing {
     pub even_gap_m: f64,
 }
 
+impl RingConfig {
+    /// Returns the drivers of the other vehicles.
+    ///
+    /// # Panics
+    /// Panics if the population cannot be loaded; a checked configuration has one that can.
+    pub fn traffic_drivers(&self) -> TrafficDrivers {
+        TrafficDrivers::named(&self.traffic_drivers, self.idm).expect("the population of a checked configuration")
+    }
+}
+
 /// Draws a ring from the configuration, and its drivers from these.
 pub fn draw_ring(config: &TrainConfig, drivers: &TrafficDrivers, stream: &mut Stream) -> DrawnRing {
     let rings = &config.ring;

@@ -17,6 +17,7 @@ use crate::{
     metrics::DrivenBy,
     policy::{Action, DriverTraits, Hold, shown_mps},
     rng::Stream,
+    traffic::RING_STUDY,
 };
 use serde::{Deserialize, Serialize};
 
@@ -271,8 +272,10 @@ impl AdviceFollower {
             ..DriverLane::without_traits()
         };
         self.rng.seed(l, seed);
-        // Only a simulated driver perceives with a delay; an exactly following ego does not.
-        self.view.set(l, if self.is_driver { driver.leader_reaction_s } else { 0.0 });
+        // Only a simulated driver perceives with a delay; an exactly following ego does not. Among measured people, the driver follows as
+        // they do: the lag that was measured is that of their model, without a further delay (docs/references.md: people).
+        let sees_late = self.is_driver && config.ring.traffic_drivers == RING_STUDY;
+        self.view.set(l, if sees_late { driver.leader_reaction_s } else { 0.0 });
         self.set_lane(l, drawn);
     }
 

@@ -59,12 +59,12 @@ impl CarFollowing {
     }
 }
 
-/// Noise of a driver's acceleration.
+/// Random part of what a driver does, added to the model's choice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AccelNoise {
     /// Flow's convention: `sqrt(step) N(0, noise)` in m/s2, unrelated from step to step.
     Flow(f64),
-    /// Ornstein-Uhlenbeck process.
+    /// Noise with a memory: what a driver does now resembles what they did just before.
     OrnsteinUhlenbeck {
         /// Standard deviation of the acceleration, m/s2.
         sd_mps2: f64,

@@ -30,11 +30,11 @@ const SHIPPED: &str = "assets/populations";
 #[error("{0}")]
 pub struct PopulationError(pub String);
 
-/// Kind of car-following model of a population.
+/// Car-following model that all persons of a file share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PopulationModel {
-    /// Intelligent Driver Model.
+    /// Acceleration by speed, gap and closing speed: the default of traffic research.
     Idm,
     /// Optimal velocity with a follow-the-leader term.
     OptimalVelocity,
@@ -92,7 +92,7 @@ pub struct TrafficPopulation {
     root: Vec<Vec<f64>>,
 }
 
-/// Noise of the acceleration, an Ornstein-Uhlenbeck process.
+/// Parameters of an Ornstein-Uhlenbeck process, which is added to the acceleration.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
 struct NoiseParams {
     /// Standard deviation of the acceleration
@@ -269,7 +269,7 @@ impl TrafficPopulation {
         )
     }
 
-    /// Draws a person.
+    /// Draws the model and the noise of one person.
     pub fn draw(&self, stream: &mut Stream) -> TrafficDriver {
         let normal: Vec<f64> = self.fields.iter().map(|_| stream.normal()).collect();
         self.with_numbers(|k, _| self.root[k].iter().zip(&normal).map(|(root, normal)| root * normal).sum())
