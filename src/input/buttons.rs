@@ -40,7 +40,7 @@ impl From<u16> for RigButton {
 
 impl PartialEq<u16> for RigButton {
     fn eq(&self, number: &u16) -> bool {
-        *self == Self::from(*number)
+        self.number == *number && self.device.is_none() && self.part == 0
     }
 }
 
