@@ -10,7 +10,7 @@ use super::{
 };
 use crate::map::network::SignalStates;
 use crate::space::{Pose, wrap_angle};
-use crate::traffic::{EGO, VehicleBody, VehicleId};
+use crate::traffic::{Articulation, EGO, VehicleBody, VehicleId, VehiclePart};
 use crate::{
     controls::{BLINK_S, STEERING_RATIO},
     ego::EgoState,
@@ -36,7 +36,9 @@ pub fn view(
 ) -> View {
     let ego = EgoAt::new(snapshot, fraction, static_scene.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
-    cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), static_scene)));
+    for car in &snapshot.cars {
+        cars.extend(traffic_parts(car, fraction, options.paint(car.id, kind), static_scene));
+    }
     let full = options.cockpit == CockpitView::Full;
     let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
         let rotation = ego.steadied(options.body_motion);
@@ -132,17 +134,37 @@ impl EgoAt {
     }
 }
 
-fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_scene: &StaticScene) -> CarInstance {
-    let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
+/// Returns the parts of a vehicle between two ticks, the front one first.
+fn traffic_parts(
+    car: &VehicleSnapshot,
+    fraction: f32,
+    colour: [f32; 3],
+    static_scene: &StaticScene,
+) -> impl Iterator<Item = CarInstance> {
+    let share = f64::from(fraction);
+    let pose = car.pose_before.lerp(&car.pose, share);
+    let bent = car.articulation_before.zip(car.articulation).map(|(before, now)| before.lerp(&now, share));
+    let parts = car.body.parts(&pose, bent.or(car.articulation));
+    parts.enumerate().map(move |(k, part)| traffic_part(car, (k, part), fraction, colour, static_scene))
+}
+
+/// Returns a part of a vehicle, given its index from the front.
+fn traffic_part(
+    car: &VehicleSnapshot,
+    (part, VehiclePart { pose, length_m }): (usize, VehiclePart),
+    fraction: f32,
+    colour: [f32; 3],
+    static_scene: &StaticScene,
+) -> CarInstance {
     let pose = Pose { position: pose.position - static_scene.origin.truncate(), ..pose };
     let height_m = car.height_m - static_scene.origin.z;
     let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
-    let shape = vehicles::shape(&car.body, &static_scene.hubs);
+    let shape = vehicles::shape(&car.body, part, length_m, &static_scene.hubs);
     let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
     let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
-    // Ackermann: the steering angle that rolls the vehicle along the bend under its centre.
+    // Ackermann: the steering angle that rolls the vehicle along the bend under its centre. The wheels behind a joint do not steer.
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
-    let bend_per_m = bend_per_m(car);
+    let bend_per_m = if part == 0 { bend_per_m(car) } else { 0.0 };
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
     let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
@@ -170,6 +192,7 @@ fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &Static
         return (level_m, Vec3::Z);
     }
     let (ahead, left) = (pose.forward(), pose.left());
+    let hubs = apart(hubs);
     let [front_left, front_right, rear_left, rear_right] = hubs.map(|hub| {
         let wheel = Pose { position: pose.position + ahead * f64::from(hub.x) + left * f64::from(hub.y), ..pose };
         static_scene.road_at(wheel, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
@@ -184,6 +207,17 @@ fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &Static
     (road_m, (-uphill).extend(1.0).normalize())
 }
 
+/// Returns the points on which a part stands: its hubs, or points ahead of them and behind them where it has one axle.
+fn apart(hubs: &[Vec3; 4]) -> [Vec3; 4] {
+    const HALF_M: f32 = 1.5;
+    let [front_left, front_right, rear_left, rear_right] = *hubs;
+    if front_left.x > rear_left.x {
+        return *hubs;
+    }
+    let along = Vec3::X * HALF_M;
+    [front_left + along, front_right + along, rear_left - along, rear_right - along]
+}
+
 /// Returns the body style of a car, which is constant; three of seven cars are saloons.
 fn style(id: VehicleId) -> usize {
     [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
@@ -196,7 +230,9 @@ fn bend_per_m(car: &VehicleSnapshot) -> f32 {
     // Radius of at least 5 m.
     const MOST_PER_M: f64 = 0.2;
     let way_m = car.pose_before.position.distance(car.pose.position);
-    let turn_rad = wrap_angle(car.pose.yaw_rad - car.pose_before.yaw_rad);
+    let heading = |pose: &Pose, bent: Option<Articulation>| bent.map_or(pose.yaw_rad, |bent| bent.front_yaw_rad);
+    let before_rad = heading(&car.pose_before, car.articulation_before);
+    let turn_rad = wrap_angle(heading(&car.pose, car.articulation) - before_rad);
     (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
 }
 
@@ -227,23 +263,29 @@ fn lit_lamps(
     }
     // The ego's indicators are not visible from its own seat.
     let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
-    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR, &cars[0]));
-    let others = snapshot.cars.iter().zip(&cars[1..]).map(|(car, drawn)| (car.id, car.lamps, car.body, drawn));
-    for (id, lit, body, drawn) in ego.into_iter().chain(others) {
+    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR));
+    let mut drawn = cars.iter().skip(usize::from(!is_from_outside));
+    let others = snapshot.cars.iter().map(|car| (car.id, car.lamps, car.body));
+    for (id, lit, body) in ego.into_iter().chain(others) {
+        let parts: Vec<_> = body.parts(&Pose::default(), None).zip(&mut drawn).enumerate().collect();
         // Each vehicle blinks with its own phase.
         let phase = now_s / BLINK_S + 0.37 * f64::from(id.0 % 8);
         if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
             continue;
         }
-        let shape = vehicles::shape(&body, &static_scene.hubs);
-        for (side, _) in [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit) {
-            for (at, facing) in shape.indicators.into_iter().zip([Vec3::X, Vec3::NEG_X]) {
-                lamps.push(LitLamp {
-                    position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
-                    facing: drawn.rotation * facing,
-                    radius_m: shape.indicator_radius_m,
-                    light: INDICATOR,
-                });
+        let sides = [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit);
+        for (side, _) in sides {
+            for (k, (part, drawn)) in &parts {
+                let shape = vehicles::shape(&body, *k, part.length_m, &static_scene.hubs);
+                let ends = [(*k == 0, Vec3::X), (k + 1 == parts.len(), Vec3::NEG_X)];
+                for (at, (_, facing)) in shape.indicators.into_iter().zip(ends).filter(|(_, (is_end, _))| *is_end) {
+                    lamps.push(LitLamp {
+                        position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
+                        facing: drawn.rotation * facing,
+                        radius_m: shape.indicator_radius_m,
+                        light: INDICATOR,
+                    });
+                }
             }
         }
     }

@@ -70,10 +70,13 @@ impl VehicleBody {
         }
     }
 
-    /// Returns the parts of a vehicle with its front bumper where that of `pose` is, the front one first.
+    /// Returns the parts of a vehicle with its front bumper where that of `pose` is, the front one first; in a line with `pose` where
+    /// their headings are not known.
     pub fn parts(&self, pose: &Pose, articulation: Option<Articulation>) -> impl Iterator<Item = VehiclePart> + use<> {
-        let parts = match articulation.zip(self.joint_m()) {
-            Some((Articulation { front_yaw_rad, rear_yaw_rad }, joint_m)) => {
+        let parts = match self.joint_m() {
+            Some(joint_m) => {
+                let straight = Articulation { front_yaw_rad: pose.yaw_rad, rear_yaw_rad: pose.yaw_rad };
+                let Articulation { front_yaw_rad, rear_yaw_rad } = articulation.unwrap_or(straight);
                 let front = VehiclePart::behind(pose.front(self.length_m), front_yaw_rad, joint_m);
                 let rear = VehiclePart::behind(front.pose.rear(joint_m), rear_yaw_rad, self.length_m - joint_m);
                 [Some(front), Some(rear)]
