@@ -83,22 +83,20 @@ fn ends_of_all_parts_of_long_vehicles_follow_their_front() {
 #[test]
 fn long_vehicles_turn_as_their_way_allows_also_in_changes_behind_a_bend() {
     let _alone = alone();
-    let mut before: BTreeMap<u32, (DVec2, f64, f64)> = BTreeMap::new();
+    let mut before: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
     let (mut most, mut most_of_sumo) = (0.0f64, 0.0f64);
-    drive(|step, traffic, vehicles| {
+    drive(|_, traffic, vehicles| {
         for vehicle in vehicles.iter().filter(|vehicle| vehicle.body.length_m > 8.0) {
             let of_sumo = traffic.drawn_pose(vehicle.id).expect("it is there").yaw_rad;
-            let here = (vehicle.pose.front(vehicle.body.length_m), vehicle.pose.yaw_rad, of_sumo);
-            let Some((front, yaw_rad, sumo_rad)) = before.insert(vehicle.id.0, here) else { continue };
-            let turned_rad = wrap_angle(here.1 - yaw_rad).abs();
-            // A front that drives round its rear turns the body by its way over its length; in a right-angled bend the rear comes along.
-            let most_rad = 2.0 * front.distance(here.0) / vehicle.body.length_m + 0.01;
-            assert!(turned_rad < most_rad, "step {step}: {turned_rad} rad in a step, at most {most_rad}: {vehicle:?}");
-            (most, most_of_sumo) = (most.max(turned_rad), most_of_sumo.max(wrap_angle(of_sumo - sumo_rad).abs()));
+            let here = (vehicle.pose.yaw_rad, of_sumo);
+            let Some((yaw_rad, sumo_rad)) = before.insert(vehicle.id.0, here) else { continue };
+            let turned_rad = wrap_angle(here.0 - yaw_rad).abs();
+            (most, most_of_sumo) = (most.max(turned_rad), most_of_sumo.max(wrap_angle(here.1 - sumo_rad).abs()));
         }
     });
-    // The test needs turns that SUMO makes at once.
-    assert!(most_of_sumo > 0.3 && most < 0.2, "{most} rad, SUMO's {most_of_sumo} rad");
+    // At 8 m/s the front of a bus of 12 m that drives at right angles to it turns it by 0.067 rad; where the rear is in a corner, too, by
+    // twice as much. The test needs turns that SUMO makes at once.
+    assert!(most_of_sumo > 0.3 && most < 0.14, "{most} rad, SUMO's {most_of_sumo} rad");
 }
 
 /// Returns true if two parts of vehicles overlap.
@@ -114,7 +112,7 @@ fn overlap(a: (&VehiclePart, f64), b: (&VehiclePart, f64)) -> bool {
 #[test]
 fn turning_long_vehicles_do_not_touch_vehicles_that_wait() {
     let _alone = alone();
-    let (mut touches, mut touches_of_sumo, mut turns) = (0, 0, 0);
+    let (mut touches, mut touches_of_sumo, mut met) = (0, 0, 0);
     drive(|_, traffic, vehicles| {
         let is_long = |vehicle: &&VehicleState| vehicle.body.length_m > 8.0 && vehicle.speed_mps > 0.5;
         for vehicle in vehicles.iter().filter(is_long) {
@@ -123,12 +121,14 @@ fn turning_long_vehicles_do_not_touch_vehicles_that_wait() {
             let middle = vehicle.pose.front(length_m) - DVec2::from_angle(of_sumo) * (length_m / 2.0);
             let rigid = VehiclePart { pose: Pose::new(middle, of_sumo), length_m };
             let parts = parts(vehicle);
-            for waiting in vehicles.iter().filter(|other| other.speed_mps < 0.1 && other.id != vehicle.id) {
-                if waiting.pose.position.distance(vehicle.pose.position) > 30.0 || waiting.body.kind != VehicleKind::Car
-                {
-                    continue;
-                }
-                turns += usize::from((waiting.pose.yaw_rad - vehicle.pose.yaw_rad).sin().abs() > 0.3);
+            // A vehicle in a lane change has the place that SUMO gives its front, also beside one that waits.
+            let is_met = |other: &&VehicleState| {
+                let is_crossed = (other.pose.yaw_rad - vehicle.pose.yaw_rad).sin().abs() > 0.4;
+                other.body.kind == VehicleKind::Car && other.speed_mps < 0.1 && is_crossed
+            };
+            let is_near = |other: &&VehicleState| other.pose.position.distance(vehicle.pose.position) < 30.0;
+            for waiting in vehicles.iter().filter(is_met).filter(is_near) {
+                met += 1;
                 let other = VehiclePart { pose: waiting.pose, length_m: waiting.body.length_m };
                 let touch = |part: &VehiclePart| overlap((part, vehicle.body.width_m), (&other, waiting.body.width_m));
                 touches += usize::from(parts.iter().any(touch));
@@ -136,6 +136,6 @@ fn turning_long_vehicles_do_not_touch_vehicles_that_wait() {
             }
         }
     });
-    eprintln!("{turns} {touches} {touches_of_sumo}");
-    assert!(touches == 0 && touches_of_sumo > 0, "{touches}, as rigid bars {touches_of_sumo}");
+    assert!(met > 1000 && touches_of_sumo > 0, "{met} met, as rigid bars {touches_of_sumo} touched");
+    assert_eq!(touches, 0);
 }
