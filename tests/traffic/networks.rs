@@ -1,7 +1,13 @@
 //! Networks that are not shipped with the program: SUMO crashes on some of them, which must not end the program.
 
 use super::*;
-use codrive::traffic::{NativeTraffic, TrafficError, sumo::SumoTraffic};
+use codrive::{
+    map::network::Network,
+    traffic::{
+        NativeTraffic, TrafficError,
+        sumo::{SumoTraffic, compare_with_sumo},
+    },
+};
 use std::{
     path::Path,
     process::{Command, Output},
@@ -143,5 +149,41 @@ fn only_sumo_drives_a_figure_of_eight_and_the_native_engine_refuses() {
             let apart = |other: &CarState| middle(other).distance(middle(car));
             assert!(cars[..k].iter().all(|other| apart(other) > 1.8), "{cars:?}");
         }
+    }
+}
+
+#[test]
+fn lanes_and_connections_of_every_network_are_as_sumo_reads_them() {
+    let _alone = alone();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = |folder: &str| {
+        let found = std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        found.map(|path| if path.is_dir() { path.join("net.xml") } else { path }).collect::<Vec<_>>()
+    };
+    let all = [files("tests/data/networks"), files("maps"), files("tests/data")].concat();
+    let nets: Vec<_> =
+        all.iter().filter(|file| file.is_file() && file.to_string_lossy().ends_with("net.xml")).collect();
+    assert!(nets.len() > 20, "{}", nets.len());
+    for file in nets {
+        let network = Network::load(&file.to_string_lossy()).unwrap();
+        let equal = compare_with_sumo(&network, file).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((equal.lanes, equal.connections), (network.lanes().len(), network.connections().len()));
+    }
+}
+
+#[test]
+fn a_network_that_sumo_reads_differently_is_named_with_lane_and_value() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/networks/crossing.net.xml");
+    let (network, text) = (Network::load(&file.to_string_lossy()).unwrap(), std::fs::read_to_string(&file).unwrap());
+    let limit = text.split("speed=\"").nth(1).unwrap().split('"').next().unwrap();
+    for (from, to, what) in [
+        (format!("speed=\"{limit}\""), "speed=\"7.5\"".to_owned(), "speed limit, m/s"),
+        ("dir=\"s\"".to_owned(), "dir=\"r\"".to_owned(), "the connection to"),
+    ] {
+        let changed = written(folder.path(), &text.replacen(&from, &to, 1));
+        let error = compare_with_sumo(&network, &changed).expect_err(what).to_string();
+        assert!(error.contains("read this network differently: lane ") && error.contains(what), "{error}");
     }
 }

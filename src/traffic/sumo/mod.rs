@@ -15,6 +15,7 @@ mod lane_keeping;
 mod locate;
 mod network_check;
 mod options;
+mod reading_check;
 mod shim;
 mod shim_data;
 mod state;
@@ -22,6 +23,7 @@ mod trial_process;
 
 pub use locate::{home, program};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
+pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
 
 use super::{
