@@ -94,9 +94,9 @@ fn long_vehicles_turn_as_their_way_allows_also_in_changes_behind_a_bend() {
             (most, most_of_sumo) = (most.max(turned_rad), most_of_sumo.max(wrap_angle(here.1 - sumo_rad).abs()));
         }
     });
-    // At 8 m/s the front of a bus of 12 m that drives at right angles to it turns it by 0.067 rad; where the rear is in a corner, too, by
-    // twice as much. The test needs turns that SUMO makes at once.
-    assert!(most_of_sumo > 0.3 && most < 0.14, "{most} rad, SUMO's {most_of_sumo} rad");
+    // 15 degrees in a tenth of a second: a rear of 12 m that goes with 8 m/s round a corner without a radius turns its bus by that much.
+    // The test needs turns that SUMO makes at once.
+    assert!(most_of_sumo > 0.3 && most < 0.26, "{most} rad, SUMO's {most_of_sumo} rad");
 }
 
 /// Returns true if two parts of vehicles overlap.
@@ -114,17 +114,17 @@ fn turning_long_vehicles_do_not_touch_vehicles_that_wait() {
     let _alone = alone();
     let (mut touches, mut touches_of_sumo, mut met) = (0, 0, 0);
     drive(|_, traffic, vehicles| {
-        let is_long = |vehicle: &&VehicleState| vehicle.body.length_m > 8.0 && vehicle.speed_mps > 0.5;
+        // In a lane change a front has the place that SUMO gives it, also beside a vehicle that waits.
+        let is_long =
+            |vehicle: &&VehicleState| vehicle.body.length_m > 8.0 && vehicle.speed_mps > 0.5 && vehicle.offset_m == 0.0;
         for vehicle in vehicles.iter().filter(is_long) {
             let of_sumo = traffic.drawn_pose(vehicle.id).expect("it is there").yaw_rad;
             let length_m = vehicle.body.length_m;
             let middle = vehicle.pose.front(length_m) - DVec2::from_angle(of_sumo) * (length_m / 2.0);
             let rigid = VehiclePart { pose: Pose::new(middle, of_sumo), length_m };
             let parts = parts(vehicle);
-            // A vehicle in a lane change has the place that SUMO gives its front, also beside one that waits.
             let is_met = |other: &&VehicleState| {
-                let is_crossed = (other.pose.yaw_rad - vehicle.pose.yaw_rad).sin().abs() > 0.4;
-                other.body.kind == VehicleKind::Car && other.speed_mps < 0.1 && is_crossed
+                other.body.kind == VehicleKind::Car && other.speed_mps < 0.1 && other.offset_m == 0.0
             };
             let is_near = |other: &&VehicleState| other.pose.position.distance(vehicle.pose.position) < 30.0;
             for waiting in vehicles.iter().filter(is_met).filter(is_near) {

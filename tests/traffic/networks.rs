@@ -170,20 +170,3 @@ fn lanes_and_connections_of_every_network_are_as_sumo_reads_them() {
         assert_eq!((equal.lanes, equal.connections), (network.lanes().len(), network.connections().len()));
     }
 }
-
-#[test]
-fn a_network_that_sumo_reads_differently_is_named_with_lane_and_value() {
-    let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/networks/crossing.net.xml");
-    let (network, text) = (Network::load(&file.to_string_lossy()).unwrap(), std::fs::read_to_string(&file).unwrap());
-    let limit = text.split("speed=\"").nth(1).unwrap().split('"').next().unwrap();
-    for (from, to, what) in [
-        (format!("speed=\"{limit}\""), "speed=\"7.5\"".to_owned(), "speed limit, m/s"),
-        ("dir=\"s\"".to_owned(), "dir=\"r\"".to_owned(), "the connection to"),
-    ] {
-        let changed = written(folder.path(), &text.replacen(&from, &to, 1));
-        let error = compare_with_sumo(&network, &changed).expect_err(what).to_string();
-        assert!(error.contains("read this network differently: lane ") && error.contains(what), "{error}");
-    }
-}
