@@ -58,6 +58,7 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     for (folder, endings) in [
         ("maps", &["map.toml", "net.xml", "circuit.toml", "demand.rou.xml"][..]),
         ("assets/policies", &["policy.toml"]),
+        ("assets/populations", &["toml"]),
         ("assets/questionnaires", &["json"]),
         ("assets/studies", &["toml"]),
     ] {

@@ -16,6 +16,7 @@ pub mod lsl;
 pub mod map;
 pub mod metrics;
 pub mod native_code;
+pub mod optimal_velocity;
 pub mod plot;
 pub mod policy;
 pub mod private;

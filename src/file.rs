@@ -1,10 +1,10 @@
 //! Reading of files that the user names. In: a path and the maximum size. Out: the bytes or the text, or a [`std::io::Error`]
 //! with a specific kind and a text that says what is allowed. Only regular files are opened, so that nothing waits for a pipe;
-//! no more than the limit is ever in memory.
+//! no more than the limit is ever in memory. Compressed files are unpacked where a caller asks for it; limits apply to the content.
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{Error, ErrorKind, Read, Seek, SeekFrom},
+    io::{BufReader, Error, ErrorKind, Read, Seek, SeekFrom},
     path::Path,
 };
 
@@ -81,6 +81,20 @@ fn read_to_end(source: impl Read, limit: u64, mut bytes: Vec<u8>) -> Result<Vec<
 /// As [`read_bounded`]; or no UTF-8 text ([`ErrorKind::InvalidData`], with the line of the first bad byte).
 pub fn read_text(path: &Path, limit: u64) -> Result<String, Error> {
     text_of(read_bounded(path, limit)?)
+}
+
+/// Returns the content of a file, compressed (gzip) or not, whatever its name is.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn unpacked(mut file: File) -> Result<Box<dyn Read>, Error> {
+    let mut head = Vec::new();
+    file.by_ref().take(2).read_to_end(&mut head)?;
+    file.rewind()?;
+    Ok(match head[..] {
+        [0x1f, 0x8b] => Box::new(flate2::bufread::MultiGzDecoder::new(BufReader::new(file))),
+        _ => Box::new(file),
+    })
 }
 
 fn text_of(bytes: Vec<u8>) -> Result<String, Error> {

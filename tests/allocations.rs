@@ -11,7 +11,7 @@ use codrive::{
     space::CAR_LENGTH_M,
     traffic::{
         self, Demand, DemandSetup, EngineChoice, ExternalVehicleState, FixedSetup, ModelMixture, Traffic,
-        VehicleReport,
+        TrafficDrivers, VehicleReport,
         sumo::{self, SumoTraffic},
     },
 };
@@ -90,7 +90,7 @@ fn a_step_of_either_engine_allocates_no_memory() {
         let setup = FixedSetup {
             map: Arc::clone(&map),
             cars,
-            idm,
+            drivers: TrafficDrivers::Alike(idm),
             mixture: ModelMixture::default(),
             step_s: STEP_S,
             seed: 1,
@@ -150,7 +150,7 @@ fn a_network_step_without_new_vehicles_allocates_no_memory() {
         demand: Demand { files: vec![demand], ..Demand::default() },
         egos: Vec::new(),
         first_number: 0,
-        idm: IdmParams::default(),
+        drivers: TrafficDrivers::Alike(IdmParams::default()),
         step_s: 0.1,
         until_s: 3600.0,
         seed: 1,

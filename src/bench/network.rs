@@ -9,7 +9,7 @@ use crate::{
     rng,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, DemandSetup, Traffic, TrafficError,
+        Demand, DemandSetup, Traffic, TrafficDrivers, TrafficError,
         sumo::{self, SumoTraffic},
     },
 };
@@ -160,7 +160,7 @@ fn grid(folder: &Path) -> Result<DemandSetup, TrafficError> {
         demand: Demand { files: vec![file], ..Demand::default() },
         egos: Vec::new(),
         first_number: 0,
-        idm: IdmParams::default(),
+        drivers: TrafficDrivers::Alike(IdmParams::default()),
         step_s: 0.1,
         until_s: 3600.0,
         seed: 1,

@@ -13,7 +13,9 @@ use crate::{
     scenario::{PlannedDrive, Scenario},
     sim::WorldError,
     traffic::EngineChoice,
-    traffic::{FixedSetup, ModelMixture, NativeTraffic, Traffic, TrafficError, start, sumo::SumoTraffic},
+    traffic::{
+        FixedSetup, ModelMixture, NativeTraffic, Traffic, TrafficDrivers, TrafficError, start, sumo::SumoTraffic,
+    },
 };
 use serde::Serialize;
 use std::{sync::Arc, time::Duration};
@@ -90,7 +92,7 @@ fn setup(scenario: &Scenario) -> Result<FixedSetup, WorldError> {
     Ok(FixedSetup {
         map,
         cars,
-        idm: scenario.idm,
+        drivers: TrafficDrivers::Alike(scenario.idm),
         mixture: ModelMixture::default(),
         step_s: scenario.step_s,
         seed: scenario.seed,

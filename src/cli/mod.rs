@@ -33,6 +33,7 @@ mod tune;
 #[cfg(not(feature = "tune"))]
 #[path = "without_tune.rs"]
 mod tune;
+mod validate;
 
 pub use environment::prepare as prepare_environment;
 pub use error::CliError;
@@ -75,7 +76,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let given = matches.subcommand().and_then(|(_, m)| m.get_one::<PathBuf>("data"));
     let checked = given.map_or_else(data_folders::check_environment, |folder| data_folders::give(folder));
     // These commands work without the data folder; the doctor reports a missing one in a line of its own.
-    let without = ["analyse", "recover", "sign", "calibrate", "doctor", check_network::NAME];
+    let without = ["analyse", "validate", "recover", "sign", "calibrate", "doctor", check_network::NAME];
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
@@ -99,6 +100,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("tune", m)) => tune::main(m),
         Some(("evaluate", m)) => evaluate::main(m),
         Some(("sweep", m)) => sweep::main(m),
+        Some(("validate", m)) => validate::main(m),
         Some((name, m)) => desktop::run(name, m).unwrap_or_else(|| unreachable!("clap knows the commands")),
         None => unreachable!("clap requires a command and with_default_command adds one"),
     };
@@ -160,7 +162,7 @@ fn listing(mut arguments: Vec<OsString>) -> (HelpListing, Vec<OsString>) {
 const GROUPS: [(&str, &[&str]); 5] = [
     ("Drive", &["drive", "run", "render", "replay"]),
     ("Study", &["study", "calibrate", "doctor"]),
-    ("Analyse", &["analyse", "evaluate", "sweep"]),
+    ("Analyse", &["analyse", "evaluate", "sweep", "validate"]),
     ("Train", &["train", "tune"]),
     ("Maintain", &["map", "recover", "sign", "bench"]),
 ];
@@ -198,6 +200,7 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(tune::command())
         .subcommand(evaluate::command())
         .subcommand(sweep::command())
+        .subcommand(validate::command())
         .subcommand(map::command())
         .subcommand(check_network::command())
         .subcommands(desktop::commands(listing));

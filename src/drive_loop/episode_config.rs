@@ -168,6 +168,7 @@ impl EpisodeConfig {
         learning.advice.hold_max_s = 0.0;
         learning.ring.step_s = scenario.step_s;
         learning.ring.warm_up_s = scenario.warm_up_s;
+        learning.ring.traffic_drivers.clone_from(&scenario.traffic_drivers);
         learning.ring.idm = scenario.idm;
         (learning.ring.vehicles_min, learning.ring.vehicles_max) = (scenario.vehicles, scenario.vehicles);
         learning.reward.range_mph = scenario.range_mph;
@@ -276,6 +277,7 @@ fn on_ring(map: &str, learning: TrainConfig) -> (Scenario, TrainConfig) {
     let scenario = Scenario {
         map: map.into(),
         vehicles: ring.vehicles_min,
+        traffic_drivers: ring.traffic_drivers.clone(),
         idm: ring.idm,
         start: if ring.bunched_share >= 0.5 { StartLayout::Bunched } else { StartLayout::Even },
         warm_up_s: ring.warm_up_s,

@@ -1,9 +1,10 @@
 //! Metrics of drives. In: speeds, gaps and advice at each step, of the fast ring and of whole drives alike. Out: results of a
 //! drive, means with their intervals, fuel, and figures of them. SI units. [`registry`] defines every measure; [`TickTotals`] and
-//! [`TrafficTotals`] sum up drives for all of them.
+//! [`TrafficTotals`] sum up drives for all of them; [`waves`] and [`traffic_moments`] describe how vehicles follow each other.
 
 mod conflicts;
 mod correlation;
+mod distribution;
 mod episode_metrics;
 mod estimate;
 mod evaluated;
@@ -12,8 +13,10 @@ pub mod fuel;
 mod motion_phases;
 pub mod registry;
 mod tick_totals;
+pub mod traffic_moments;
 mod traffic_totals;
 mod trajectories;
+pub mod waves;
 
 pub use conflicts::{Approach, ConflictTotals, Conflicts, DrivenBy};
 pub use correlation::correlation;

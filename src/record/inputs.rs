@@ -1,4 +1,4 @@
-//! Input files of a drive, copied into its recording. In: a scenario whose map, policy or demand is the user's own. Out: copies
+//! Input files of a drive, copied into its recording. In: a scenario whose map, policy, population or demand is the user's own. Out: copies
 //! in `inputs/`, and the scenario with paths to these copies. Network and demand are copied in the canonical form that SUMO has
 //! read, with all files that a demand includes. So the drive can be driven again on another machine, and the scenario does not
 //! reveal the user's folders. Shipped maps and policies keep their names.
@@ -12,7 +12,7 @@ use crate::{
     settings::SettingsError,
     sim::World,
     sumo_xml::stream,
-    traffic::Demand,
+    traffic::{Demand, is_population_path},
 };
 use std::{
     fs,
@@ -31,7 +31,11 @@ pub fn portable(world: &World) -> Scenario {
         // A name such as `auto` may resolve to another policy elsewhere.
         _ => world.policy().name.clone(),
     };
-    let mut kept = Scenario { map, policy, ..scenario.clone() };
+    let traffic_drivers = match &scenario.traffic_drivers {
+        path if is_population_path(path) => format!("{INPUTS}/populations/{}", last(path)),
+        name => name.clone(),
+    };
+    let mut kept = Scenario { map, policy, traffic_drivers, ..scenario.clone() };
     for (k, file) in kept.demand.input_files_mut().enumerate() {
         *file = demand_place(k, file);
     }
@@ -74,6 +78,9 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let copies = world.demand().into_iter().flat_map(Demand::input_files);
     for (k, (file, copied)) in scenario.demand.input_files().zip(copies).enumerate() {
         copy_up_to(stream::MOST_BYTES, copied, &recording.join(demand_place(k, file)))?;
+    }
+    if is_population_path(&scenario.traffic_drivers) {
+        copy(Path::new(&scenario.traffic_drivers), &recording.join(portable(world).traffic_drivers))?;
     }
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));

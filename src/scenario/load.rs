@@ -8,7 +8,7 @@ use crate::{
     settings::{self, Field, Settings, SettingsError},
     time::is_whole_ticks,
     toml_text::{self, did_you_mean},
-    traffic::{EngineChoice, FollowingModel},
+    traffic::{EngineChoice, FollowingModel, RING_STUDY, is_population_path},
 };
 use serde_json::Value;
 use std::path::Path;
@@ -32,12 +32,13 @@ impl Scenario {
         Ok(scenario.paths_from(path.parent().unwrap_or(Path::new(""))))
     }
 
-    /// Returns this scenario with the paths of its map, policy and demand resolved from `folder`. Names of shipped maps and policies, and
+    /// Returns this scenario with the paths of its map, policy, population and demand resolved from `folder`. Names of what is shipped, and
     /// absolute paths, are unchanged.
     #[must_use]
     pub fn paths_from(mut self, folder: &Path) -> Self {
         self.map = path_from(folder, "map", &self.map);
         self.policy = path_from(folder, "policy", &self.policy);
+        self.traffic_drivers = path_from(folder, "traffic_drivers", &self.traffic_drivers);
         for file in self.demand.input_files_mut() {
             *file = folder.join(&file);
         }
@@ -94,12 +95,13 @@ impl Scenario {
     }
 }
 
-/// Returns the value of a setting (`map` or `policy`) in a text from `folder`. A path is resolved from that folder; a name, and the value
+/// Returns the value of a setting (`map`, `policy` or `traffic_drivers`) in a text from `folder`. A path is resolved from that folder; a name, and the value
 /// of any other setting, is unchanged.
 pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
     let is_path = match setting {
         "map" => map::is_path(value),
         "policy" => policy::is_path(value),
+        "traffic_drivers" => is_population_path(value),
         _ => false,
     };
     if is_path { folder.join(value).to_string_lossy().into_owned() } else { value.to_owned() }
@@ -118,6 +120,14 @@ impl Settings for Scenario {
             let (model, engine) = (self.other_model.name(), self.traffic);
             let text = format!(
                 "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
+            );
+            return Err(("other_model", text));
+        }
+        if self.other_model != FollowingModel::Idm && self.traffic_drivers != RING_STUDY {
+            let text = format!(
+                "other_model is {}; allowed with traffic_drivers {}: idm; a share of other models is for ring-study",
+                self.other_model.name(),
+                self.traffic_drivers
             );
             return Err(("other_model", text));
         }

@@ -21,7 +21,7 @@ use crate::{
     map::{MapError, RoadMap, Route},
     policy::{self, Hold},
     settings::flat_settings,
-    traffic::{Demand, EngineChoice, FollowingModel},
+    traffic::{self, Demand, EngineChoice, FollowingModel},
     units::SpeedUnit,
 };
 use schemars::JsonSchema;
@@ -51,7 +51,10 @@ flat_settings! {
             #[schemars(skip)]
             #[serde(skip_serializing_if = "Demand::is_empty")]
             demand: Demand = Demand::default(),
-            /// Car-following model of the other vehicles: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
+            /// Drivers of the other vehicles: ring-study (all alike, with the model `idm`), people as they were measured (safe-followers,
+            /// gap-closers), or a population's FILE.toml
+            traffic_drivers: String = traffic::RING_STUDY.into(),
+            /// Car-following model of the other vehicles with ring-study drivers: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
             /// Car-following model of a share of the other vehicles. Models other than idm are SUMO's, with SUMO's parameters and noise,
             /// and need traffic sumo

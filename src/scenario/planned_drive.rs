@@ -2,7 +2,10 @@
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
 use super::{AdvisedVehicles, Scenario};
-use crate::map::{MapError, RoadMap};
+use crate::{
+    map::{MapError, RoadMap},
+    traffic::TrafficDrivers,
+};
 use std::sync::Arc;
 
 /// Reason why a scenario cannot be driven on its road.
@@ -39,6 +42,7 @@ pub struct PlannedDrive {
     scenario: Scenario,
     map: Arc<RoadMap>,
     fixed_vehicles: Option<u32>,
+    traffic_drivers: TrafficDrivers,
 }
 
 impl PlannedDrive {
@@ -77,7 +81,9 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        Ok(Self { scenario, map, fixed_vehicles })
+        let traffic_drivers = TrafficDrivers::named(&scenario.traffic_drivers, scenario.idm);
+        let traffic_drivers = traffic_drivers.map_err(|error| fault(("traffic_drivers", error.0)))?;
+        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers })
     }
 
     /// Returns the scenario with the settings that follow from its road.
@@ -93,6 +99,11 @@ impl PlannedDrive {
     /// Returns the number of vehicles of a closed route, the ego included; `None` on a network, where vehicles enter and leave.
     pub fn fixed_vehicles(&self) -> Option<u32> {
         self.fixed_vehicles
+    }
+
+    /// Returns the drivers of the other vehicles.
+    pub fn traffic_drivers(&self) -> &TrafficDrivers {
+        &self.traffic_drivers
     }
 
     /// Returns the vehicles as text: `22 cars`, or `vehicles that come and go`.
@@ -127,7 +138,13 @@ impl PlannedDrive {
                 self.scenario.map
             )
         };
-        settings.iter().filter(|(key, _)| is_changed(key)).map(sentence).collect()
+        let mut sentences: Vec<String> = settings.iter().filter(|(key, _)| is_changed(key)).map(sentence).collect();
+        let drivers = &self.scenario.traffic_drivers;
+        if !self.traffic_drivers.are_alike() && is_changed("idm") {
+            sentences
+                .push(format!("idm has no effect with traffic_drivers {drivers}: the population has its own model"));
+        }
+        sentences
     }
 
     /// Extends the drive by `seconds`; no effect on a drive without an end.

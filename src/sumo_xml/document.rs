@@ -4,8 +4,7 @@
 //! alone determines what it writes. Also opens such files and networks: compressed ones (`.gz`) are unpacked, within bounds, and
 //! text in Latin-1 is decoded.
 
-use super::source;
-use crate::file::{open_regular, size_text};
+use crate::file::{open_regular, size_text, unpacked};
 use std::{
     io::{self, BufRead, BufReader, Read},
     path::Path,
@@ -20,7 +19,7 @@ pub fn open(path: &Path, limit: u64) -> io::Result<impl BufRead> {
     if file.metadata()?.len() > limit {
         return Err(too_large(limit));
     }
-    Ok(BufReader::new(Unpacked { inner: source::unpacked(file)?, limit, left: limit }))
+    Ok(BufReader::new(Unpacked { inner: unpacked(file)?, limit, left: limit }))
 }
 
 /// Reads a document as text: UTF-8, or Latin-1 if its head says so.

@@ -1,11 +1,10 @@
 //! Reading of demand files. In: a path, or one that an `<include>` names. Out: the text, through a reader that fails
 //! when too much is read. Compressed files (`.gz`) are read like others; the limits apply to their content.
 
-use crate::file::{open_regular, size_text};
+use crate::file::{open_regular, size_text, unpacked};
 use std::{
     cell::Cell,
-    fs::File,
-    io::{self, BufRead, BufReader, Read, Seek},
+    io::{self, BufRead, BufReader, Read},
     path::{Component, Path, PathBuf},
     rc::Rc,
 };
@@ -87,25 +86,6 @@ pub(super) fn open(path: &Path, budget: &Rc<Budget>) -> io::Result<Metered> {
         return Err(io::Error::other(too_large()));
     }
     Ok(Metered { inner: BufReader::new(unpacked(file)?), budget: Rc::clone(budget) })
-}
-
-/// Returns the content of a file, compressed or not.
-///
-/// # Errors
-/// The file cannot be read.
-pub(super) fn unpacked(mut file: File) -> io::Result<Box<dyn Read>> {
-    Ok(match is_compressed(&mut file)? {
-        true => Box::new(flate2::bufread::MultiGzDecoder::new(BufReader::new(file))),
-        false => Box::new(file),
-    })
-}
-
-/// Checks whether a file begins like gzip, whatever its name is.
-fn is_compressed(file: &mut File) -> io::Result<bool> {
-    let mut head = Vec::new();
-    file.by_ref().take(2).read_to_end(&mut head)?;
-    file.rewind()?;
-    Ok(head == [0x1f, 0x8b])
 }
 
 /// Returns the path of the file that an `<include>` in a file of `folder` names. The path of `folder` has no links.

@@ -3,12 +3,12 @@
 
 use super::{
     demand::Demand,
+    drivers::TrafficDrivers,
     error::TrafficError,
     mixture::ModelMixture,
     vehicles::{EGO, VehicleChanges, VehicleId, VehicleLamps, VehicleState},
 };
 use crate::{
-    idm::IdmParams,
     map::{
         RoadMap,
         network::{LaneId, Network},
@@ -39,13 +39,13 @@ pub struct FixedSetup {
     pub map: Arc<RoadMap>,
     /// Initial vehicles; vehicle `i` has [`VehicleId`] `i`, vehicle 0 is the ego.
     pub cars: Vec<InitialVehicle>,
-    /// Car-following parameters of every vehicle, noise included.
-    pub idm: IdmParams,
+    /// Drivers of all vehicles: car-following models and noise.
+    pub drivers: TrafficDrivers,
     /// Other vehicles with a different car-following model.
     pub mixture: ModelMixture,
     /// Length of a step, seconds.
     pub step_s: f64,
-    /// Seed of the noise, of the choice of vehicles with a different model, and of SUMO's random numbers.
+    /// Seed of the drivers and their noise, of the choice of vehicles with a different model, and of SUMO's random numbers.
     pub seed: u64,
     /// Largest lateral acceleration in a bend, m/s2; `None` sets no bound, as in the car-following model.
     pub lateral_accel_mps2: Option<f64>,
@@ -62,8 +62,8 @@ pub struct DemandSetup {
     pub egos: Vec<EgoStart>,
     /// Number of the first vehicle, that of the first ego if there is one. A drive without a participant begins with 1, as 0 is theirs.
     pub first_number: u32,
-    /// Car-following parameters of the cars of the demand's flows.
-    pub idm: IdmParams,
+    /// Drivers of the cars: of the demand's flows where they are alike, of all where they are people.
+    pub drivers: TrafficDrivers,
     /// Length of a step, seconds.
     pub step_s: f64,
     /// Time until which the demand's limit on vehicles counts, seconds ([`Demand::horizon_s`]).

@@ -10,9 +10,11 @@ mod demand;
 mod demand_count;
 mod demand_file;
 mod demand_references;
+mod drivers;
 mod engine;
 mod error;
 mod interrupt;
+mod lane_followers;
 mod mixture;
 mod motion;
 mod native;
@@ -28,6 +30,10 @@ pub use choice::{EngineChoice, UnknownEngine};
 pub use demand::{Demand, DemandFault, Flow, KindShare};
 pub use demand_count::{Departures, time_of_day_s};
 pub use demand_file::CanonicalDemand;
+pub use drivers::{
+    AccelNoise, CarFollowing, PersonCorrelation, PersonParameter, PopulationError, PopulationModel, RING_STUDY,
+    TrafficDriver, TrafficDrivers, TrafficPopulation, is_path as is_population_path, names as population_names,
+};
 pub use engine::{
     CREEP_MPS2, DemandSetup, EMERGENCY_BRAKING_MPS2, EgoStart, ExternalVehicleState, FixedSetup, InitialVehicle,
     Traffic, VehicleReport,

@@ -1,5 +1,5 @@
-//! The native engine: the IDM on a closed route of one lane, for training and for fast runs. In: a [`FixedSetup`], then reports. Out:
-//! [`VehicleState`]s. Metres, m/s.
+//! The native engine: car-following models on a closed route of one lane, for training and for fast runs. In: a [`FixedSetup`], then
+//! reports. Out: [`VehicleState`]s. Metres, m/s.
 //!
 //! All accelerations are computed from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm), which is
 //! also SUMO's update; then the noise is added. The desired speed is `min(v0, limit of the lane)`, as in SUMO.
@@ -9,24 +9,17 @@
 //! whereas this engine always sees it.
 
 use super::{
-    CREEP_MPS2, EMERGENCY_BRAKING_MPS2, FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
-};
-use super::{
-    bends::BendSpeeds, crossings::self_crossing, motion::SpeedStep, noise::Noise, reported,
+    CREEP_MPS2, FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState, bends::BendSpeeds,
+    crossings::self_crossing, lane_followers::LaneFollowers, motion::SpeedStep, noise::Noise, reported,
     route_vehicles::RouteVehicles,
 };
-use crate::{
-    idm::IdmParams,
-    map::RoadMap,
-    space::{CAR_LENGTH_M, Pose},
-};
+use crate::{map::RoadMap, space::Pose};
 use std::sync::Arc;
 
-/// The native IDM ring. Nothing is allocated after the start.
+/// The native ring. Nothing is allocated after the start.
 #[derive(Clone, Debug)]
 pub struct NativeTraffic {
     map: Arc<RoadMap>,
-    idm: IdmParams,
     step_s: f64,
     noise: Noise,
     /// Front bumpers along the route, by id.
@@ -34,12 +27,10 @@ pub struct NativeTraffic {
     speed_mps: Vec<f64>,
     /// Acceleration that the model chose in the last step, without noise.
     accel_mps2: Vec<f64>,
-    /// Indices of the vehicles that others see, in driving order.
-    order: Vec<usize>,
+    followers: LaneFollowers,
     /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
     vehicles: RouteVehicles,
-    bends: Option<BendSpeeds>,
 }
 
 impl NativeTraffic {
@@ -55,17 +46,16 @@ impl NativeTraffic {
         }
         let n = setup.cars.len();
         let route = &setup.map.route;
+        let drivers = setup.drivers.drivers(setup.seed, n);
         Ok(Self {
-            noise: Noise::new(&setup),
+            noise: Noise::new(&drivers, setup.step_s, setup.seed),
             s_m: setup.cars.iter().map(|start| route.wrap(start.s_m)).collect(),
             speed_mps: setup.cars.iter().map(|start| start.speed_mps).collect(),
             accel_mps2: vec![0.0; n],
-            order: Vec::with_capacity(n),
+            followers: LaneFollowers::new(drivers, BendSpeeds::of(route, setup.lateral_accel_mps2)),
             is_seen: vec![true; n],
             vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
-            bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             map: setup.map,
-            idm: setup.idm,
             step_s: setup.step_s,
         })
     }
@@ -77,37 +67,6 @@ impl NativeTraffic {
         self.is_seen[car] = reported::is_on_lane(&self.map.route, point);
         self.s_m[car] = point.s_m;
         self.speed_mps[car] = speed_mps.max(0.0);
-    }
-
-    /// Sorts the visible vehicles by position. Needed in every step: vehicles do not overtake, but one that left the lane may return
-    /// anywhere.
-    fn sort(&mut self) {
-        self.order.clear();
-        self.order.extend((0..self.s_m.len()).filter(|car| self.is_seen[*car]));
-        let s_m = &self.s_m;
-        self.order.sort_unstable_by(|&a, &b| s_m[a].total_cmp(&s_m[b]).then(a.cmp(&b)));
-    }
-
-    /// Computes the acceleration of every visible vehicle, all from the present state.
-    fn choose(&mut self) {
-        let route = &self.map.route;
-        let mut idm = self.idm;
-        for k in 0..self.order.len() {
-            let (i, leader) = (self.order[k], self.order[(k + 1) % self.order.len()]);
-            idm.v0 = self.idm.v0.min(route.speed_limit_mps(self.s_m[i]));
-            let bend_mps = self.bends.as_ref().map_or(f64::INFINITY, |bends| bends.at(self.s_m[i]));
-            idm.v0 = idm.v0.min(bend_mps);
-            // The leader of the last vehicle in the order is one lap ahead; a single vehicle follows itself.
-            let lap_m = if k + 1 == self.order.len() { route.length_m() } else { 0.0 };
-            let gap_m = self.s_m[leader] + lap_m - self.s_m[i] - CAR_LENGTH_M;
-            let accel = idm.acceleration(self.speed_mps[i], self.speed_mps[leader], gap_m);
-            self.accel_mps2[i] = accel.max(-EMERGENCY_BRAKING_MPS2);
-            if self.speed_mps[i] + accel * self.step_s > bend_mps {
-                // The model approaches a lower desired speed slowly; a driver does not enter a bend too fast.
-                let down_mps2 = (bend_mps - self.speed_mps[i]) / self.step_s;
-                self.accel_mps2[i] = self.accel_mps2[i].min(down_mps2.max(-idm.b));
-            }
-        }
     }
 
     /// Draws the noise of every vehicle and moves all vehicles without a report.
@@ -135,8 +94,8 @@ impl Traffic for NativeTraffic {
         for VehicleReport { id, state, .. } in reports {
             self.place(id.0 as usize, &state.pose, state.speed_mps);
         }
-        self.sort();
-        self.choose();
+        let Self { followers, map, s_m, speed_mps, is_seen, accel_mps2, step_s, .. } = self;
+        followers.choose(&map.route, *step_s, s_m, speed_mps, is_seen, accel_mps2);
         self.advance(reports);
         for VehicleReport { id, state, .. } in reports {
             let car = id.0 as usize;

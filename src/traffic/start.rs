@@ -1,8 +1,8 @@
 //! Initial layouts on a closed route, and checks of a setup before an engine starts. In: number of vehicles, length of the route, gap at a
 //! standstill, speed. Out: [`InitialVehicle`]s, or the fault and the allowed values. Metres, m/s.
 
-use super::{FixedSetup, FollowingModel, InitialVehicle, TrafficError, crossings::overlapping};
-use crate::space::CAR_LENGTH_M;
+use super::{FixedSetup, FollowingModel, InitialVehicle, TrafficDrivers, TrafficError, crossings::overlapping};
+use crate::{idm::IdmParams, space::CAR_LENGTH_M};
 
 /// Share of the route that [`bunched`] leaves empty: 50 m of the 250 m ring (docs/references.md: ring).
 const HOLE_SHARE: f64 = 0.2;
@@ -52,6 +52,20 @@ fn check_count(n: usize, length_m: f64, s0_m: f64) -> Result<(), TrafficError> {
     Ok(())
 }
 
+/// Checks the parameters of a model that no file's limits have bounded.
+fn check_idm(idm: &IdmParams) -> Result<(), TrafficError> {
+    let positive = [("v0", idm.v0), ("T", idm.t), ("a", idm.a), ("b", idm.b), ("delta", idm.delta), ("s0", idm.s0)];
+    for (name, value) in positive {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(TrafficError::Setup(format!("IDM parameter {name} is {value}; allowed: above 0")));
+        }
+    }
+    if !(idm.noise.is_finite() && idm.noise >= 0.0) {
+        return Err(TrafficError::Setup(format!("IDM parameter noise is {}; allowed: 0 or more", idm.noise)));
+    }
+    Ok(())
+}
+
 impl FixedSetup {
     /// Checks that no other vehicle has a model that only SUMO has.
     pub(super) fn check_has_one_model(&self) -> Result<(), TrafficError> {
@@ -68,15 +82,8 @@ impl FixedSetup {
     pub fn check(&self) -> Result<(), TrafficError> {
         let length_m = self.map.route.length_m();
         check_count(self.cars.len(), length_m, 0.0)?;
-        let idm = &self.idm;
-        let positive = [("v0", idm.v0), ("T", idm.t), ("a", idm.a), ("b", idm.b), ("delta", idm.delta), ("s0", idm.s0)];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(TrafficError::Setup(format!("IDM parameter {name} is {value}; allowed: above 0")));
-            }
-        }
-        if !(idm.noise.is_finite() && idm.noise >= 0.0) {
-            return Err(TrafficError::Setup(format!("IDM parameter noise is {}; allowed: 0 or more", idm.noise)));
+        if let TrafficDrivers::Alike(idm) = &self.drivers {
+            check_idm(idm)?;
         }
         let milliseconds = self.step_s * 1000.0;
         // SUMO counts time in whole milliseconds.

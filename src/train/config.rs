@@ -8,6 +8,7 @@ use crate::{
     policy::{Hold, NetworkInput, PolicySettings},
     settings::flat_settings,
     space::CAR_LENGTH_M,
+    traffic::{self, TrafficDrivers},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -62,7 +63,10 @@ flat_settings! {
             /// it
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
-            /// Car-following model of the other vehicles: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
+            /// Drivers of the other vehicles: ring-study (all alike, with the model `idm`), people as they were measured (safe-followers,
+            /// gap-closers), or a population's FILE.toml
+            traffic_drivers: String = traffic::RING_STUDY.into(),
+            /// Car-following model of the other vehicles with ring-study drivers: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
             /// Largest relative deviation of a ring's model parameters, in either direction
             #[schemars(range(min = 0.0, max = 0.9), extend("unit" = ""))]
@@ -355,6 +359,16 @@ pub enum FollowKind {
     Ignore,
 }
 
+impl RingConfig {
+    /// Returns the drivers of the other vehicles.
+    ///
+    /// # Panics
+    /// Panics if the population cannot be loaded; a checked configuration has one that can.
+    pub fn traffic_drivers(&self) -> TrafficDrivers {
+        TrafficDrivers::named(&self.traffic_drivers, self.idm).expect("the population of a checked configuration")
+    }
+}
+
 impl TrainConfig {
     /// Returns HC22's ring with the wave on it, the default if no configuration is named.
     pub fn paper_ring() -> Self {
@@ -402,7 +416,8 @@ impl TrainConfig {
     pub fn policy_settings(&self, aim_mps: f64) -> PolicySettings {
         let length_m = (self.ring.circumference_min_m + self.ring.circumference_max_m) / 2.0;
         let cars = f64::from(self.ring.vehicles_min + self.ring.vehicles_max) / 2.0;
-        let equilibrium_mps = self.ring.idm.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M);
+        let model = self.ring.traffic_drivers().typical().model;
+        let equilibrium_mps = model.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M, f64::INFINITY);
         PolicySettings { aim_mps, equilibrium_mps, step_s: self.ring.step_s }
     }
 

@@ -7,6 +7,7 @@ use crate::{
     settings::Settings,
     space::CAR_LENGTH_M,
     time::is_whole_ticks,
+    traffic::TrafficDrivers,
 };
 
 impl Settings for TrainConfig {
@@ -56,6 +57,7 @@ impl Settings for TrainConfig {
             );
             return Err(("circumference_max_m", text));
         }
+        self.check_of_drivers()?;
         let length_m = if self.ring.truck_share > 0.0 { TRUCK_LENGTH_M } else { CAR_LENGTH_M };
         let car_m = length_m + self.ring.idm.s0 * (1.0 + self.ring.idm_spread) * (1.0 + self.ring.car_spread);
         if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
@@ -99,6 +101,22 @@ impl Settings for TrainConfig {
 }
 
 impl TrainConfig {
+    /// Checks the drivers of the other vehicles: people have spreads of their own.
+    fn check_of_drivers(&self) -> Result<(), (&'static str, String)> {
+        let ring = &self.ring;
+        let drivers = TrafficDrivers::named(&ring.traffic_drivers, ring.idm);
+        let drivers = drivers.map_err(|error| ("traffic_drivers", error.0))?;
+        let spreads =
+            [("idm_spread", ring.idm_spread), ("car_spread", ring.car_spread), ("truck_share", ring.truck_share)];
+        match spreads.into_iter().find(|(_, value)| *value != 0.0 && !drivers.are_alike()) {
+            Some((key, value)) => {
+                let name = &ring.traffic_drivers;
+                Err((key, format!("{key} is {value}; allowed with traffic_drivers {name}: 0; its persons differ")))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// Checks that the estimator provides every driver input of the policy.
     fn check_of_driver(&self) -> Result<(), (&'static str, String)> {
         let known = self.known_of_driver();

@@ -9,6 +9,7 @@ use crate::{
     idm::IdmParams,
     rng::{self, Stream},
     space::CAR_LENGTH_M,
+    traffic::{CarFollowing, TrafficDriver, TrafficDrivers},
 };
 
 /// Length of a truck, m, and its acceleration as a share of a car's: 7.1 m, and 1.3 of 2.6 m/s² (docs/references.md: trucks).
@@ -16,9 +17,10 @@ pub const TRUCK_LENGTH_M: f64 = 7.1;
 const TRUCK_ACCEL_SHARE: f64 = 0.5;
 
 /// Returns the model and the equilibrium gap, m, of ring `ring` in [`super::evaluate()`] with the same arguments.
-pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (IdmParams, f64) {
-    let drawn = draw_ring(config, &mut episode_stream(config.seed, stream, ring as u64));
-    (drawn.start.idm, drawn.even_gap_m)
+pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (CarFollowing, f64) {
+    let mut stream = episode_stream(config.seed, stream, ring as u64);
+    let drawn = draw_ring(config, &config.ring.traffic_drivers(), &mut stream);
+    (drawn.start.driver.model, drawn.even_gap_m)
 }
 
 /// Returns the random stream of one episode.
@@ -36,8 +38,8 @@ pub struct DrawnRing {
     pub even_gap_m: f64,
 }
 
-/// Draws a ring from the configuration.
-pub fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> DrawnRing {
+/// Draws a ring from the configuration, and its drivers from these.
+pub fn draw_ring(config: &TrainConfig, drivers: &TrafficDrivers, stream: &mut Stream) -> DrawnRing {
     let rings = &config.ring;
     let span = (rings.vehicles_max - rings.vehicles_min + 1) as usize;
     let cars = rings.vehicles_min as usize + stream.index(span);
@@ -47,29 +49,34 @@ pub fn draw_ring(config: &TrainConfig, stream: &mut Stream) -> DrawnRing {
     let idm = vary(&rings.idm, rings.idm_spread, stream);
     let layout = if stream.uniform(0.0, 1.0) < rings.bunched_share { RingStart::bunched } else { RingStart::even };
     let seed = (stream.uniform(0.0, 1.0) * 9.0e15) as u64;
-    let (own_idm, trucks) = draw_cars(rings, &idm, cars, stream);
+    let (own_drivers, trucks) = match drivers {
+        TrafficDrivers::Alike(_) => draw_cars(rings, &idm, cars, stream),
+        TrafficDrivers::People(_) => (drivers.drivers(seed, cars), 0),
+    };
     // The layouts assume cars only, so the extra length of trucks is subtracted from the road.
     let room_m = length_m - trucks as f64 * (TRUCK_LENGTH_M - CAR_LENGTH_M);
     let even_gap_m = room_m / cars as f64 - CAR_LENGTH_M;
-    DrawnRing { start: RingStart { own_idm, ..layout(cars, room_m, idm, seed) }, length_m, even_gap_m }
+    let start = RingStart { own_drivers, ..layout(cars, room_m, idm, seed) };
+    let driver = if drivers.are_alike() { start.driver } else { drivers.typical() };
+    DrawnRing { start: RingStart { driver, ..start }, length_m, even_gap_m }
 }
 
 /// Draws the model of each vehicle, the ego first with the ring's own model, and counts the trucks. The list is empty if vehicles do not
 /// differ.
-fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stream) -> (Vec<IdmParams>, usize) {
+fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stream) -> (Vec<TrafficDriver>, usize) {
     if rings.car_spread == 0.0 && rings.truck_share == 0.0 {
         return (Vec::new(), 0);
     }
-    let (mut own_idm, mut trucks) = (vec![*idm], 0);
+    let (mut own_drivers, mut trucks) = (vec![TrafficDriver::of_ring_study(*idm)], 0);
     for _ in 1..cars {
         let mut own = vary(idm, rings.car_spread, stream);
         if stream.uniform(0.0, 1.0) < rings.truck_share {
             own.a *= TRUCK_ACCEL_SHARE;
             trucks += 1;
         }
-        own_idm.push(own);
+        own_drivers.push(TrafficDriver::of_ring_study(own));
     }
-    (own_idm, trucks)
+    (own_drivers, trucks)
 }
 
 /// Draws a model whose parameters deviate by at most the share `spread` in either direction.

@@ -383,11 +383,11 @@ impl AdviceFollower {
     #[inline(always)]
     fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
         if self.view.is_prompt() && self.lanes.gap_factor == splat(1.0) {
-            return ring.ego_idm();
+            return ring.ego_by_model();
         }
         let [gap_m, leader_mps] = self.view.see(ring.gap_m(), ring.leader_mps());
         let time_gap_s = lane(|l| ring.time_gap_s()[l] * self.lanes.gap_factor[l]);
-        ring.ego_idm_seen(&gap_m, &leader_mps, &time_gap_s)
+        ring.ego_by_model_seen(&gap_m, &leader_mps, &time_gap_s)
     }
 
     /// Decides once a second which drivers look and which follow; updates each step how far the advice holds each driver back.

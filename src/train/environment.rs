@@ -324,13 +324,15 @@ impl VecEnv {
 
     /// Draws sixteen rings and warms them up.
     fn restock(&mut self) {
+        let drivers = self.config.ring.traffic_drivers();
         for l in 0..LANES {
             let number = (self.first_ring + l as u64) | (self.batches << 32);
             let mut stream = episode_stream(self.config.seed, &self.stream, number);
-            let drawn = draw_ring(&self.config, &mut stream);
+            let drawn = draw_ring(&self.config, &drivers, &mut stream);
             self.stock.set(l, &drawn.start);
             self.stock_m[l] = drawn.length_m as f32;
-            self.stock_equilibrium_mps[l] = drawn.start.idm.equilibrium_speed_mps(drawn.even_gap_m) as f32;
+            let model = drawn.start.driver.model;
+            self.stock_equilibrium_mps[l] = model.equilibrium_speed_mps(drawn.even_gap_m, f64::INFINITY) as f32;
             self.stock_follower.draw(l, &self.config, &mut stream);
         }
         let steps = (self.config.ring.warm_up_s / self.config.ring.step_s).round() as usize;

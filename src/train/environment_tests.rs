@@ -261,7 +261,7 @@ fn unused_rings_of_a_block_never_end_and_take_no_episode() {
 
 /// Returns the length of the ring of episode `number` of the block, m.
 fn drawn_m(config: &TrainConfig, number: u64) -> f64 {
-    draw_ring(config, &mut episode_stream(config.seed, "test", number)).length_m
+    draw_ring(config, &config.ring.traffic_drivers(), &mut episode_stream(config.seed, "test", number)).length_m
 }
 
 #[test]

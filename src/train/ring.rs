@@ -6,8 +6,13 @@
 //! precision. Slot 0 is the ego and slot `k` the `k`-th vehicle **behind** it, so that rings with different numbers of vehicles share one
 //! loop. Slots beyond a ring's last vehicle hold ghosts, which follow it and affect no vehicle.
 
-use super::simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat};
-use crate::{idm::IdmParams, space::CAR_LENGTH_M, traffic};
+use super::simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat, tanh};
+use crate::{
+    idm::IdmParams,
+    optimal_velocity::OptimalVelocityParams,
+    space::CAR_LENGTH_M,
+    traffic::{self, CarFollowing, TrafficDriver},
+};
 use serde::{Deserialize, Serialize};
 
 /// Bounds of the native engine in single precision.
@@ -21,10 +26,10 @@ const GHOST_GAP_M: f32 = 100.0;
 pub struct RingStart {
     /// Gap ahead of each vehicle, m: the ego first, then backwards from its follower.
     pub gaps_m: Vec<f32>,
-    /// Car-following model of all vehicles.
-    pub idm: IdmParams,
-    /// Individual model of each vehicle, the ego first, then backwards; empty if all vehicles use `idm`.
-    pub own_idm: Vec<IdmParams>,
+    /// Driver of all vehicles.
+    pub driver: TrafficDriver,
+    /// Driver of each vehicle, the ego's first, then backwards; empty if all vehicles have `driver`.
+    pub own_drivers: Vec<TrafficDriver>,
     /// Seed of the acceleration noise.
     pub seed: u64,
 }
@@ -33,7 +38,7 @@ impl RingStart {
     /// Returns `cars` vehicles evenly spaced over `length_m`.
     pub fn even(cars: usize, length_m: f64, idm: IdmParams, seed: u64) -> Self {
         let gap_m = (length_m / cars as f64 - CAR_LENGTH_M) as f32;
-        Self { gaps_m: vec![gap_m; cars], idm, own_idm: Vec::new(), seed }
+        Self { gaps_m: vec![gap_m; cars], driver: TrafficDriver::of_ring_study(idm), own_drivers: Vec::new(), seed }
     }
 
     /// Returns `cars` vehicles close together with one hole halfway round from the ego, as in [`traffic::start::bunched`].
@@ -41,11 +46,11 @@ impl RingStart {
         let spacing_m = traffic::start::bunch_spacing_m(cars, length_m, idm.s0).min(length_m / cars as f64);
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
         gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
-        Self { gaps_m, idm, own_idm: Vec::new(), seed }
+        Self { gaps_m, driver: TrafficDriver::of_ring_study(idm), own_drivers: Vec::new(), seed }
     }
 }
 
-/// Car-following model of each ring, in the form that the inner loop needs.
+/// Driver of each ring, in the form that the inner loop needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Model {
     inverse_v0: SimdLanes,
@@ -55,10 +60,34 @@ struct Model {
     /// 1 / (2 sqrt(a b)), s²/m.
     approach: SimdLanes,
     s0_m: SimdLanes,
-    /// Standard deviation of the change of speed per step, m/s.
+    /// Standard deviation of the change of speed that the noise adds per step, m/s, and the share of it that a step keeps.
     noise_mps: SimdLanes,
+    noise_keeps: SimdLanes,
+    /// Drivers with the optimal velocity model; of the others, and where no lane has one, these numbers have no effect.
+    optimal: OptimalVelocity,
+}
+
+/// Kinds of models in a block, each of which has a loop of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Kinds {
     /// True if all exponents are 4: two multiplications replace the power.
-    fourth_power: bool,
+    are_fourth_powers: bool,
+    /// True if a driver has the optimal velocity model.
+    has_optimal: bool,
+}
+
+/// Optimal velocity model of each ring, in the form that the inner loop needs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct OptimalVelocity {
+    /// 1 in a lane with this model, 0 in one with the IDM.
+    is_model: SimdLanes,
+    alpha: SimdLanes,
+    beta: SimdLanes,
+    /// v_max / (1 + tanh(ds)), m/s.
+    rise_mps: SimdLanes,
+    inverse_d0: SimdLanes,
+    ds: SimdLanes,
+    tanh_ds: SimdLanes,
 }
 
 impl Model {
@@ -73,21 +102,38 @@ impl Model {
             approach: one,
             s0_m: one,
             noise_mps: splat(0.0),
-            fourth_power: true,
+            noise_keeps: splat(0.0),
+            optimal: OptimalVelocity {
+                is_model: splat(0.0),
+                alpha: one,
+                beta: one,
+                rise_mps: one,
+                inverse_d0: one,
+                ds: one,
+                tanh_ds: one,
+            },
         }
     }
 
-    /// Sets the model of lane `l` for steps of `step_s`.
-    fn set(&mut self, l: usize, idm: &IdmParams, step_s: f64) {
-        let IdmParams { v0, t, a, b, delta, s0, noise } = *idm;
+    /// Sets the driver of lane `l` for steps of `step_s`.
+    fn set(&mut self, l: usize, driver: &TrafficDriver, step_s: f64) {
+        let (keeps, adds_mps) = driver.noise.in_steps_of(step_s);
+        (self.noise_keeps[l], self.noise_mps[l]) = (keeps as f32, adds_mps as f32);
+        self.optimal.is_model[l] = 0.0;
+        let IdmParams { v0, t, a, b, delta, s0, .. } = match driver.model {
+            CarFollowing::Idm(idm) => idm,
+            CarFollowing::OptimalVelocity(model) => {
+                self.optimal.set(l, &model);
+                // A driver who keeps another distance sees the gap in units of their time gap; exponent 4 is the fast one.
+                IdmParams { t: 1.0, ..IdmParams::default() }
+            }
+        };
         self.inverse_v0[l] = (1.0 / v0) as f32;
         self.delta[l] = delta as f32;
         self.time_gap_s[l] = t as f32;
         self.accel[l] = a as f32;
         self.approach[l] = (0.5 / (a * b).sqrt()) as f32;
         self.s0_m[l] = s0 as f32;
-        self.noise_mps[l] = (noise * step_s.sqrt() * step_s) as f32;
-        self.fourth_power = self.delta.iter().all(|d| *d == 4.0);
     }
 
     /// Copies lane `from_lane` of another model into lane `l`.
@@ -100,10 +146,39 @@ impl Model {
             (&mut self.approach, &from.approach),
             (&mut self.s0_m, &from.s0_m),
             (&mut self.noise_mps, &from.noise_mps),
+            (&mut self.noise_keeps, &from.noise_keeps),
+            (&mut self.optimal.is_model, &from.optimal.is_model),
+            (&mut self.optimal.alpha, &from.optimal.alpha),
+            (&mut self.optimal.beta, &from.optimal.beta),
+            (&mut self.optimal.rise_mps, &from.optimal.rise_mps),
+            (&mut self.optimal.inverse_d0, &from.optimal.inverse_d0),
+            (&mut self.optimal.ds, &from.optimal.ds),
+            (&mut self.optimal.tanh_ds, &from.optimal.tanh_ds),
         ] {
             to[l] = from[from_lane];
         }
-        self.fourth_power = self.delta.iter().all(|d| *d == 4.0);
+    }
+}
+
+impl OptimalVelocity {
+    /// Sets the model of lane `l`.
+    fn set(&mut self, l: usize, model: &OptimalVelocityParams) {
+        let OptimalVelocityParams { alpha, beta, v_max, d0, ds } = *model;
+        self.is_model[l] = 1.0;
+        self.alpha[l] = alpha as f32;
+        self.beta[l] = beta as f32;
+        self.rise_mps[l] = (v_max / (1.0 + ds.tanh())) as f32;
+        self.inverse_d0[l] = (1.0 / d0) as f32;
+        self.ds[l] = ds as f32;
+        self.tanh_ds[l] = ds.tanh() as f32;
+    }
+
+    /// Returns the acceleration in lane `l`, m/s² ([`OptimalVelocityParams::acceleration`]).
+    #[inline(always)]
+    fn accel(&self, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
+        let gap = gap.max(1e-3);
+        let wanted = self.rise_mps[l] * (tanh(gap * self.inverse_d0[l] - self.ds[l]) + self.tanh_ds[l]);
+        self.alpha[l] * (wanted - speed) + self.beta[l] * (leader - speed) / (gap * gap)
     }
 }
 
@@ -115,8 +190,11 @@ pub struct VectorizedRing {
     gap_m: Vec<SimdLanes>,
     speed_mps: Vec<SimdLanes>,
     model: Model,
-    /// The model of each slot, where cars of a ring differ; otherwise empty.
+    kinds: Kinds,
+    /// The driver of each slot, where drivers of a ring differ; otherwise empty.
     own_models: Vec<Model>,
+    /// Change of speed by each slot's noise in the last step, m/s, where drivers differ; otherwise empty.
+    change_mps: Vec<SimdLanes>,
     rng: LaneRng,
     /// Speed of the ego's leader, m/s.
     leader_mps: SimdLanes,
@@ -134,7 +212,9 @@ impl VectorizedRing {
             gap_m: vec![splat(GHOST_GAP_M); cars + 1],
             speed_mps: vec![splat(0.0); cars],
             model: Model::new(),
+            kinds: Kinds { are_fourth_powers: true, has_optimal: false },
             own_models: Vec::new(),
+            change_mps: Vec::new(),
             rng: LaneRng::new(),
             leader_mps: splat(0.0),
             mean_mps: splat(0.0),
@@ -154,22 +234,34 @@ impl VectorizedRing {
         }
         self.speed_mps.iter_mut().for_each(|speed| speed[l] = 0.0);
         let step_s = f64::from(self.step_s);
-        self.model.set(l, &start.idm, step_s);
-        if !start.own_idm.is_empty() {
-            self.let_cars_differ();
+        self.model.set(l, &start.driver, step_s);
+        if !start.own_drivers.is_empty() {
+            self.let_drivers_differ();
         }
         for (k, model) in self.own_models.iter_mut().enumerate() {
-            model.set(l, start.own_idm.get(k).unwrap_or(&start.idm), step_s);
+            model.set(l, start.own_drivers.get(k).unwrap_or(&start.driver), step_s);
         }
+        self.change_mps.iter_mut().for_each(|change| change[l] = 0.0);
+        self.note_kinds();
         self.rng.seed(l, start.seed);
         self.leader_mps[l] = 0.0;
         self.mean_mps[l] = 0.0;
     }
 
-    /// Gives each slot its own model.
-    fn let_cars_differ(&mut self) {
+    /// Notes which kinds of models there are.
+    fn note_kinds(&mut self) {
+        let models = || self.own_models.iter().chain([&self.model]);
+        self.kinds = Kinds {
+            are_fourth_powers: models().all(|model| model.delta.iter().all(|delta| *delta == 4.0)),
+            has_optimal: models().any(|model| model.optimal.is_model.contains(&1.0)),
+        };
+    }
+
+    /// Gives each slot its own driver.
+    fn let_drivers_differ(&mut self) {
         if self.own_models.is_empty() {
             self.own_models = vec![self.model.clone(); self.speed_mps.len()];
+            self.change_mps = vec![splat(0.0); self.speed_mps.len()];
         }
     }
 
@@ -180,11 +272,13 @@ impl VectorizedRing {
         self.cars[l] = from.cars[from_lane];
         self.model.copy_lane(l, &from.model, from_lane);
         if !from.own_models.is_empty() {
-            self.let_cars_differ();
+            self.let_drivers_differ();
         }
         for (k, model) in self.own_models.iter_mut().enumerate() {
             model.copy_lane(l, from.own_models.get(k).unwrap_or(&from.model), from_lane);
+            self.change_mps[k][l] = from.change_mps.get(k).map_or(0.0, |change| change[from_lane]);
         }
+        self.note_kinds();
         self.leader_mps[l] = from.leader_mps[from_lane];
         self.mean_mps[l] = from.mean_mps[from_lane];
         self.rng.copy_lane(l, &from.rng, from_lane);
@@ -241,25 +335,36 @@ impl VectorizedRing {
         self.speed_mps[..self.cars(l)].iter().map(move |speed| speed[l])
     }
 
-    /// Returns the ego's acceleration by the car-following model of its ring, m/s².
+    /// Returns the ego's acceleration by the model of its own driver in traffic, m/s².
     #[inline(always)]
-    pub fn ego_idm(&self) -> SimdLanes {
-        let (speed, leader, gap) = (&self.speed_mps[0], &self.leader_mps, &self.gap_m[0]);
-        if self.model.fourth_power {
-            lane(|l| accel::<true>(&self.model, l, speed[l], leader[l], gap[l]))
-        } else {
-            lane(|l| accel::<false>(&self.model, l, speed[l], leader[l], gap[l]))
-        }
+    pub fn ego_by_model(&self) -> SimdLanes {
+        let model = self.own_models.first().unwrap_or(&self.model);
+        self.accel(model, &self.speed_mps[0], &self.leader_mps, &self.gap_m[0], &model.time_gap_s)
     }
 
-    /// Returns the ego's acceleration with its own time gap, s, and with the gap and leader's speed that its driver perceives.
+    /// Returns the ego's acceleration by the model of its ring with the ego's own time gap, s, and with the gap and leader's speed that its
+    /// driver perceives.
     #[inline(always)]
-    pub fn ego_idm_seen(&self, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
-        let (speed, m) = (&self.speed_mps[0], &self.model);
-        if m.fourth_power {
-            lane(|l| accel_at::<true>(m, l, [speed[l], leader_mps[l], gap_m[l], time_gap_s[l]]))
-        } else {
-            lane(|l| accel_at::<false>(m, l, [speed[l], leader_mps[l], gap_m[l], time_gap_s[l]]))
+    pub fn ego_by_model_seen(&self, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
+        self.accel(&self.model, &self.speed_mps[0], leader_mps, gap_m, time_gap_s)
+    }
+
+    /// Returns the acceleration by a model, m/s².
+    #[inline(always)]
+    fn accel(
+        &self,
+        m: &Model,
+        mps: &SimdLanes,
+        leader_mps: &SimdLanes,
+        gap_m: &SimdLanes,
+        time_gap_s: &SimdLanes,
+    ) -> SimdLanes {
+        let seen = |l: usize| [mps[l], leader_mps[l], gap_m[l], time_gap_s[l]];
+        match (self.kinds.are_fourth_powers, self.kinds.has_optimal) {
+            (true, false) => lane(|l| accel::<true, false>(m, l, seen(l))),
+            (false, false) => lane(|l| accel::<false, false>(m, l, seen(l))),
+            (true, true) => lane(|l| accel::<true, true>(m, l, seen(l))),
+            (false, true) => lane(|l| accel::<false, true>(m, l, seen(l))),
         }
     }
 
@@ -276,16 +381,21 @@ impl VectorizedRing {
     /// Runs one step. The ego ends it at the speed `ego_mps`; with `None` its car-following model drives it.
     #[inline(always)]
     pub fn step(&mut self, ego_mps: Option<&SimdLanes>) {
-        match (self.model.fourth_power, self.own_models.is_empty()) {
-            (true, true) => self.step_with::<true, false>(ego_mps),
-            (false, true) => self.step_with::<false, false>(ego_mps),
-            (true, false) => self.step_with::<true, true>(ego_mps),
-            (false, false) => self.step_with::<false, true>(ego_mps),
+        match (self.kinds.are_fourth_powers, self.own_models.is_empty(), self.kinds.has_optimal) {
+            (true, true, _) => self.step_with::<true, false, false>(ego_mps),
+            (false, true, _) => self.step_with::<false, false, false>(ego_mps),
+            (true, false, false) => self.step_with::<true, true, false>(ego_mps),
+            (false, false, false) => self.step_with::<false, true, false>(ego_mps),
+            (true, false, true) => self.step_with::<true, true, true>(ego_mps),
+            (false, false, true) => self.step_with::<false, true, true>(ego_mps),
         }
     }
 
     #[inline(always)]
-    fn step_with<const FOURTH: bool, const CARS_DIFFER: bool>(&mut self, ego_mps: Option<&SimdLanes>) {
+    fn step_with<const FOURTH: bool, const DRIVERS_DIFFER: bool, const OPTIMAL: bool>(
+        &mut self,
+        ego_mps: Option<&SimdLanes>,
+    ) {
         self.draw_noise();
         let (dt, creep_mps) = (self.step_s, CREEP_MPS2 * self.step_s);
         let slots = self.speed_mps.len();
@@ -299,12 +409,19 @@ impl VectorizedRing {
                 ahead_mps = self.speed_mps[k - 1];
             }
             let (speed, gap, noise) = (&mut self.speed_mps[k], &self.gap_m[k], &self.noise[k]);
-            let model = if CARS_DIFFER { &self.own_models[k] } else { &self.model };
+            let model = if DRIVERS_DIFFER { &self.own_models[k] } else { &self.model };
             let mut chosen = splat(0.0);
+            let mut change_mps = lane(|l| noise[l] * model.noise_mps[l]);
+            if DRIVERS_DIFFER {
+                let before_mps = &self.change_mps[k];
+                change_mps = lane(|l| model.noise_keeps[l] * before_mps[l] + change_mps[l]);
+                self.change_mps[k] = change_mps;
+            }
             for l in 0..LANES {
-                let wanted = speed[l] + accel::<FOURTH>(model, l, speed[l], ahead_mps[l], gap[l]) * dt;
+                let seen = [speed[l], ahead_mps[l], gap[l], model.time_gap_s[l]];
+                let wanted = speed[l] + accel::<FOURTH, OPTIMAL>(model, l, seen) * dt;
                 chosen[l] = if wanted < creep_mps { 0.0 } else { wanted };
-                let noisy = (chosen[l] + noise[l] * model.noise_mps[l]).max(0.0);
+                let noisy = (chosen[l] + change_mps[l]).max(0.0);
                 speed[l] = if chosen[l] > 0.0 { noisy } else { 0.0 };
             }
             if let (0, Some(ego_mps)) = (k, ego_mps) {
@@ -360,19 +477,20 @@ impl VectorWork for UndisturbedSteps<'_> {
     }
 }
 
-/// Returns the IDM acceleration in lane `l`, m/s² (see [`crate::idm`]).
+/// Returns the acceleration in lane `l` for speed, leader's speed, gap and time gap, m/s² (see [`crate::idm`]). Without `OPTIMAL` no lane has
+/// the optimal velocity model.
 #[inline(always)]
-fn accel<const FOURTH: bool>(m: &Model, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
-    accel_at::<FOURTH>(m, l, [speed, leader, gap, m.time_gap_s[l]])
-}
-
-/// Returns the IDM acceleration for speed, leader's speed, gap and time gap, m/s².
-#[inline(always)]
-fn accel_at<const FOURTH: bool>(m: &Model, l: usize, [speed, leader, gap, time_gap_s]: [f32; 4]) -> f32 {
+fn accel<const FOURTH: bool, const OPTIMAL: bool>(m: &Model, l: usize, seen: [f32; 4]) -> f32 {
+    let [speed, leader, gap, time_gap_s] = seen;
     let approach = speed * (speed - leader) * m.approach[l];
     let desired = m.s0_m[l] + (speed * time_gap_s + approach).max(0.0);
     let interaction = desired / gap.max(1e-3);
     let share = speed * m.inverse_v0[l];
     let free = if FOURTH { (share * share) * (share * share) } else { share.powf(m.delta[l]) };
-    (m.accel[l] * (1.0 - free - interaction * interaction)).max(-EMERGENCY_BRAKING_MPS2)
+    let mut accel = m.accel[l] * (1.0 - free - interaction * interaction);
+    if OPTIMAL {
+        let optimal = m.optimal.accel(l, speed, leader, gap / time_gap_s);
+        accel = if m.optimal.is_model[l] > 0.0 { optimal } else { accel };
+    }
+    accel.max(-EMERGENCY_BRAKING_MPS2)
 }

@@ -9,6 +9,7 @@ use codrive::{
         RoadMap, circuit,
         network::{LanePosition, Network as RoadNetwork},
     },
+    metrics::traffic_moments::{moments, read_trajectories},
     policy::{Network, Observation, OnnxPolicy, Policy, RoadAhead},
     record::{self, Manifest, Table},
     rng::Stream,
@@ -54,6 +55,10 @@ const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' proba
     <vehicle id='v' depart='1'><routeDistribution><route edges='a'/></routeDistribution><stop lane='a_0' duration='3'/></vehicle>\n\
     <person id='p' depart='2'><walk edges='a b'/><ride lines='x'/></person><containerFlow id='c' begin='3' number='2'>\
     <transport from='a' to='b'/></containerFlow></routes>\n";
+
+/// Trajectories of two vehicles on a ring.
+const TRAJECTORIES: &str = "time_s,vehicle,leader,speed_mps,gap_m\n0.0,a,b,4.0,45.0\n0.0,b,a,5.0,45.5\n0.5,a,b,4.5,45.2\n0.5,b,a,4.5,45.3\n\
+                            1.0,a,b,5.0,45.4\n1.0,b,a,4.0,45.1\n";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -265,6 +270,15 @@ fn settings(folder: &Path) -> Vec<Reader> {
                     }
                     true
                 })
+            }),
+        },
+        Reader {
+            name: "trajectories",
+            good: vec![TRAJECTORIES.as_bytes().to_vec()],
+            change: mutate::text,
+            share: 450,
+            read: with_file(folder.join("trajectories.csv"), |file| {
+                read_trajectories(file, Some(100.0)).is_ok_and(|all| moments(&all).get("mean_speed_mps").is_some())
             }),
         },
         Reader {

@@ -14,3 +14,4 @@ mod roads;
 mod sweep;
 #[cfg(feature = "tune")]
 mod tune;
+mod validate;

@@ -10,7 +10,7 @@ use codrive::{
     map::network::Network,
     rng::{self, Stream},
     traffic::{
-        Demand, DemandSetup, Traffic,
+        Demand, DemandSetup, Traffic, TrafficDrivers,
         sumo::{self, SumoTraffic},
     },
 };
@@ -249,7 +249,7 @@ fn drive_all(folder: &Path) -> (usize, usize) {
             net_file,
             demand,
             egos: Vec::new(),
-            idm: IdmParams::default(),
+            drivers: TrafficDrivers::Alike(IdmParams::default()),
             step_s: 0.1,
             until_s: HORIZON_S,
             first_number: 0,

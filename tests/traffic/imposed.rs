@@ -149,7 +149,8 @@ fn numbers_that_are_not_finite_are_refused() {
         report.next_pose.position.x = f64::NAN;
         let error = traffic.step(&[VehicleReport::of_ego(report)]).unwrap_err().to_string();
         assert_eq!(error, "predicted x of vehicle 0 is not a finite number: NaN", "{engine}");
-        let broken = FixedSetup { idm: IdmParams { a: f64::NAN, ..model(0.0) }, ..ring(0.0) };
+        let drivers = TrafficDrivers::Alike(IdmParams { a: f64::NAN, ..model(0.0) });
+        let broken = FixedSetup { drivers, ..ring(0.0) };
         drop(traffic);
         let error = traffic::start(engine, broken).err().expect("NaN is refused").to_string();
         assert_eq!(error, "IDM parameter a is NaN; allowed: above 0", "{engine}");

@@ -18,6 +18,7 @@ mod network;
 mod network_ego;
 mod networks;
 mod noise;
+mod people;
 mod several;
 mod sumo;
 
@@ -26,8 +27,8 @@ use codrive::{
     map::RoadMap,
     space::{CAR_LENGTH_M, Pose},
     traffic::{
-        self, EngineChoice, ExternalVehicleState, FixedSetup, InitialVehicle, ModelMixture, Traffic, VehicleId,
-        VehicleReport, VehicleState, start,
+        self, EngineChoice, ExternalVehicleState, FixedSetup, InitialVehicle, ModelMixture, Traffic, TrafficDrivers,
+        VehicleId, VehicleReport, VehicleState, start,
     },
 };
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -81,7 +82,8 @@ fn even(map: &str, n: usize, idm: IdmParams, speed_mps: f64) -> FixedSetup {
     let map = Arc::new(RoadMap::load(map).expect("the map is in the project"));
     let cars = start::even(n, map.route.length_m(), idm.s0, speed_mps).expect("they fit");
     let mixture = ModelMixture::default();
-    FixedSetup { map, cars, idm, mixture, step_s: STEP_S, seed: 1, lateral_accel_mps2: None }
+    let drivers = TrafficDrivers::Alike(idm);
+    FixedSetup { map, cars, drivers, mixture, step_s: STEP_S, seed: 1, lateral_accel_mps2: None }
 }
 
 /// Returns the setup of the paper's ring: 22 vehicles at its equilibrium speed.

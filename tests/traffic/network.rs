@@ -48,7 +48,7 @@ impl Town {
             demand,
             egos: Vec::new(),
             first_number: 0,
-            idm: model(0.0),
+            drivers: TrafficDrivers::Alike(model(0.0)),
             step_s: STEP_S,
             until_s: 3600.0,
             seed: 7,
@@ -56,7 +56,7 @@ impl Town {
     }
 
     /// Writes a demand file: cars that cross the town in four directions, with a bus, a truck and a motorcycle among them.
-    fn trips(&self) -> Demand {
+    pub fn trips(&self) -> Demand {
         let file = self.folder.path().join("trips.rou.xml");
         let mut text = String::from("<routes>\n");
         for kind in ["bus", "truck", "motorcycle"] {

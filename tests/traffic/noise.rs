@@ -6,7 +6,8 @@ use super::*;
 /// Returns the part of every vehicle's speed changes that the model does not explain, m/s, for a flow in which no vehicle stands.
 fn residuals(engine: EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
-    let (route, idm, step_s) = (&setup.map.route, setup.idm, setup.step_s);
+    let TrafficDrivers::Alike(idm) = setup.drivers else { panic!("persons differ") };
+    let (route, step_s) = (&setup.map.route, setup.step_s);
     let mut out = Vec::new();
     for pair in history.windows(2) {
         let cars = &pair[0];

@@ -393,3 +393,30 @@ fn space_mean_speed_is_distance_over_time_at_full_seconds() {
     totals.add_step(&step(200, &[(0, 4.0)]));
     assert_eq!(totals.traffic.space_mean_speed_mps(), Some(14.0 / 3.0));
 }
+
+#[test]
+fn a_wave_round_a_ring_has_its_speed_and_an_even_ring_has_none() {
+    // Ten vehicles at the same places: a sine wave against the direction of travel at 4 m/s on 100 m.
+    let step = |tick: u64, amplitude_mps: f64| {
+        let at_s = Tick(tick).seconds();
+        let car = |id: u32| {
+            let s_m = f64::from(id) * 10.0;
+            let phase = std::f64::consts::TAU * (s_m + 4.0 * at_s) / 100.0;
+            StepVehicle { id, s_m: Some(s_m), speed_mps: 5.0 + amplitude_mps * phase.sin(), lane: None }
+        };
+        TrafficStep { tick, vehicles: (0..10).map(car).collect() }
+    };
+    let measures = |amplitude_mps: f64| {
+        let mut drive = Drive::new(10, |_| 5.0, |_| 5.0);
+        drive.trial.setup.route_m = 100.0;
+        drive.steps = (1..=1200).map(|i| step(10 * i, amplitude_mps)).collect();
+        drive.measures()
+    };
+    let wave = measures(1.0);
+    near(&wave, "wave_speed_mps", -4.0);
+    assert!(get(&wave, "wave_share") > 0.99 && get(&wave, "speed_sd_growth_per_min").abs() < 0.01);
+    // Each vehicle repeats its leader's speed 2.5 s later, at 0.04 Hz.
+    assert!((get(&wave, "gain_at_0_03_hz") - 1.0).abs() < 0.01);
+    let even = measures(0.0);
+    assert_eq!((even.get("wave_speed_mps"), even.get("gain_at_0_03_hz")), (None, None));
+}

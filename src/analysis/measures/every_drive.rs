@@ -85,4 +85,11 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
         sorted.get((0.99 * sorted.len() as f64).ceil() as usize - usize::from(!sorted.is_empty())).copied()
     }),
     (measure("late_input_share"), |s| s.trial.frames.late_input_share),
+    (measure("wave_speed_mps"), |s| Some(s.totals.waves.as_ref()?.wave()?.speed_mps)),
+    (measure("wave_share"), |s| Some(s.totals.waves.as_ref()?.wave()?.share)),
+    (measure("speed_sd_growth_per_min"), |s| s.totals.waves.as_ref()?.growth_per_min()),
+    (measure("gain_at_0_03_hz"), |s| s.totals.waves.as_ref()?.gain(0.03)),
+    (measure("gain_at_0_06_hz"), |s| s.totals.waves.as_ref()?.gain(0.06)),
+    (measure("gain_at_0_1_hz"), |s| s.totals.waves.as_ref()?.gain(0.10)),
+    (measure("gain_at_0_15_hz"), |s| s.totals.waves.as_ref()?.gain(0.15)),
 ];

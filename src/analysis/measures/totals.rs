@@ -1,17 +1,21 @@
 //! Sums of one drive. In: a [`RecordedTrial`], or its rows and steps in order. Out: [`DriveTotals`], the basis of the measures.
 //! SI units.
 //!
-//! Only two parts grow with the drive: a number per second, and a response per change of the advice. They take 5 MB for seven
+//! Only three parts grow with the drive: a number per second, a wave per half minute, and a response per change of the advice. They take 5 MB for seven
 //! days, the longest drive, and at most 150 MB.
 
 use crate::analysis::{
-    data::{EgoSample, RecordedTrial, TrafficStep},
+    data::{EgoSample, RecordedTrial, StepVehicle, TrafficStep},
     error::AnalysisError,
     network::{LinePlace, NetworkDriveTotals},
     responses::{AdviceResponse, OnsetFinder, PedalNoise, ResponseWatch, response_detection::PEDAL},
 };
 use crate::{
-    metrics::{Approach, RunningMean, RunningMinimum, TickTotals, TrafficTotals, fuel::SumoFuelTotals},
+    metrics::{
+        Approach, RunningMean, RunningMinimum, TickTotals, TrafficTotals,
+        fuel::SumoFuelTotals,
+        waves::{VehicleSample, WaveTotals},
+    },
     sim::is_in_lane,
     time::{TICK_S, TICKS_PER_S, Tick},
 };
@@ -67,6 +71,8 @@ pub struct DriveTotals {
     pub traffic: TrafficTotals,
     /// The ego alone, at each step.
     pub ego_traffic: TrafficTotals,
+    /// Waves of all vehicles; `None` on a network, or if the length of the route is unknown.
+    pub waves: Option<WaveTotals>,
     /// Fuel of all vehicles and of the ego by SUMO's model.
     pub sumo_fuel: [SumoFuelTotals; 2],
     /// Mean speed of all vehicles over each whole second, m/s.
@@ -109,6 +115,7 @@ impl DriveTotals {
             square_jerk: RunningMean::default(),
             traffic: TrafficTotals::new(step_s),
             ego_traffic: TrafficTotals::new(step_s),
+            waves: None,
             sumo_fuel: Default::default(),
             per_second_mps: Vec::new(),
             duration_s: 0.0,
@@ -128,13 +135,14 @@ impl DriveTotals {
     /// Sets the length of the route and the collisions from `trial`.
     pub fn on(mut self, trial: &RecordedTrial) -> Self {
         self.route_m = trial.setup.route_m;
+        self.waves = (self.route_m > 0.0).then(|| WaveTotals::on_ring(self.step_s, self.route_m));
         self.after_contacts = trial.after_contacts.clone().into_iter().peekable();
         self
     }
 
     /// Adds the sums of a network.
     pub fn on_network(self, network: NetworkDriveTotals) -> Self {
-        Self { network: Some(network), traffic: TrafficTotals::new(1.0), ..self }
+        Self { network: Some(network), traffic: TrafficTotals::new(1.0), waves: None, ..self }
     }
 
     /// Reads a whole drive; returns its responses, too, and gives each row of the ego to `each`. `practice` has the idle pedal
@@ -260,6 +268,13 @@ impl DriveTotals {
             return;
         }
         self.sumo_fuel[0].add(speeds(), self.step_s);
+        if let Some(waves) = &mut self.waves {
+            let sample = |vehicle: &StepVehicle| VehicleSample {
+                speed_mps: vehicle.speed_mps,
+                position_m: vehicle.s_m.unwrap_or(f64::NAN),
+            };
+            waves.add(step.vehicles.iter().map(sample));
+        }
         // A move back by more than half the route crosses its start.
         for (id, now_m) in step.vehicles.iter().filter_map(|vehicle| Some((vehicle.id, vehicle.s_m?))) {
             let Some(before_m) = self.places_m.insert(id, now_m) else { continue };

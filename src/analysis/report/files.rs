@@ -44,23 +44,14 @@ impl AnalysisResults<'_> {
     ) -> Result<(), AnalysisError> {
         let Self { contents, proof, drives, fitted, planned } = *self;
         let made = report(&contents.title, drives, &contents.people, proof, fitted, planned)?;
-        record::new_private_dir(&out.join("figures"))?;
+        record::new_private_dir(out)?;
         let write = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
         self.write_tables(&write)?;
         if contents.is_whole {
             descriptions.iter().try_for_each(|(name, text)| write(name, text))?;
         }
-        made.figures.par_iter().try_for_each(|(name, svg)| {
-            write(&format!("figures/{name}"), svg)?;
-            let path = out.join("figures").join(name).with_extension("png");
-            match png(svg) {
-                Some(Ok(png)) => record::replace(&path, &png),
-                Some(Err(why)) => Err(RecordError::Table { path, why }),
-                None => Ok(()),
-            }
-        })?;
         write("methods.txt", &made.methods)?;
-        Ok(write("report.html", &made.html)?)
+        Ok(write_page(out, &made.html, &made.figures, png)?)
     }
 
     /// Writes the tables one after the other. Tables that few studies have are left out where they have no rows.
@@ -93,4 +84,29 @@ impl AnalysisResults<'_> {
         }
         Ok(())
     }
+}
+
+/// Writes a page as `report.html`, and its figures to the folder `figures` beside it. `png` converts a figure from SVG; `None` if this build
+/// cannot.
+///
+/// # Errors
+/// A file cannot be written.
+pub fn write_page(
+    out: &Path,
+    html: &str,
+    figures: &[(String, String)],
+    png: impl Fn(&str) -> Option<Result<Vec<u8>, String>> + Sync,
+) -> Result<(), RecordError> {
+    record::new_private_dir(&out.join("figures"))?;
+    figures.par_iter().try_for_each(|(name, svg)| {
+        let path = out.join("figures").join(name);
+        record::replace(&path, svg.as_bytes())?;
+        let path = path.with_extension("png");
+        match png(svg) {
+            Some(Ok(png)) => record::replace(&path, &png),
+            Some(Err(why)) => Err(RecordError::Table { path, why }),
+            None => Ok(()),
+        }
+    })?;
+    record::replace(&out.join("report.html"), html.as_bytes())
 }

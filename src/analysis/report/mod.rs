@@ -6,6 +6,7 @@
 //! * `participant_flow`, `by_condition`, `drive_section`, `drivers_section`, `every_drive`, `models_section`, `scores_section`,
 //!   `sickness_section`, `dictionary`: sections; `sample`: the participants in a sentence.
 //! * `figures`, `network_figures`: pictures; `methods`, `network_text`, `setup_facts`: the paragraphs of the methods.
+//! * `validation_report`, `validation_figures`: a page of its own, of traffic beside measured people.
 //! * [`files`]: the files of an analysis. [`glossary`]: definitions of all columns of the tables.
 
 mod by_condition;
@@ -27,11 +28,14 @@ mod scores_section;
 mod setup_facts;
 mod sickness_section;
 pub mod study_report;
+mod validation_figures;
+mod validation_report;
 mod words;
 
 #[cfg(test)]
 mod page_tests;
 
 pub use drive_section::space_time;
-pub use files::AnalysisResults;
+pub use files::{AnalysisResults, write_page};
 pub use study_report::{FileProof, StudyReport, report};
+pub use validation_report::{ValidationReport, cells, judged, validation_report};

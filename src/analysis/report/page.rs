@@ -59,6 +59,17 @@ pub(super) struct ReportFigure {
 pub(super) type TableCells = Vec<String>;
 
 impl ReportPage {
+    /// Starts a page with its title as heading.
+    pub fn titled(title: &str) -> Self {
+        let mut page = Self::default();
+        page.put(&format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
+             <body>\n<h1>{0}</h1>",
+            escaped(title)
+        ));
+        page
+    }
+
     /// Appends markup unchanged, and a line break.
     pub fn put(&mut self, text: &str) {
         self.html.push_str(text);

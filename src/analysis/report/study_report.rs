@@ -7,7 +7,7 @@ use super::{
     drive_section, drivers_section, every_drive,
     methods::{self, SLOW_SHARE},
     models_section,
-    page::{ReportPage, STYLE},
+    page::ReportPage,
     participant_flow::ParticipantFlow,
     scores_section::scores,
     sickness_section,
@@ -55,12 +55,7 @@ pub fn report(
     drivers: &[ParticipantDriver],
     planned: Option<&PlannedAnalysis>,
 ) -> Result<StudyReport, AnalysisError> {
-    let mut page = ReportPage::default();
-    page.put(&format!(
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{0}</title><style>{STYLE}</style></head>\
-         <body>\n<h1>{0}</h1>",
-        escaped(title)
-    ));
+    let mut page = ReportPage::titled(title);
     let all: Vec<&AnalysedRecording> = drives.iter().collect();
     let is_study = is_of_several_people(drives);
     let of = if is_study { format!(" of {} participants", participants(&all)) } else { String::new() };

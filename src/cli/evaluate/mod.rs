@@ -258,6 +258,7 @@ fn whole(
         map: plan.drive.scenario().map.clone(),
         traffic,
         vehicles: config.ring.vehicles_min,
+        traffic_drivers: config.ring.traffic_drivers.clone(),
         idm: config.ring.idm,
         other_model: plan.mixture.model,
         other_model_share: plan.mixture.share,

@@ -419,4 +419,46 @@ pub(super) const MEASURES: &[Measure] = &[
         "",
         "share of the frames with a new input that were handed over more than 0.07 s after it",
     ),
+    waves(
+        "wave_speed_mps",
+        "Wave speed",
+        "m/s",
+        "speed, in the road's frame and in steps of 0.25 m/s, of the frame of reference in which the pattern of speeds along \
+         the route less their mean stands best: median over windows of 60 s that overlap by half; negative: against the \
+         direction of travel",
+    ),
+    waves(
+        "wave_share",
+        "Share of the wave",
+        "",
+        "coherence of the wave: share of the variance of speed along the route and over 60 s that moves with the wave speed, \
+         median over the same windows",
+    ),
+    waves(
+        "speed_sd_growth_per_min",
+        "Growth of the waves",
+        "1/min",
+        "slope of the logarithm of the standard deviation of speed over the vehicles (N), by least squares over means of \
+         20 s",
+    ),
+    gain("gain_at_0_03_hz", "Gain at 0.03 Hz"),
+    gain("gain_at_0_06_hz", "Gain at 0.06 Hz"),
+    gain("gain_at_0_1_hz", "Gain at 0.1 Hz"),
+    gain("gain_at_0_15_hz", "Gain at 0.15 Hz"),
 ];
+
+/// Creates a measure of waves on a closed route.
+const fn waves(name: &'static str, title: &'static str, unit: &'static str, about: &'static str) -> Measure {
+    all_vehicles(name, title, unit, about).on_closed_routes("leaders change on networks").by("people")
+}
+
+/// Creates a measure of the gain at the frequency in its title.
+const fn gain(name: &'static str, title: &'static str) -> Measure {
+    waves(
+        name,
+        title,
+        "",
+        "gain from a leader's speed to its follower's at this frequency: size of their cross-spectrum over the leaders' \
+         spectrum, summed over vehicles and Hann windows of 60 s that overlap by half (Welch)",
+    )
+}

@@ -2,16 +2,17 @@
 //! Summaries, evaluations, benchmarks, sweeps, trainings, analyses and docs/measures.md read it.
 //!
 //! * `drives`: measures of every recorded drive. * `networks`: measures of drives on networks only.
-//! * `evaluations`: measures of evaluated policies, benchmarks and trainings.
+//! * `evaluations`: measures of evaluated policies, benchmarks and trainings. * `moments`: moments of traffic in one lane.
 
 mod drives;
 mod evaluations;
 mod measure;
+mod moments;
 mod networks;
 
 pub use measure::{Measure, MeasuredOn, MeasuredOver, RoadKinds, unit_text};
 
-const LISTS: [&[Measure]; 3] = [drives::MEASURES, networks::MEASURES, evaluations::MEASURES];
+const LISTS: [&[Measure]; 4] = [drives::MEASURES, networks::MEASURES, evaluations::MEASURES, moments::MEASURES];
 
 /// Returns all measures of the registry.
 pub fn measures() -> impl Iterator<Item = &'static Measure> {
@@ -85,8 +86,12 @@ mod tests {
 
     /// Returns the registry as the tables of docs/measures.md.
     fn tables() -> String {
-        let titles =
-            ["Recorded drives", "Recorded drives on networks", "Summaries, evaluations, benchmarks and trainings"];
+        let titles = [
+            "Recorded drives",
+            "Recorded drives on networks",
+            "Summaries, evaluations, benchmarks and trainings",
+            "Moments of traffic",
+        ];
         let row = |measure: &Measure| {
             let over = match measure.over {
                 MeasuredOver::Ego => "ego",

@@ -200,10 +200,10 @@ pub fn road_kind(drive: &PlannedDrive) -> RoadKind {
 /// the ring with even gaps; where vehicles enter and leave, a free road is driven at its limit.
 pub(super) fn policy_settings(drive: &PlannedDrive) -> PolicySettings {
     let (scenario, route) = (drive.scenario(), &drive.map().route);
-    let idm = limited_idm(scenario, route);
+    let (model, limit_mps) = (drive.traffic_drivers().typical().model, limited_idm(scenario, route).v0);
     let equilibrium_mps = match drive.fixed_vehicles() {
-        Some(vehicles) => idm.equilibrium_speed_mps(route.length_m() / f64::from(vehicles) - CAR_LENGTH_M),
-        None => idm.v0,
+        Some(vehicles) => model.equilibrium_speed_mps(route.length_m() / f64::from(vehicles) - CAR_LENGTH_M, limit_mps),
+        None => limit_mps,
     };
     PolicySettings { aim_mps: scenario.policy_speed_mps, equilibrium_mps, step_s: scenario.step_s }
 }

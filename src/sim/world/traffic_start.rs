@@ -53,7 +53,7 @@ pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError
     let setup = FixedSetup {
         cars: start_cars(vehicles, scenario, map)?,
         map: Arc::clone(map),
-        idm: scenario.idm,
+        drivers: drive.traffic_drivers().clone(),
         mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
         step_s: scenario.step_s,
         seed: scenario.seed,
@@ -89,7 +89,7 @@ fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic
         demand: scenario.demand.clone(),
         egos: ego.iter().map(|(_, ego)| ego.clone()).collect(),
         first_number: u32::from(ego.is_none()),
-        idm: scenario.idm,
+        drivers: drive.traffic_drivers().clone(),
         step_s: scenario.step_s,
         until_s: Demand::horizon_s(scenario.duration_s, before_s),
         seed: scenario.seed,

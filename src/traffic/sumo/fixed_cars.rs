@@ -3,11 +3,11 @@
 //!
 //! SUMO's model drives them in their lanes. Before a step a reported car is put where it is predicted to be at its end, with the speed that
 //! it has now: a follower then differs by at most 4.3 mm/s from one behind a car of SUMO's own (docs/decisions.md: 4). Noise is given as a
-//! change of the speed that the model starts from.
+//! change of the speed that the model starts from. Where SUMO has not the drivers' model, their speeds are computed here and imposed.
 
 use super::{
     lane_keeping,
-    options::{self, DEFAULT_DELTA, OTHER_TYPE_IN_FILE, TYPE_IN_FILE},
+    options::{self, OTHER_TYPE_IN_FILE},
     shim::Shim,
     shim_data::{Command, RawCommand, Record, Step},
 };
@@ -15,14 +15,15 @@ use crate::{
     map::{RoadMap, RoutePosition, network::LaneId},
     space::{CAR_LENGTH_M, SumoPose},
     traffic::{
-        FixedSetup, TrafficError, VehicleId, VehicleReport, VehicleState, bends::BendSpeeds, motion::SpeedStep,
-        noise::Noise, reported, route_vehicles::RouteVehicles,
+        CREEP_MPS2, CarFollowing, FixedSetup, TrafficDriver, TrafficError, VehicleId, VehicleReport, VehicleState,
+        bends::BendSpeeds, crossings::self_crossing, lane_followers::LaneFollowers, motion::SpeedStep, noise::Noise,
+        reported, route_vehicles::RouteVehicles,
     },
 };
 use glam::DVec2;
 use std::sync::Arc;
 
-/// Name of the cars' type and route in SUMO.
+/// Name of the cars' route in SUMO, and of their type where they are alike.
 pub(super) const NAME: &str = "codrive";
 /// Name of the type of cars with another model.
 const OTHER_NAME: &str = "codrive.other-model";
@@ -46,16 +47,49 @@ pub(super) struct FixedCars {
     /// By number; false of a reported car that has left the lane.
     is_seen: Vec<bool>,
     bends: Option<BendSpeeds>,
-    /// The model's own highest speed, and each car's as SUMO knows it, m/s.
-    v0_mps: f64,
+    /// Each model's own highest speed, and each car's as SUMO knows it, m/s.
+    v0_mps: Vec<f64>,
     highest_mps: Vec<f64>,
+    /// Drivers with a model that SUMO has not.
+    imposed: Option<ImposedDrivers>,
     /// Places of the reported cars on the route at the end of the present step.
     reported: Vec<RoutePosition>,
 }
 
+/// Drivers whose speeds are imposed in every step, and what they choose from.
+struct ImposedDrivers {
+    followers: LaneFollowers,
+    step_s: f64,
+    s_m: Vec<f64>,
+    speed_mps: Vec<f64>,
+    accel_mps2: Vec<f64>,
+}
+
+impl ImposedDrivers {
+    /// Returns the drivers of a setup, unless SUMO has their model.
+    fn of(setup: &FixedSetup, drivers: &[TrafficDriver]) -> Result<Option<Self>, TrafficError> {
+        if drivers.iter().all(|driver| matches!(driver.model, CarFollowing::Idm(_))) {
+            return Ok(None);
+        }
+        let route = &setup.map.route;
+        if let Some((first_m, second_m)) = self_crossing(route) {
+            return Err(TrafficError::RouteMeetsItself { first_m, second_m });
+        }
+        let zeros = || vec![0.0; drivers.len()];
+        let followers = LaneFollowers::new(drivers.to_vec(), BendSpeeds::of(route, setup.lateral_accel_mps2));
+        Ok(Some(Self { followers, step_s: setup.step_s, s_m: zeros(), speed_mps: zeros(), accel_mps2: zeros() }))
+    }
+
+    /// Returns the speed that a driver has chosen for the end of the step, m/s.
+    fn chosen_mps(&self, i: usize) -> f64 {
+        let wanted_mps = self.speed_mps[i] + self.accel_mps2[i] * self.step_s;
+        if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps }
+    }
+}
+
 impl FixedCars {
     /// Largest number of commands for a car in a step.
-    pub const COMMANDS: usize = 2;
+    pub const COMMANDS: usize = 3;
 
     /// Makes type, route and cars in a SUMO that has just begun and numbered its lanes. Also returns the text that follows SUMO's name in
     /// descriptions.
@@ -66,15 +100,19 @@ impl FixedCars {
         for lane in lane_keeping::lanes_beside(&setup.map)? {
             shim.close_lane(lane)?;
         }
-        let base = if setup.idm.delta == DEFAULT_DELTA { "DEFAULT_VEHTYPE" } else { TYPE_IN_FILE };
-        shim.add_type(base, NAME, &options::vehicle_type(&setup.idm))?;
         shim.add_route(NAME, &options::endless_edges(&setup.map))?;
         let n = setup.cars.len();
+        let drivers = setup.drivers.drivers(setup.seed, n);
+        let types = options::driver_types(&setup.drivers, &drivers);
+        for (name, idm) in &types {
+            let base = options::type_in_file(name, idm).unwrap_or_else(|| "DEFAULT_VEHTYPE".into());
+            shim.add_type(&base, name, &options::vehicle_type(idm))?;
+        }
         let has_other_model = setup.mixture.members(n, setup.seed);
         let others = has_other_model.iter().filter(|has| **has).count();
         let mut description = String::new();
         if others > 0 {
-            shim.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&setup.idm))?;
+            shim.add_type(OTHER_TYPE_IN_FILE, OTHER_NAME, &options::other_vehicle_type(&types[0].1))?;
             let model = setup.mixture.model.sumo_name();
             description = format!(", {others} of {} other cars by {model}", n - 1);
         }
@@ -86,20 +124,22 @@ impl FixedCars {
                     car.s_m
                 ))
             })?;
-            let kind = if has_other_model[i] { OTHER_NAME } else { NAME };
+            let kind = if has_other_model[i] { OTHER_NAME } else { &types[i.min(types.len() - 1)].0 };
             shim.add((&format!("car{i}"), NAME, kind), lane, position_m, car.speed_mps, true)?;
         }
+        let v0_mps: Vec<f64> = drivers.iter().map(|driver| driver.model.desired_speed_mps()).collect();
         let starts_mps: Vec<f64> = setup.cars.iter().map(|car| car.speed_mps).collect();
         let cars = Self {
             vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
-            noise: Noise::new(&setup),
+            noise: Noise::new(&drivers, setup.step_s, setup.seed),
+            imposed: ImposedDrivers::of(&setup, &drivers)?,
             has_other_model,
             chosen_mps: starts_mps.clone(),
             start_mps: starts_mps,
             is_seen: vec![true; n],
             bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
-            v0_mps: setup.idm.v0,
-            highest_mps: vec![setup.idm.v0; n],
+            highest_mps: v0_mps.clone(),
+            v0_mps,
             map: setup.map,
             reported: Vec::with_capacity(n),
         };
@@ -125,6 +165,7 @@ impl FixedCars {
         commands: &mut Vec<RawCommand>,
     ) -> Result<(), TrafficError> {
         reported::check_reports(reports, &self.is_seen)?;
+        self.choose_imposed(reports);
         self.reported.clear();
         for report in reports {
             let point = self.command_reported(report, nowhere, commands);
@@ -136,8 +177,12 @@ impl FixedCars {
                 continue;
             }
             let id = VehicleId(i as u32);
+            if let Some(imposed) = &self.imposed {
+                commands.push(Command::ImposedSpeed(Some(imposed.chosen_mps(i))).encode(id));
+                continue;
+            }
             if let Some(bends) = &self.bends {
-                let highest_mps = self.v0_mps.min(bends.at(self.vehicles.s_m(i)));
+                let highest_mps = self.v0_mps[i].min(bends.at(self.vehicles.s_m(i)));
                 if highest_mps != self.highest_mps[i] {
                     self.highest_mps[i] = highest_mps;
                     commands.push(Command::MaxSpeed(highest_mps).encode(id));
@@ -148,6 +193,23 @@ impl FixedCars {
             }
         }
         Ok(())
+    }
+
+    /// Lets the drivers with a model that SUMO has not choose their accelerations, all from the present state.
+    fn choose_imposed(&mut self, reports: &[VehicleReport]) {
+        let Some(imposed) = &mut self.imposed else { return };
+        let route = &self.map.route;
+        for i in 0..self.vehicles.len() {
+            (imposed.s_m[i], imposed.speed_mps[i]) = (self.vehicles.s_m(i), self.start_mps[i]);
+        }
+        for VehicleReport { id, state, .. } in reports {
+            let car = id.0 as usize;
+            let point = reported::place(route, &state.pose, self.is_seen[car].then_some(imposed.s_m[car]));
+            self.is_seen[car] = reported::is_on_lane(route, point);
+            (imposed.s_m[car], imposed.speed_mps[car]) = (point.s_m, state.speed_mps.max(0.0));
+        }
+        let ImposedDrivers { followers, step_s, s_m, speed_mps, accel_mps2 } = imposed;
+        followers.choose(route, *step_s, s_m, speed_mps, &self.is_seen, accel_mps2);
     }
 
     /// Adds a reported car's commands; returns its place on the route at the step's end.
@@ -170,6 +232,9 @@ impl FixedCars {
         }
         commands.push(Command::MoveToXy { lane: None, front, angle_deg }.encode(report.id));
         commands.push(Command::PreviousSpeed(report.state.speed_mps.max(0.0)).encode(report.id));
+        if self.imposed.is_some() {
+            commands.push(Command::ImposedSpeed(None).encode(report.id));
+        }
         point
     }
 

@@ -15,6 +15,7 @@ mod lane_keeping;
 mod locate;
 mod network_check;
 mod options;
+mod people;
 mod reading_check;
 mod shim;
 mod shim_data;
@@ -39,6 +40,7 @@ use glam::{DVec2, dvec2};
 use inputs::Inputs;
 use network_check::Trial;
 use options::TypeFile;
+use people::People;
 use shim::Shim;
 use shim_data::{Command, RawCommand, Reading};
 use state::{KnownVehicle, TrafficState, lamp_bits};
@@ -59,6 +61,8 @@ pub struct SumoTraffic {
     state: TrafficState,
     /// The cars, where their number is fixed.
     fixed: Option<FixedCars>,
+    /// Persons at the wheels of vehicles that come and go.
+    people: Option<People>,
     description: String,
     /// SUMO reads on in the demand as the drive goes on.
     inputs: Inputs,
@@ -161,7 +165,7 @@ impl SumoTraffic {
     fn start_demand(home: &Path, setup: &DemandSetup, inputs: Inputs, is_trial: bool) -> Result<Self, TrafficError> {
         let (network, demand) = (&setup.network, inputs.demand());
         let mut shim = Shim::open(home)?;
-        let flows = TypeFile::of_demand(&setup.demand, &setup.idm, demand.defines_default_type)?;
+        let flows = TypeFile::of_demand(&setup.demand, &setup.drivers, demand.defines_default_type)?;
         let files = options::DemandFiles {
             additional: &demand.demand.additional_files,
             routes: &[&[flows.path().to_owned()], demand.demand.files.as_slice()].concat(),
@@ -171,7 +175,7 @@ impl SumoTraffic {
         };
         let net = inputs.net().display().to_string();
         shim.start(&options::network_options(&net, setup.step_s, &files, LANE_CHANGE_S, setup.seed))?;
-        shim.add_type(EGO_TYPE, NAME, &options::vehicle_type(&setup.idm))?;
+        shim.add_type(EGO_TYPE, NAME, &options::vehicle_type(&options::idm_of(&setup.drivers.typical())))?;
         let lateral = u32::from(LANE_CHANGE_S > 0.0);
         number(&mut shim, network, Reading { first_number: setup.first_number, is_fixed: 0, lateral })?;
         let mut known = Vec::new();
@@ -185,6 +189,7 @@ impl SumoTraffic {
         }
         let mut traffic = Self::begun(shim, network, setup.step_s, inputs, None)?;
         traffic.state.known = known;
+        traffic.people = People::of(&setup.drivers, network, setup.step_s, setup.seed);
         traffic.read()?;
         Ok(traffic)
     }
@@ -206,6 +211,7 @@ impl SumoTraffic {
             commands: Vec::new(),
             state,
             fixed,
+            people: None,
             inputs,
         })
     }
@@ -238,7 +244,10 @@ impl SumoTraffic {
         let seen = self.shim.look()?;
         match &mut self.fixed {
             Some(_) => self.state.take_signals(&seen),
-            None => self.state.take(&seen, self.step_s)?,
+            None => {
+                self.state.take(&seen, self.step_s)?;
+                self.come_and_go()?;
+            }
         }
         Ok(())
     }
@@ -262,6 +271,15 @@ impl SumoTraffic {
     /// SUMO failed.
     pub fn drawn_pose(&self, id: VehicleId) -> Result<Pose, TrafficError> {
         Ok(Pose::from_sumo(self.shim.pose(id)?, CAR_LENGTH_M))
+    }
+
+    /// Takes the vehicles that have come and gone in the last step.
+    fn come_and_go(&mut self) -> Result<(), TrafficError> {
+        let VehicleChanges { departed, arrived } = &self.state.changes;
+        match &mut self.people {
+            Some(people) => people.come_and_go(&mut self.shim, departed, arrived),
+            None => Ok(()),
+        }
     }
 
     /// The commands for a reported vehicle on a network.
@@ -293,6 +311,9 @@ impl Traffic for SumoTraffic {
             Some(fixed) => fixed.command(reports, self.nowhere, &mut self.commands)?,
             None => reports.iter().try_for_each(|report| self.command(report))?,
         }
+        if let Some(people) = &mut self.people {
+            people.command(&self.shim, &self.state.vehicles, reports, &mut self.commands)?;
+        }
         let stepped = self.shim.step(&self.commands, self.step_s);
         self.commands.clear();
         let seen = stepped?;
@@ -302,7 +323,7 @@ impl Traffic for SumoTraffic {
         }
         self.state.take(&seen, self.step_s)?;
         self.state.follow(reports, self.step_s);
-        Ok(())
+        self.come_and_go()
     }
 
     fn vehicles(&mut self) -> &[VehicleState] {

@@ -18,8 +18,8 @@ use crate::{
     sumo_xml::stream,
     temporary::TemporaryFolder,
     traffic::{
-        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficError,
-        VehicleReport, go_on, start,
+        Demand, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, ModelMixture, Traffic, TrafficDrivers,
+        TrafficError, VehicleReport, go_on, start,
     },
 };
 use serde::{Deserialize, Serialize};
@@ -254,7 +254,7 @@ pub fn try_network(trial_file: &Path) -> Result<(), TrafficError> {
     let setup = FixedSetup {
         map: Arc::clone(&map),
         cars,
-        idm,
+        drivers: TrafficDrivers::Alike(idm),
         mixture: ModelMixture::default(),
         step_s,
         seed: 1,
@@ -300,7 +300,7 @@ fn try_roads(trial: &Trial) -> Result<(), TrafficError> {
         demand: trial.demand.clone(),
         egos,
         first_number: 0,
-        idm: crate::idm::IdmParams::default(),
+        drivers: TrafficDrivers::Alike(crate::idm::IdmParams::default()),
         step_s: 0.1,
         // The drive has already counted the demand for its own length.
         until_s: 0.0,

@@ -1,13 +1,16 @@
 //! Setup of SUMO for a drive: options, vehicle types, endless route. In: a [`FixedSetup`](crate::traffic::FixedSetup). Out: arguments
 //! for the shim.
 
-use super::shim_data::VehicleType;
+use super::{fixed_cars::NAME, shim_data::VehicleType};
 use crate::{
     idm::IdmParams,
     map::RoadMap,
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
     temporary::TemporaryFolder,
-    traffic::{Demand, EMERGENCY_BRAKING_MPS2, FixedSetup, FollowingModel, TrafficError},
+    traffic::{
+        CarFollowing, Demand, EMERGENCY_BRAKING_MPS2, FixedSetup, FollowingModel, TrafficDriver, TrafficDrivers,
+        TrafficError,
+    },
 };
 use std::path::{Path, PathBuf};
 
@@ -93,7 +96,37 @@ fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     options
 }
 
-/// Returns the vehicle type of cars with the drive's own model.
+/// Returns the numbers of SUMO's IDM for a driver. One with another model wants a speed that SUMO's model bounds: its gaps are below, and
+/// its accelerations above what the driver's own model has in flowing traffic, so that this decides.
+pub(super) fn idm_of(driver: &TrafficDriver) -> IdmParams {
+    match driver.model {
+        CarFollowing::Idm(idm) => idm,
+        CarFollowing::OptimalVelocity(model) => {
+            IdmParams { v0: model.v_max, t: 0.5, s0: 1.0, a: 6.0, b: 4.5, ..IdmParams::default() }
+        }
+    }
+}
+
+/// Returns names and models of the types that the cars have: one for all where the drivers are alike or where their speeds are imposed,
+/// otherwise one for each.
+pub(super) fn driver_types(setting: &TrafficDrivers, drivers: &[TrafficDriver]) -> Vec<(String, IdmParams)> {
+    let one = |idm| vec![(NAME.to_owned(), idm)];
+    if let TrafficDrivers::Alike(idm) = setting {
+        return one(*idm);
+    }
+    let models = drivers.iter().enumerate().map(|(i, driver)| match driver.model {
+        CarFollowing::Idm(idm) => Some((format!("{NAME}.person{i}"), idm)),
+        CarFollowing::OptimalVelocity(_) => None,
+    });
+    models.collect::<Option<Vec<_>>>().unwrap_or_else(|| one(idm_of(&setting.typical())))
+}
+
+/// Returns the name of the type in a [`TypeFile`] from which the type `name` is made; `None` if SUMO's default has its exponent.
+pub(super) fn type_in_file(name: &str, idm: &IdmParams) -> Option<String> {
+    (idm.delta != DEFAULT_DELTA).then(|| format!("{name}.delta"))
+}
+
+/// Returns the vehicle type of cars with this model.
 pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
     VehicleType {
         length_m: CAR_LENGTH_M,
@@ -136,18 +169,18 @@ pub(super) struct TypeFile {
     path: PathBuf,
 }
 
-/// Name of the vehicle type in a [`TypeFile`].
-pub(super) const TYPE_IN_FILE: &str = "codrive.delta";
 /// Name of the vehicle type with another model in a [`TypeFile`].
 pub(super) const OTHER_TYPE_IN_FILE: &str = "codrive.other";
 
 impl TypeFile {
     /// Writes the file if this setup needs one.
     pub fn of(setup: &FixedSetup) -> Result<Option<Self>, TrafficError> {
-        let (delta, other) = (setup.idm.delta, setup.mixture.model);
+        let other = setup.mixture.model;
         let mut types = String::new();
-        if delta != DEFAULT_DELTA {
-            types += &format!("  <vType id=\"{TYPE_IN_FILE}\" carFollowModel=\"IDM\" delta=\"{delta}\"/>\n");
+        for (name, idm) in driver_types(&setup.drivers, &setup.drivers.drivers(setup.seed, setup.cars.len())) {
+            if let Some(id) = type_in_file(&name, &idm) {
+                types += &format!("  <vType id=\"{id}\" carFollowModel=\"IDM\" delta=\"{}\"/>\n", idm.delta);
+            }
         }
         if other != FollowingModel::Idm {
             let model = other.sumo_name();
@@ -157,13 +190,17 @@ impl TypeFile {
         if types.is_empty() { Ok(None) } else { Self::write("add", &text).map(Some) }
     }
 
-    /// Writes a file with the flows of a demand and their vehicle types; cars follow this model.
-    pub fn of_demand(demand: &Demand, idm: &IdmParams, defines_default_type: bool) -> Result<Self, TrafficError> {
-        let IdmParams { v0, t, a, b, delta, s0, .. } = idm;
+    /// Writes a file with the flows of a demand and their vehicle types; cars have these drivers.
+    pub fn of_demand(
+        demand: &Demand,
+        drivers: &TrafficDrivers,
+        defines_default_type: bool,
+    ) -> Result<Self, TrafficError> {
+        let IdmParams { v0, t, a, b, delta, s0, .. } = idm_of(&drivers.typical());
         let car = format!(
             "carFollowModel=\"IDM\" length=\"{CAR_LENGTH_M}\" width=\"{CAR_WIDTH_M}\" maxSpeed=\"{v0}\" tau=\"{t}\" accel=\"{a}\" \
              decel=\"{b}\" delta=\"{delta}\" minGap=\"{s0}\" emergencyDecel=\"{}\"",
-            EMERGENCY_BRAKING_MPS2.max(*b)
+            EMERGENCY_BRAKING_MPS2.max(b)
         );
         Self::write("rou", &demand.flows_xml(&car, defines_default_type))
     }

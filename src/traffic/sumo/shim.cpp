@@ -42,7 +42,7 @@ std::vector<std::string> strings(const char* const* items, size_t n) { return {i
 struct Interface {
     uint32_t number, command_bytes, record_bytes, departure_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 8;
+constexpr uint32_t INTERFACE = 9;
 
 // Same layout as in shim.rs.
 struct Command {
@@ -79,7 +79,7 @@ struct Reading {
     uint32_t is_fixed;      // none come or go, and all keep to the middle of their lanes: speeds and places along lanes are all there is
     uint32_t lateral;       // changes of lanes take time, so that vehicles stand beside the middle of a lane
 };
-enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, MAX_SPEED = 3, LAMPS = 4 };
+enum Kind : uint32_t { MOVE_TO_XY = 0, PREVIOUS_SPEED = 1, SPEED = 2, MAX_SPEED = 3, LAMPS = 4, WANTED_SPEED = 5 };
 
 struct Lane {
     std::string id, edge;
@@ -169,6 +169,7 @@ void obey(const Command& c) {
             sim::Vehicle::setSpeed(id, c.a);
             break;
         case MAX_SPEED: sim::Vehicle::setMaxSpeed(id, c.a); break;
+        case WANTED_SPEED: sim::Vehicle::setSpeed(id, c.a); break;
         case LAMPS: sim::Vehicle::setSignals(id, static_cast<int>(c.a)); break;
         default: throw std::invalid_argument("unknown command");
     }
@@ -432,6 +433,37 @@ API int cs_type(const char* base, const char* name, const VehicleType* v) {
         Type::setSpeedFactor(draft, 1.);
         Type::setSpeedDeviation(draft, 0.);
         Type::copy(draft, name);
+    });
+}
+
+// Gives a vehicle the numbers of its driver, in a type of its own made from the one that it has.
+API int cs_person(uint32_t number, double accel, double decel, double time_gap, double min_gap) {
+    return guard([&] {
+        using Type = sim::VehicleType;
+        const std::string& id = vehicle(number).id;
+        const std::string name = "codrive.person." + std::to_string(number), draft = name + ".draft";
+        Type::copy(sim::Vehicle::getTypeID(id), draft);
+        Type::setAccel(draft, accel);
+        Type::setDecel(draft, decel);
+        Type::setEmergencyDecel(draft, std::max(decel, Type::getEmergencyDecel(draft)));
+        Type::setApparentDecel(draft, decel);
+        Type::setTau(draft, time_gap);
+        Type::setMinGap(draft, min_gap);
+        Type::copy(draft, name);
+        sim::Vehicle::setType(id, name);
+    });
+}
+
+// The leader of a vehicle within `reach`: its speed and the gap between the bumpers; an infinite gap without one.
+API int cs_leader(uint32_t number, double reach, double* gap, double* speed) {
+    return guard([&] {
+        const std::string& id = vehicle(number).id;
+        const auto leader = sim::Vehicle::getLeader(id, reach);
+        *gap = INFINITY, *speed = 0.;
+        if (leader.first.empty()) return;
+        // SUMO's own gap is that beyond the smallest one.
+        *gap = leader.second + sim::Vehicle::getMinGap(id);
+        *speed = sim::Vehicle::getSpeed(leader.first);
     });
 }
 

@@ -6,6 +6,7 @@ use super::{
     shim_data::{RawCommand, RawDeparture, RawStep, Reading, Record, Step, Text, VehicleType},
 };
 use crate::{
+    idm::IdmParams,
     map::network::LaneId,
     space::SumoPose,
     traffic::{TrafficError, VehicleId, go_on, starts_under_way},
@@ -39,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 8,
+        number: 9,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -72,6 +73,8 @@ struct Api {
     lane_text: unsafe extern "C" fn(usize, *mut Text) -> c_int,
     close_lane: unsafe extern "C" fn(usize) -> c_int,
     vehicle_type: unsafe extern "C" fn(Text, Text, *const VehicleType) -> c_int,
+    person: unsafe extern "C" fn(u32, f64, f64, f64, f64) -> c_int,
+    leader: unsafe extern "C" fn(u32, f64, *mut f64, *mut f64) -> c_int,
     route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, c_int, *mut u32) -> c_int,
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
@@ -129,6 +132,8 @@ impl Api {
             lane_text: symbol!(b"cs_lane_text\0"),
             close_lane: symbol!(b"cs_close_lane\0"),
             vehicle_type: symbol!(b"cs_type\0"),
+            person: symbol!(b"cs_person\0"),
+            leader: symbol!(b"cs_leader\0"),
             route: symbol!(b"cs_route\0"),
             add: symbol!(b"cs_add\0"),
             take: symbol!(b"cs_take\0"),
@@ -254,6 +259,18 @@ impl Shim {
     pub fn add_type(&mut self, base: &str, name: &str, values: &VehicleType) -> Result<(), TrafficError> {
         let (base, name) = (c_text(base), c_text(name));
         self.check(unsafe { (self.api.vehicle_type)(base.as_ptr(), name.as_ptr(), values) })
+    }
+
+    /// Gives a vehicle the numbers of its driver; the rest of its type stays.
+    pub fn set_driver(&mut self, id: VehicleId, idm: &IdmParams) -> Result<(), TrafficError> {
+        self.check(unsafe { (self.api.person)(id.0, idm.a, idm.b, idm.t, idm.s0) })
+    }
+
+    /// Returns the gap to the leader of a vehicle, m, and the leader's speed, m/s; `None` without one within `reach_m`.
+    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<(f64, f64)>, TrafficError> {
+        let (mut gap_m, mut speed_mps) = (f64::INFINITY, 0.0);
+        self.check(unsafe { (self.api.leader)(id.0, reach_m, &raw mut gap_m, &raw mut speed_mps) })?;
+        Ok(gap_m.is_finite().then_some((gap_m, speed_mps)))
     }
 
     /// Makes a route of edges.

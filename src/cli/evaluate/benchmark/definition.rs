@@ -9,7 +9,9 @@ use crate::{
     data_folders, file,
     idm::IdmParams,
     policy::{self, Hold, PolicyError, PolicySettings, PolicySource},
+    settings::Settings,
     toml_text::{self, KeyPart, did_you_mean},
+    traffic::{RING_STUDY, is_population_path},
     train::{DriverConfig, RingConfig, TrainConfig},
 };
 use serde::Deserialize;
@@ -63,7 +65,11 @@ pub struct Road {
     pub circumference_m: [f64; 2],
     /// Minimum and maximum number of vehicles.
     pub vehicles: [u32; 2],
+    /// Drivers of the traffic, as the setting `traffic_drivers`; a population's file is relative to this one.
+    #[serde(default = "ring_study")]
+    pub traffic_drivers: String,
     /// Relative spread of the car-following model between rings, either way.
+    #[serde(default)]
     pub idm_spread: f64,
     /// Relative spread of each vehicle's model around that of its ring, either way.
     #[serde(default)]
@@ -237,6 +243,9 @@ impl Benchmark {
                     return Err((format!("road.{i}.{key}"), format!("{key} is {value}; allowed: {low} to {high}")));
                 }
             }
+            let condition = EvaluationCondition { road, hold_s: self.holds_s[0], driver: &self.drivers[0] };
+            let config = self.config(&condition).map_err(|error| (format!("road.{i}.name"), error.to_string()))?;
+            config.check().map_err(|(key, message)| (format!("road.{i}.{key}"), message))?;
             if self.roads[..i].iter().any(|other| other.key() == road.key()) {
                 let message =
                     format!("two roads have the key `{}`\n  remedy: give one of them a key of its own", road.key());
@@ -336,6 +345,14 @@ impl Benchmark {
         self.folder.join(condition.written_in(name)).display().to_string()
     }
 
+    /// Returns the drivers of a road's traffic: a name, or the path of a population's file.
+    fn traffic_drivers(&self, road: &Road) -> String {
+        if !is_population_path(&road.traffic_drivers) {
+            return road.traffic_drivers.clone();
+        }
+        self.folder.join(&road.traffic_drivers).display().to_string()
+    }
+
     /// Returns the configuration of the rings and driver of a condition.
     pub fn config(&self, condition: &EvaluationCondition<'_>) -> Result<TrainConfig, CliError> {
         let EvaluationCondition { road, hold_s, driver } = *condition;
@@ -348,6 +365,7 @@ impl Benchmark {
                 circumference_max_m: road.circumference_m[1],
                 vehicles_min: road.vehicles[0],
                 vehicles_max: road.vehicles[1],
+                traffic_drivers: self.traffic_drivers(road),
                 idm_spread: road.idm_spread,
                 car_spread: road.car_spread,
                 truck_share: road.truck_share,
@@ -369,6 +387,11 @@ impl Benchmark {
         };
         Ok(config)
     }
+}
+
+/// Returns the default of a road's drivers.
+fn ring_study() -> String {
+    RING_STUDY.into()
 }
 
 impl Road {

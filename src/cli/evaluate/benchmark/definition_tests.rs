@@ -186,3 +186,24 @@ fn an_unknown_benchmark_is_refused_with_the_known_names() {
         "{message}"
     );
 }
+
+#[test]
+fn a_road_has_the_drivers_that_it_names() {
+    let text = SMALL.replacen("idm_spread = 0.0", "traffic_drivers = \"gap-closers\"", 1);
+    let of = |text: &str, k: usize| {
+        let benchmark = parsed(text);
+        let condition = EvaluationCondition { road: &benchmark.roads[k], hold_s: 1.0, driver: &benchmark.drivers[0] };
+        benchmark.config(&condition).map_err(|e| e.to_string()).unwrap().ring.traffic_drivers
+    };
+    assert_eq!([of(&text, 0), of(&text, 1), of(SMALL, 0)], ["gap-closers", "ring-study", "ring-study"]);
+    let typo = refused_of(&text, "gap-closers", "gap-closer");
+    assert!(
+        typo.starts_with("ring.toml:10:19: traffic_drivers is \"gap-closer\" (did you mean gap-closers?)"),
+        "{typo}"
+    );
+    let spread = refused_of(&text, "\"gap-closers\"", "\"gap-closers\"\nidm_spread = 0.1");
+    assert!(
+        spread.starts_with("ring.toml:11:14: idm_spread is 0.1; allowed with traffic_drivers gap-closers: 0"),
+        "{spread}"
+    );
+}

@@ -245,9 +245,9 @@ fn road_state(benchmark: &Benchmark, road: &Road) -> Result<RoadState, CliError>
     let config: TrainConfig = benchmark.config(&condition)?;
     let mut state = RoadState { unstable: 0, rings: benchmark.rings, equilibrium_mps: 0.0 };
     for ring in 0..benchmark.rings {
-        let (idm, gap_m) = drawn_ring(&config, SEALED_STREAM, ring);
-        state.unstable += usize::from(idm.string_stability(gap_m) < 0.0);
-        state.equilibrium_mps += idm.equilibrium_speed_mps(gap_m) / benchmark.rings as f64;
+        let (model, gap_m) = drawn_ring(&config, SEALED_STREAM, ring);
+        state.unstable += usize::from(model.string_stability(gap_m) < 0.0);
+        state.equilibrium_mps += model.equilibrium_speed_mps(gap_m, f64::INFINITY) / benchmark.rings as f64;
     }
     Ok(state)
 }
