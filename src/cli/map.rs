@@ -6,9 +6,11 @@ use crate::{
     map::{
         self,
         import::{DrivingSide, ImportOptions},
+        network::Network,
     },
     scenario::Scenario,
     sim::Summary,
+    traffic::sumo::compare_with_sumo,
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use std::{
@@ -200,6 +202,7 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
     };
     let (Ok(result) | Err(result)) = &trial;
     out::line(format_args!("trial drive    {result}"))?;
+    out::line(format_args!("{}", checked_against_sumo(&made.folder)))?;
     out::line(format_args!(
         "map            {}; the whole report is its {}",
         made.folder.display(),
@@ -211,6 +214,14 @@ fn import(matches: &ArgMatches) -> Result<(), CliError> {
             out::line(format_args!("find a path that can be driven: codrive map path {name} --from EDGE --to EDGE"))
         }
     }
+}
+
+/// Compares a new map's network with SUMO's own reading. Returns the result as text.
+fn checked_against_sumo(folder: &Path) -> String {
+    let file = folder.join("net.xml");
+    let network = Network::load(&file.to_string_lossy()).map_err(|error| error.to_string());
+    let equal = network.and_then(|network| compare_with_sumo(&network, &file).map_err(|error| error.to_string()));
+    equal.map_or_else(|error| format!("warning: {error}"), |equal| format!("checked against SUMO: {equal}"))
 }
 
 /// Drives a new map for some seconds with simulated drivers. Returns the result as text, as an error if the route cannot be driven. The

@@ -62,8 +62,8 @@ pub(super) struct CarBody {
 struct ObstacleBody {
     body: RigidBodyHandle,
     collider: ColliderHandle,
-    /// Identifier of the vehicle that uses this body; `None` for an unused body.
-    id: Option<u32>,
+    /// Identifier and part of the vehicle that uses this body; `None` for an unused body.
+    id: Option<(u32, u8)>,
     /// Length and width, m.
     size_m: [f64; 2],
     /// Pose at the end of the last tick; `None` before the first.
@@ -163,12 +163,12 @@ impl CarBody {
 
     /// Assigns a body to each obstacle: the one it had before, or an unused one.
     fn assign(&mut self, obstacles: &[Obstacle]) {
-        let stays = |(slot, obstacle): (&usize, &Obstacle)| self.cars[*slot].id == Some(obstacle.id);
+        let stays = |(slot, obstacle): (&usize, &Obstacle)| self.cars[*slot].id == Some(obstacle.key());
         if self.slots.len() == obstacles.len() && self.slots.iter().zip(obstacles).all(stays) {
             return;
         }
         for car in &mut self.cars {
-            if car.id.is_some_and(|id| obstacles.iter().all(|obstacle| obstacle.id != id)) {
+            if car.id.is_some_and(|id| obstacles.iter().all(|obstacle| obstacle.key() != id)) {
                 (car.id, car.pose, car.touched) = (None, None, None);
                 if self.world.bodies[car.body].is_enabled() {
                     self.world.bodies[car.body].set_enabled(false);
@@ -177,13 +177,13 @@ impl CarBody {
         }
         self.slots.clear();
         for obstacle in obstacles {
-            let known = self.cars.iter().position(|car| car.id == Some(obstacle.id));
+            let known = self.cars.iter().position(|car| car.id == Some(obstacle.key()));
             let slot = known.or_else(|| self.cars.iter().position(|car| car.id.is_none())).unwrap_or(self.cars.len());
             if slot == self.cars.len() {
                 self.cars.push(ObstacleBody::new(&mut self.world, slot));
             }
             let car = &mut self.cars[slot];
-            car.id = Some(obstacle.id);
+            car.id = Some(obstacle.key());
             let size_m = [obstacle.length_m, obstacle.width_m];
             if car.size_m != size_m {
                 car.size_m = size_m;

@@ -86,13 +86,15 @@ impl EgoState {
 /// Other vehicle that the ego can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Identifier of the vehicle, unique among the obstacles.
+    /// Identifier of the vehicle.
     pub id: u32,
-    /// Pose of the vehicle's centre at the end of this tick.
+    /// Part of an articulated vehicle, from 0 at the front; identifier and part are unique among the obstacles.
+    pub part: u8,
+    /// Pose of the part's centre at the end of this tick.
     pub pose: Pose,
     /// Speed of the vehicle, m/s.
     pub speed_mps: f64,
-    /// Length from bumper to bumper, m.
+    /// Length of the part, from bumper to bumper of a vehicle of one part, m.
     pub length_m: f64,
     pub width_m: f64,
     /// Height of the road under the vehicle, m.
@@ -100,6 +102,11 @@ pub struct Obstacle {
 }
 
 impl Obstacle {
+    /// Returns what tells this obstacle from all others of a tick.
+    fn key(&self) -> (u32, u8) {
+        (self.id, self.part)
+    }
+
     /// Checks whether the vehicle's road is at this height, rather than on a bridge above or below.
     pub fn is_at_height(&self, height_m: f64) -> bool {
         is_one_road(self.height_m, height_m)
@@ -111,6 +118,7 @@ impl Default for Obstacle {
     fn default() -> Self {
         Self {
             id: 0,
+            part: 0,
             pose: Pose::default(),
             speed_mps: 0.0,
             length_m: CAR_LENGTH_M,

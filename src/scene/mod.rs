@@ -13,6 +13,7 @@ mod options;
 mod point_key;
 mod scenario_options;
 mod static_scene;
+mod traffic_parts;
 mod trees;
 mod vehicles;
 mod view;

@@ -4,23 +4,20 @@
 use super::{
     CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions,
     camera::{birdseye_camera, chase_camera, driver_camera, driver_look, mirror_camera},
-    car::{materials::WHEEL_RADIUS_M, number_plate},
+    car::number_plate,
     cockpit::mirrors,
+    traffic_parts::traffic_parts,
     vehicles,
 };
 use crate::map::network::SignalStates;
 use crate::space::{Pose, wrap_angle};
-use crate::traffic::{EGO, VehicleBody, VehicleId};
+use crate::traffic::{EGO, VehicleBody};
 use crate::{
     controls::{BLINK_S, STEERING_RATIO},
     ego::EgoState,
 };
-use crate::{
-    scenario::CockpitView,
-    sim::{Snapshot, VehicleSnapshot},
-};
+use crate::{scenario::CockpitView, sim::Snapshot};
 use glam::{Affine3A, DVec3, EulerRot, Quat, Vec3};
-use std::f64::consts::TAU;
 
 /// Period after which the wind's time starts again at 0, seconds: ten hours. Single precision has steps of 4 ms there; after
 /// days, leaves would move in jerks.
@@ -36,7 +33,9 @@ pub fn view(
 ) -> View {
     let ego = EgoAt::new(snapshot, fraction, static_scene.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
-    cars.extend(snapshot.cars.iter().map(|car| traffic_car(car, fraction, options.paint(car.id, kind), static_scene)));
+    for car in &snapshot.cars {
+        cars.extend(traffic_parts(car, fraction, options.paint(car.id, kind), static_scene));
+    }
     let full = options.cockpit == CockpitView::Full;
     let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
         let rotation = ego.steadied(options.body_motion);
@@ -132,74 +131,6 @@ impl EgoAt {
     }
 }
 
-fn traffic_car(car: &VehicleSnapshot, fraction: f32, colour: [f32; 3], static_scene: &StaticScene) -> CarInstance {
-    let pose = car.pose_before.lerp(&car.pose, f64::from(fraction));
-    let pose = Pose { position: pose.position - static_scene.origin.truncate(), ..pose };
-    let height_m = car.height_m - static_scene.origin.z;
-    let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
-    let shape = vehicles::shape(&car.body, &static_scene.hubs);
-    let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
-    let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
-    // Ackermann: the steering angle that rolls the vehicle along the bend under its centre.
-    let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
-    let bend_per_m = bend_per_m(car);
-    let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
-    let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
-    let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
-    CarInstance {
-        position: pose.position.as_vec2().extend(road_m),
-        rotation: rotation * lean,
-        colour,
-        brake: f32::from(u8::from(car.lamps.brake)),
-        scale: shape.scale,
-        // The wheels stay on the road when the body pitches.
-        hubs: shape.hubs.map(|hub| lean.inverse() * hub),
-        wheel_scale: shape.wheel_scale,
-        steer_rad: (wheelbase_m * bend_per_m).atan(),
-        spin_rad: spin as f32,
-        style: shape.style.unwrap_or_else(|| style(car.id)).min(static_scene.cars.len().saturating_sub(1)),
-        plate: number_plate::number(car.id.0),
-        is_ego: false,
-    }
-}
-
-/// Returns the height of the road under a vehicle's centre, and the unit normal of the plane that its wheels stand on. `height_m` is about
-/// that of the road, as SUMO has it under the front bumper.
-fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &StaticScene) -> (f32, Vec3) {
-    if let Some(level_m) = static_scene.level_m {
-        return (level_m, Vec3::Z);
-    }
-    let (ahead, left) = (pose.forward(), pose.left());
-    let [front_left, front_right, rear_left, rear_right] = hubs.map(|hub| {
-        let wheel = Pose { position: pose.position + ahead * f64::from(hub.x) + left * f64::from(hub.y), ..pose };
-        static_scene.road_at(wheel, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
-    });
-    let [wheelbase_m, track_m] = [hubs[0].x - hubs[2].x, hubs[0].y - hubs[1].y];
-    let grade = (front_left + front_right - rear_left - rear_right) / (2.0 * wheelbase_m);
-    // A cycle's wheels have no track.
-    let bank = if track_m > 0.1 { (front_left + rear_left - front_right - rear_right) / (2.0 * track_m) } else { 0.0 };
-    let middle_x = (hubs[0].x + hubs[2].x) / 2.0;
-    let road_m = (front_left + front_right + rear_left + rear_right) / 4.0 - grade * middle_x;
-    let uphill = ahead.as_vec2() * grade + left.as_vec2() * bank;
-    (road_m, (-uphill).extend(1.0).normalize())
-}
-
-/// Returns the body style of a car, which is constant; three of seven cars are saloons.
-fn style(id: VehicleId) -> usize {
-    [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
-}
-
-/// Returns the curvature of a vehicle's path in the last tick, 1/m, positive to the left.
-fn bend_per_m(car: &VehicleSnapshot) -> f32 {
-    // The wheels straighten as the vehicle stops, because a path of zero length has no direction.
-    const STANDING_M: f64 = 0.3 * crate::time::TICK_S;
-    // Radius of at least 5 m.
-    const MOST_PER_M: f64 = 0.2;
-    let way_m = car.pose_before.position.distance(car.pose.position);
-    let turn_rad = wrap_angle(car.pose.yaw_rad - car.pose_before.yaw_rad);
-    (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
-}
-
 /// Linear colour of an indicator's light, and the share of its period in which it is on (`docs/references.md: roads`).
 const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
 const BLINK_ON: f64 = 0.5;
@@ -227,23 +158,29 @@ fn lit_lamps(
     }
     // The ego's indicators are not visible from its own seat.
     let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
-    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR, &cars[0]));
-    let others = snapshot.cars.iter().zip(&cars[1..]).map(|(car, drawn)| (car.id, car.lamps, car.body, drawn));
-    for (id, lit, body, drawn) in ego.into_iter().chain(others) {
+    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR));
+    let mut drawn = cars.iter().skip(usize::from(!is_from_outside));
+    let others = snapshot.cars.iter().map(|car| (car.id, car.lamps, car.body));
+    for (id, lit, body) in ego.into_iter().chain(others) {
+        let parts: Vec<_> = body.parts(&Pose::default(), None).zip(&mut drawn).enumerate().collect();
         // Each vehicle blinks with its own phase.
         let phase = now_s / BLINK_S + 0.37 * f64::from(id.0 % 8);
         if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
             continue;
         }
-        let shape = vehicles::shape(&body, &static_scene.hubs);
-        for (side, _) in [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit) {
-            for (at, facing) in shape.indicators.into_iter().zip([Vec3::X, Vec3::NEG_X]) {
-                lamps.push(LitLamp {
-                    position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
-                    facing: drawn.rotation * facing,
-                    radius_m: shape.indicator_radius_m,
-                    light: INDICATOR,
-                });
+        let sides = [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit);
+        for (side, _) in sides {
+            for (k, (part, drawn)) in &parts {
+                let shape = vehicles::shape(&body, *k, part.length_m, &static_scene.hubs);
+                let ends = [(*k == 0, Vec3::X), (k + 1 == parts.len(), Vec3::NEG_X)];
+                for (at, (_, facing)) in shape.indicators.into_iter().zip(ends).filter(|(_, (is_end, _))| *is_end) {
+                    lamps.push(LitLamp {
+                        position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
+                        facing: drawn.rotation * facing,
+                        radius_m: shape.indicator_radius_m,
+                        light: INDICATOR,
+                    });
+                }
             }
         }
     }
@@ -255,10 +192,12 @@ mod tests {
     use super::*;
     use crate::map::RoadMap;
     use crate::scene::Camera;
+    use crate::scene::car::materials::WHEEL_RADIUS_M;
     use crate::scene::static_scene::tests::{circuit, ring};
+    use crate::sim::VehicleSnapshot;
     use crate::space::CAR_LENGTH_M;
     use crate::time::Tick;
-    use crate::traffic::VehicleLamps;
+    use crate::traffic::{VehicleId, VehicleLamps};
     use glam::Vec2;
 
     const ASPECT: f32 = 16.0 / 9.0;

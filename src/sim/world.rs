@@ -269,7 +269,7 @@ impl World {
         let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
         let others = self.observer.view().cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
-        cars.extend(others.map(VehicleSnapshot::obstacle));
+        cars.extend(others.flat_map(VehicleSnapshot::obstacles));
         let mut has_touched = false;
         for (agent, own) in agents_mut(&mut self.observer, &mut self.others).zip(&*agents) {
             let is_near = |other: &&Obstacle| {

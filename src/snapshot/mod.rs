@@ -2,13 +2,13 @@
 
 use crate::{
     controls::Indicator,
-    ego::EgoState,
+    ego::{EgoState, Obstacle},
     map::network::{LanePosition, SignalStates},
     policy::Advice,
     rng,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::{VehicleBody, VehicleId, VehicleKind, VehicleLamps},
+    traffic::{Articulation, VehicleBody, VehicleId, VehicleKind, VehicleLamps, VehiclePart},
 };
 
 /// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
@@ -20,6 +20,10 @@ pub struct VehicleSnapshot {
     pub pose: Pose,
     /// Pose one tick earlier, so that a frame can be drawn in between.
     pub pose_before: Pose,
+    /// Headings of the parts of an articulated vehicle; `None` for a vehicle of one part.
+    pub articulation: Option<Articulation>,
+    /// Those headings one tick earlier.
+    pub articulation_before: Option<Articulation>,
     /// Front bumper along the ego's route, metres; `None` beside the route. On a closed route with a fixed number of vehicles, never
     /// `None`.
     pub s_m: Option<f64>,
@@ -199,6 +203,10 @@ impl Snapshot {
                 let numbers = [("x", position.x), ("y", position.y), ("heading", yaw_rad)];
                 numbers.iter().for_each(|(name, value)| put(name, car.id.0, *value));
             }
+            if let Some(Articulation { front_yaw_rad, rear_yaw_rad }) = car.articulation {
+                put("heading of the front part", car.id.0, front_yaw_rad);
+                put("heading of the rear part", car.id.0, rear_yaw_rad);
+            }
             put("speed", car.id.0, car.speed_mps);
             put("acceleration", car.id.0, car.accel_mps2);
             let VehicleLamps { brake, left, right, .. } = car.lamps;
@@ -213,11 +221,23 @@ impl Snapshot {
 }
 
 impl VehicleSnapshot {
-    /// Returns this vehicle as an obstacle for the physics of another.
-    pub fn obstacle(&self) -> crate::ego::Obstacle {
-        let VehicleBody { length_m, width_m, .. } = self.body;
-        let Self { pose, speed_mps, height_m, .. } = *self;
-        crate::ego::Obstacle { id: self.id.0, pose, speed_mps, length_m, width_m, height_m }
+    /// Returns the parts of this vehicle, the front one first.
+    pub fn parts(&self) -> impl Iterator<Item = VehiclePart> + use<> {
+        self.body.parts(&self.pose, self.articulation)
+    }
+
+    /// Returns the parts of this vehicle as obstacles for the physics of another.
+    pub fn obstacles(&self) -> impl Iterator<Item = Obstacle> + use<> {
+        let Self { id, speed_mps, height_m, body, .. } = *self;
+        self.parts().enumerate().map(move |(part, VehiclePart { pose, length_m })| Obstacle {
+            id: id.0,
+            part: part as u8,
+            pose,
+            speed_mps,
+            length_m,
+            width_m: body.width_m,
+            height_m,
+        })
     }
 }
 

@@ -167,11 +167,12 @@ impl Scan<'_, '_> {
         faults.map_err(|problem| Problem { element: tag.label(), problem })
     }
 
-    /// Checks that departure times ascend: SUMO leaves out a vehicle that departs before one above it in the file.
+    /// Checks that departure times ascend: SUMO leaves out a vehicle or person that departs before one above it in the file. Vehicles of a
+    /// line, which SUMO reads ahead, may be followed by earlier departures.
     fn departure(&mut self, tag: &Tag) -> Result<(), String> {
         let name = match tag.name.as_str() {
-            "flow" => "begin",
-            "trip" | "vehicle" => "depart",
+            "flow" | "personFlow" => "begin",
+            "trip" | "vehicle" | "person" => "depart",
             _ => return Ok(()),
         };
         let (Some(last_s), Some(depart_s)) = (self.last_depart_s, number(tag, name)) else { return Ok(()) };
@@ -182,7 +183,9 @@ impl Scan<'_, '_> {
                 last_s
             ));
         }
-        self.last_depart_s = Some(depart_s);
+        if tag.attribute("line").is_none_or(str::is_empty) {
+            self.last_depart_s = Some(depart_s);
+        }
         Ok(())
     }
 }
@@ -277,6 +280,32 @@ mod tests {
         let absent = Demand { files: vec!["no.rou.xml".into()], ..Demand::default() };
         let absent = copy(&absent, &network, 3600.0, folder.path()).unwrap_err().to_string();
         assert!(absent.starts_with("no.rou.xml: "), "{absent}");
+    }
+
+    #[test]
+    fn departures_may_come_before_those_of_a_line_and_of_nothing_else() {
+        let trips = |first: &str, second: &str| {
+            let ends = "from=\"north\" to=\"south\"";
+            check_text(&format!("<routes><{first} {ends}/>\n<{second} {ends}/></routes>"))
+        };
+        let bus = "flow id=\"bus\" line=\"19\" begin=\"180\" end=\"900\" period=\"300\"";
+        let car = "trip id=\"car\" depart=\"60\"";
+        assert_eq!(trips(bus, car), Ok(()));
+        let late = "trip id=\"late\" depart=\"180\"";
+        let early = "flow id=\"bus\" line=\"19\" begin=\"60\" end=\"900\" period=\"300\"";
+        for second in [car, early] {
+            assert!(
+                trips(late, second).is_err_and(|fault| fault.contains("departs at 60 s, after a departure at 180 s"))
+            );
+        }
+    }
+
+    #[test]
+    fn a_vehicle_that_departs_before_a_person_above_it_is_named() {
+        let person = "<person id=\"p\" depart=\"180\"><walk edges=\"north\"/></person>";
+        let text = format!("<routes>{person}\n<trip id=\"a\" depart=\"9\" from=\"north\" to=\"south\"/></routes>");
+        let fault = check_text(&text).expect_err("SUMO leaves it out");
+        assert!(fault.contains("trip \"a\": departs at 9 s, after a departure at 180 s"), "{fault}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! Out: the state of every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO and the native IDM ring. Only
 //! `traffic::sumo` depends on SUMO.
 
+mod articulation;
 mod bends;
 mod choice;
 mod crossings;
@@ -24,6 +25,7 @@ pub mod start;
 pub mod sumo;
 mod vehicles;
 
+pub use articulation::{Articulation, VehiclePart};
 pub use choice::{EngineChoice, UnknownEngine};
 pub use demand::{Demand, DemandFault, Flow, KindShare};
 pub use demand_count::{Departures, time_of_day_s};

@@ -1,6 +1,7 @@
 //! Vehicles on a road network: their states, departures and arrivals. In: the records of an engine. Out: plain data, by ascending id.
 //! Metres, m/s, world axes.
 
+use super::Articulation;
 use crate::{
     map::{
         PathLanes, RoadMap,
@@ -124,8 +125,10 @@ pub struct VehicleState {
     pub s_m: f64,
     /// Lateral offset of the vehicle from the centre line, metres, positive to the left.
     pub offset_m: f64,
-    /// Pose of the vehicle's centre on the ground plane.
+    /// Pose of the vehicle's centre on the ground plane. The heading of an articulated vehicle is that from its rear to its front.
     pub pose: Pose,
+    /// Headings of the parts of an articulated vehicle; `None` for a vehicle of one part.
+    pub articulation: Option<Articulation>,
     /// Height of the road under the front bumper, metres.
     pub height_m: f64,
     pub speed_mps: f64,

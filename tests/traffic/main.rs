@@ -1,7 +1,7 @@
 //! The contract of the traffic engines. `contract` covers both engines, `imposed` an externally driven ego, `several` several of them, and
 //! `noise` its strength. `sumo` covers SUMO alone, `network` roads that vehicles enter and leave, `network_ego` an ego there, and
 //! `networks` networks that are not shipped. `forks` covers lanes that lead to several, and `fuel` the emission model. `demand` covers
-//! additional files, begin and persons. `gate`
+//! additional files, begin and persons, `long_vehicles` buses and lorries. `gate`
 //! and `gate_program` cover files that would make SUMO write. Metres, m/s, steps of 0.1 s.
 //!
 //! libsumo runs one simulation per process, so every test holds [`alone`].
@@ -13,6 +13,7 @@ mod fuel;
 mod gate;
 mod gate_program;
 mod imposed;
+mod long_vehicles;
 mod network;
 mod network_ego;
 mod networks;

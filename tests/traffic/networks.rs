@@ -1,7 +1,13 @@
 //! Networks that are not shipped with the program: SUMO crashes on some of them, which must not end the program.
 
 use super::*;
-use codrive::traffic::{NativeTraffic, TrafficError, sumo::SumoTraffic};
+use codrive::{
+    map::network::Network,
+    traffic::{
+        NativeTraffic, TrafficError,
+        sumo::{SumoTraffic, compare_with_sumo},
+    },
+};
 use std::{
     path::Path,
     process::{Command, Output},
@@ -143,5 +149,24 @@ fn only_sumo_drives_a_figure_of_eight_and_the_native_engine_refuses() {
             let apart = |other: &CarState| middle(other).distance(middle(car));
             assert!(cars[..k].iter().all(|other| apart(other) > 1.8), "{cars:?}");
         }
+    }
+}
+
+#[test]
+fn lanes_and_connections_of_every_network_are_as_sumo_reads_them() {
+    let _alone = alone();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = |folder: &str| {
+        let found = std::fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        found.map(|path| if path.is_dir() { path.join("net.xml") } else { path }).collect::<Vec<_>>()
+    };
+    let all = [files("tests/data/networks"), files("maps"), files("tests/data")].concat();
+    let nets: Vec<_> =
+        all.iter().filter(|file| file.is_file() && file.to_string_lossy().ends_with("net.xml")).collect();
+    assert!(nets.len() > 20, "{}", nets.len());
+    for file in nets {
+        let network = Network::load(&file.to_string_lossy()).unwrap();
+        let equal = compare_with_sumo(&network, file).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((equal.lanes, equal.connections), (network.lanes().len(), network.connections().len()));
     }
 }

@@ -1,5 +1,6 @@
-//! Vehicles with flat sides: van, lorry, articulated lorry and bus. Out: models at their usual sizes, metres; see the parent
-//! module.
+//! Vehicles with flat sides, and parts of articulated ones: van, lorry, tractor, semi-trailer, bus, and the two parts of a long bus. Out:
+//! models at their usual sizes, metres; see the parent module. A part is as long as from its bumper to its joint; its model may reach
+//! beyond the joint.
 
 use super::model::{Model, Shape, block};
 use crate::scene::{
@@ -10,7 +11,8 @@ use crate::scene::{
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::TAU;
 
-/// Sizes of SUMO's `delivery`, a rigid lorry, SUMO's `trailer`, and SUMO's `bus`.
+// Sizes of SUMO's `delivery`, a rigid lorry, the parts of SUMO's `trailer`, SUMO's `bus`, and the parts of a bus of 18 m.
+
 pub(super) const VAN: Shape = Shape {
     size: Vec3::new(6.5, 2.16, 2.86),
     axles: [2.12, -1.75],
@@ -27,12 +29,22 @@ pub(super) const LORRY: Shape = Shape {
     indicators: [Vec3::new(4.52, 1.08, 0.80), Vec3::new(-4.52, 1.06, 0.92)],
     indicator_radius: 0.07,
 };
-pub(super) const ARTICULATED: Shape = Shape {
-    size: Vec3::new(16.5, 2.55, 4.0),
-    axles: [6.85, 3.10],
+/// The joint is the kingpin, half a metre ahead of the driven axle.
+pub(super) const TRACTOR: Shape = Shape {
+    size: Vec3::new(4.65, 2.55, 4.0),
+    axles: [0.925, -2.825],
     track_half: 1.135,
     wheel: [0.50, 0.30],
-    indicators: [Vec3::new(8.27, 1.10, 0.80), Vec3::new(-8.27, 1.08, 0.95)],
+    indicators: [Vec3::new(2.345, 1.10, 0.80), Vec3::new(-3.625, 1.0, 0.95)],
+    indicator_radius: 0.07,
+};
+/// The axles are the first and the last of three.
+pub(super) const SEMI_TRAILER: Shape = Shape {
+    size: Vec3::new(11.85, 2.55, 4.0),
+    axles: [-1.275, -3.915],
+    track_half: 1.135,
+    wheel: [0.50, 0.30],
+    indicators: [Vec3::new(7.675, 1.10, 0.80), Vec3::new(-5.945, 1.08, 0.95)],
     indicator_radius: 0.07,
 };
 pub(super) const BUS: Shape = Shape {
@@ -41,6 +53,24 @@ pub(super) const BUS: Shape = Shape {
     track_half: 1.11,
     wheel: [0.48, 0.30],
     indicators: [Vec3::new(6.02, 1.08, 0.85), Vec3::new(-6.02, 1.12, 1.20)],
+    indicator_radius: 0.07,
+};
+
+pub(super) const BUS_FRONT: Shape = Shape {
+    size: Vec3::new(10.08, 2.5, 3.4),
+    axles: [2.39, -3.31],
+    track_half: 1.11,
+    wheel: [0.48, 0.30],
+    indicators: [Vec3::new(5.06, 1.08, 0.85), Vec3::new(-4.5, 1.12, 1.20)],
+    indicator_radius: 0.07,
+};
+/// The part has one axle.
+pub(super) const BUS_REAR: Shape = Shape {
+    size: Vec3::new(7.92, 2.5, 3.4),
+    axles: [-0.56, -0.56],
+    track_half: 1.11,
+    wheel: [0.48, 0.30],
+    indicators: [Vec3::new(3.5, 1.08, 0.85), Vec3::new(-3.98, 1.12, 1.20)],
     indicator_radius: 0.07,
 };
 
@@ -116,14 +146,19 @@ fn fixed_wheels(triangles: &mut TriangleList, axle: f32, radius: f32, half: f32)
     }
 }
 
-/// Adds pairs of lamps: brake lamps behind, head lamps in front.
-fn lamps(triangles: &mut TriangleList, [rear, front]: [f32; 2], half: f32, [rear_z, front_z]: [f32; 2]) {
+/// Adds the pair of brake lamps at a rear.
+fn brake_lamps(triangles: &mut TriangleList, rear: f32, half: f32, z: f32) {
     for side in [-1.0f32, 1.0] {
-        let span = |inner: f32, outer: f32| if side > 0.0 { (inner, outer) } else { (-outer, -inner) };
-        let (from, to) = span(half - 0.34, half - 0.10);
-        block(triangles, [rear - 0.02, from, rear_z - 0.13], [rear + 0.04, to, rear_z + 0.13], BRAKE);
-        let (from, to) = span(half - 0.52, half - 0.12);
-        block(triangles, [front - 0.04, from, front_z - 0.11], [front + 0.015, to, front_z + 0.11], LIGHT);
+        let (from, to) = if side > 0.0 { (half - 0.34, half - 0.10) } else { (0.10 - half, 0.34 - half) };
+        block(triangles, [rear - 0.02, from, z - 0.13], [rear + 0.04, to, z + 0.13], BRAKE);
+    }
+}
+
+/// Adds the pair of head lamps at a front.
+fn head_lamps(triangles: &mut TriangleList, front: f32, half: f32, z: f32) {
+    for side in [-1.0f32, 1.0] {
+        let (from, to) = if side > 0.0 { (half - 0.52, half - 0.12) } else { (0.12 - half, 0.52 - half) };
+        block(triangles, [front - 0.04, from, z - 0.11], [front + 0.015, to, z + 0.11], LIGHT);
     }
 }
 
@@ -175,7 +210,8 @@ pub(super) fn van() -> Model {
     for axle in VAN.axles {
         arch(&mut triangles, axle, VAN.wheel[0], half);
     }
-    lamps(&mut triangles, [-3.24, 3.19], half, [1.02, 0.90]);
+    brake_lamps(&mut triangles, -3.24, half, 1.02);
+    head_lamps(&mut triangles, 3.19, half, 0.90);
     block(&mut triangles, [3.15, -0.45, 0.72], [3.225, 0.45, 0.94], DARK);
     mirrors(&mut triangles, 1.95, half + 0.03, 1.62);
     plate(&mut triangles, -3.235, 0.80);
@@ -246,63 +282,113 @@ pub(super) fn lorry() -> Model {
     load(&mut triangles, [-4.48, 2.15], 1.25, [1.05, 3.6]);
     guards(&mut triangles, -1.65, 2.0, 1.18);
     arch(&mut triangles, LORRY.axles[0], LORRY.wheel[0], 1.22);
-    lamps(&mut triangles, [-4.48, 4.48], 1.22, [0.90, 0.78]);
+    brake_lamps(&mut triangles, -4.48, 1.22, 0.90);
+    head_lamps(&mut triangles, 4.48, 1.22, 0.78);
     plate(&mut triangles, -4.486, 0.64);
     Model { triangles, shape: LORRY }
 }
 
-pub(super) fn articulated() -> Model {
+pub(super) fn tractor() -> Model {
     let mut triangles = TriangleList::default();
-    cab(&mut triangles, 8.25, 1.25, 3.75);
-    block(&mut triangles, [2.3, -0.45, 0.72], [6.4, 0.45, 1.0], DARK);
-    frame(&mut triangles, -8.22, 2.6);
-    load(&mut triangles, [-8.23, 5.35], 1.275, [1.15, 4.0]);
-    guards(&mut triangles, -2.9, 1.9, 1.20);
-    for axle in [-3.6, -4.92, -6.24] {
-        fixed_wheels(&mut triangles, axle, 0.50, 1.10);
+    cab(&mut triangles, 2.325, 1.25, 3.75);
+    block(&mut triangles, [-3.625, -0.45, 0.72], [0.475, 0.45, 1.0], DARK);
+    arch(&mut triangles, TRACTOR.axles[0], TRACTOR.wheel[0], 1.25);
+    head_lamps(&mut triangles, 2.305, 1.24, 0.78);
+    Model { triangles, shape: TRACTOR }
+}
+
+pub(super) fn semi_trailer() -> Model {
+    let mut triangles = TriangleList::default();
+    frame(&mut triangles, -5.895, 4.925);
+    load(&mut triangles, [-5.905, 7.675], 1.275, [1.15, 4.0]);
+    guards(&mut triangles, -0.575, 4.225, 1.20);
+    fixed_wheels(&mut triangles, -2.595, 0.50, 1.10);
+    brake_lamps(&mut triangles, -5.905, 1.24, 0.92);
+    plate(&mut triangles, -5.911, 0.66);
+    Model { triangles, shape: SEMI_TRAILER }
+}
+
+/// Half of a bus's width, metres.
+const BUS_HALF_M: f32 = 1.25;
+
+/// Adds the front of a bus with its bumper at `front`: windscreen, line sign, door panes, head lamps and mirrors.
+fn bus_nose(triangles: &mut TriangleList, front: f32) {
+    let half = BUS_HALF_M;
+    let at = |x: f32, z: f32| vec2(front + x, z);
+    across(triangles, at(-0.025, 1.20), at(-0.165, 2.85), half - 0.06, GLASS, 1.0);
+    // A line sign over both windscreens.
+    across(triangles, at(-0.20, 3.03), at(-0.36, 3.26), half - 0.3, DARK, 1.0);
+    on_sides(triangles, &[at(-0.74, 1.20), at(-0.22, 1.20), at(-0.34, 2.75), at(-0.74, 2.75)], half, GLASS);
+    head_lamps(triangles, front - 0.015, half, 0.70);
+    mirrors(triangles, front - 0.25, half + 0.02, 2.45);
+}
+
+/// Adds the rear of a bus with its wall at `rear`: pane, brake lamps and number plate.
+fn bus_tail(triangles: &mut TriangleList, rear: f32) {
+    across(triangles, vec2(rear, 1.75), vec2(rear, 2.75), BUS_HALF_M - 0.18, GLASS, -1.0);
+    brake_lamps(triangles, rear, BUS_HALF_M, 0.95);
+    plate(triangles, rear + 0.002, 0.60);
+}
+
+/// Adds windows between pillars on both sides, the hindmost at `rear`.
+fn bus_windows(triangles: &mut TriangleList, rear: f32, count: usize) {
+    for k in 0..count {
+        let rear = rear + 1.37 * k as f32;
+        let corners = [vec2(rear, 1.35), vec2(rear + 1.29, 1.35), vec2(rear + 1.29, 2.85), vec2(rear, 2.85)];
+        on_sides(triangles, &corners, BUS_HALF_M, GLASS);
     }
-    arch(&mut triangles, ARTICULATED.axles[0], ARTICULATED.wheel[0], 1.25);
-    lamps(&mut triangles, [-8.23, 8.23], 1.24, [0.92, 0.78]);
-    plate(&mut triangles, -8.236, 0.66);
-    Model { triangles, shape: ARTICULATED }
+}
+
+/// Adds the shell of a bus between the wall at `rear` and the bumper at `front`, with a dark sill and arches over these axles.
+fn bus_shell(triangles: &mut TriangleList, [rear, front]: [f32; 2], axles: &[f32]) {
+    let outline = [
+        vec2(rear, 0.36),
+        vec2(front - 0.05, 0.34),
+        vec2(front, 0.75),
+        vec2(front - 0.03, 1.25),
+        vec2(front - 0.18, 3.0),
+        vec2(front - 0.4, 3.32),
+        vec2(front - 0.8, 3.40),
+        vec2(rear + 0.29, 3.40),
+        vec2(rear, 3.2),
+    ];
+    let half = BUS_HALF_M;
+    body(triangles, &outline, vec2((rear + front) / 2.0, 1.5), half, PAINT);
+    block(triangles, [rear + 0.09, -half + 0.06, 0.26], [front - 0.2, half - 0.06, 0.40], DARK);
+    for axle in axles {
+        arch(triangles, *axle, BUS.wheel[0], half);
+    }
+}
+
+/// Adds half of the bellows between the parts of a bus.
+fn bellows(triangles: &mut TriangleList, [rear, front]: [f32; 2]) {
+    let half = BUS_HALF_M - 0.10;
+    block(triangles, [rear, -half, 0.42], [front, half, 3.25], TRIM);
 }
 
 pub(super) fn bus() -> Model {
     let mut triangles = TriangleList::default();
-    let half = 1.25;
-    let outline = [
-        vec2(-5.99, 0.36),
-        vec2(5.95, 0.34),
-        vec2(6.0, 0.75),
-        vec2(5.97, 1.25),
-        vec2(5.82, 3.0),
-        vec2(5.6, 3.32),
-        vec2(5.2, 3.40),
-        vec2(-5.7, 3.40),
-        vec2(-5.99, 3.2),
-    ];
-    body(&mut triangles, &outline, vec2(0.0, 1.5), half, PAINT);
-    across(&mut triangles, vec2(5.975, 1.20), vec2(5.835, 2.85), half - 0.06, GLASS, 1.0);
-    across(&mut triangles, vec2(-5.99, 1.75), vec2(-5.99, 2.75), half - 0.18, GLASS, -1.0);
-    // A line sign over both windscreens.
-    across(&mut triangles, vec2(5.80, 3.03), vec2(5.64, 3.26), half - 0.3, DARK, 1.0);
-    // Windows between pillars.
-    for k in 0..8 {
-        let rear = -5.72 + 1.37 * k as f32;
-        on_sides(
-            &mut triangles,
-            &[vec2(rear, 1.35), vec2(rear + 1.29, 1.35), vec2(rear + 1.29, 2.85), vec2(rear, 2.85)],
-            half,
-            GLASS,
-        );
-    }
-    on_sides(&mut triangles, &[vec2(5.26, 1.20), vec2(5.78, 1.20), vec2(5.66, 2.75), vec2(5.26, 2.75)], half, GLASS);
-    block(&mut triangles, [-5.9, -half + 0.06, 0.26], [5.8, half - 0.06, 0.40], DARK);
-    for axle in BUS.axles {
-        arch(&mut triangles, axle, BUS.wheel[0], half);
-    }
-    lamps(&mut triangles, [-5.99, 5.985], half, [0.95, 0.70]);
-    mirrors(&mut triangles, 5.75, half + 0.02, 2.45);
-    plate(&mut triangles, -5.988, 0.60);
+    bus_shell(&mut triangles, [-5.99, 6.0], &BUS.axles);
+    bus_windows(&mut triangles, -5.72, 8);
+    bus_nose(&mut triangles, 6.0);
+    bus_tail(&mut triangles, -5.99);
     Model { triangles, shape: BUS }
+}
+
+pub(super) fn bus_front() -> Model {
+    let mut triangles = TriangleList::default();
+    bus_shell(&mut triangles, [-4.5, 5.04], &BUS_FRONT.axles);
+    bus_windows(&mut triangles, -4.2, 6);
+    bus_nose(&mut triangles, 5.04);
+    bellows(&mut triangles, [-5.35, -4.5]);
+    Model { triangles, shape: BUS_FRONT }
+}
+
+pub(super) fn bus_rear() -> Model {
+    let mut triangles = TriangleList::default();
+    bus_shell(&mut triangles, [-3.95, 3.5], &BUS_REAR.axles[..1]);
+    bus_windows(&mut triangles, -3.65, 4);
+    bus_tail(&mut triangles, -3.95);
+    bellows(&mut triangles, [3.5, 4.2]);
+    Model { triangles, shape: BUS_REAR }
 }

@@ -1,6 +1,6 @@
-//! Vehicles other than cars, and persons on foot: a van, two lorries, a bus, a motorcycle, a bicycle and a walker, in simple shapes. In: kind and size of a
-//! vehicle. Out: its model, the scale of the model, the positions of wheels and indicators. Metres, in a body's frame: x forward,
-//! y left, z up, origin on the ground under the centre.
+//! Vehicles other than cars, and persons on foot: van, lorry, tractor, semi-trailer, bus, the two parts of a long bus, motorcycle, bicycle
+//! and walker, in simple shapes. In: kind and size of a vehicle, and one of its parts. Out: the part's model, the scale of the model, the
+//! positions of wheels and indicators. Metres, in a part's frame: x forward, y left, z up, origin on the ground under the centre.
 //!
 //! A model is stored at the size of a car, 5.0 m by 1.8 m by 1.5 m, so that one scale serves all kinds: size of the vehicle over
 //! size of the car.
@@ -18,8 +18,6 @@ use model::Model;
 
 /// Number of body styles of cars: models of other kinds follow them in [`StaticScene::cars`](super::StaticScene::cars).
 const CAR_STYLES: usize = 3;
-/// Length from which a lorry is drawn as articulated, metres.
-const TRAILER_M: f64 = 12.0;
 
 /// Model of a vehicle and its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,8 +47,11 @@ pub(super) fn models() -> Vec<CarModel> {
     let built = [
         boxes::van(),
         boxes::lorry(),
-        boxes::articulated(),
+        boxes::tractor(),
+        boxes::semi_trailer(),
         boxes::bus(),
+        boxes::bus_front(),
+        boxes::bus_rear(),
         cycles::motorcycle(),
         cycles::bicycle(),
         walkers::walker(),
@@ -75,9 +76,10 @@ fn model(Model { triangles, shape }: Model) -> CarModel {
     }
 }
 
-/// Returns the model and scale of a vehicle; `car_hubs` are the hubs of the car's model.
-pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
-    let size = Vec3::new(body.length_m as f32, body.width_m as f32, body.height_m as f32);
+/// Returns the model and scale of a vehicle's part with this index from the front, `length_m` long; `car_hubs` are the hubs of the car's
+/// model.
+pub(super) fn shape(body: &VehicleBody, part: usize, length_m: f64, car_hubs: &[Vec3; 4]) -> VehicleShape {
+    let size = Vec3::new(length_m as f32, body.width_m as f32, body.height_m as f32);
     let scale = size / car_size();
     let style = match body.kind {
         VehicleKind::Car => {
@@ -91,18 +93,22 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
             };
         }
         VehicleKind::Van => 0,
-        VehicleKind::Truck if body.length_m < TRAILER_M => 1,
-        VehicleKind::Truck => 2,
-        VehicleKind::Bus => 3,
-        VehicleKind::Motorcycle => 4,
-        VehicleKind::Bicycle => 5,
-        VehicleKind::Pedestrian => 6,
+        VehicleKind::Truck if body.joint_m().is_none() => 1,
+        VehicleKind::Truck => 2 + part,
+        VehicleKind::Bus if body.joint_m().is_none() => 4,
+        VehicleKind::Bus => 5 + part,
+        VehicleKind::Motorcycle => 7,
+        VehicleKind::Bicycle => 8,
+        VehicleKind::Pedestrian => 9,
     };
     let shape = [
         boxes::VAN,
         boxes::LORRY,
-        boxes::ARTICULATED,
+        boxes::TRACTOR,
+        boxes::SEMI_TRAILER,
         boxes::BUS,
+        boxes::BUS_FRONT,
+        boxes::BUS_REAR,
         cycles::MOTORCYCLE,
         cycles::BICYCLE,
         walkers::WALKER,
@@ -130,7 +136,10 @@ pub(super) fn shape(body: &VehicleBody, car_hubs: &[Vec3; 4]) -> VehicleShape {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{car, mesh::tests::check};
+    use crate::{
+        scene::{car, mesh::tests::check},
+        space::Pose,
+    };
 
     fn body(kind: VehicleKind, length_m: f64, width_m: f64, height_m: f64) -> VehicleBody {
         VehicleBody { kind, length_m, width_m, height_m }
@@ -139,14 +148,14 @@ mod tests {
     #[test]
     fn a_car_of_the_usual_size_is_not_scaled() {
         let hubs = car::hubs();
-        let shape = shape(&VehicleBody::CAR, &hubs);
+        let shape = shape(&VehicleBody::CAR, 0, VehicleBody::CAR.length_m, &hubs);
         assert_eq!((shape.scale, shape.wheel_scale, shape.hubs, shape.style), (Vec3::ONE, Vec3::ONE, hubs, None));
     }
 
     #[test]
     fn a_person_is_as_tall_and_wide_as_sumos_and_in_mid_step() {
         let models = models();
-        let shape = shape(&body(VehicleKind::Pedestrian, 0.215, 0.478, 1.719), &car::hubs());
+        let shape = shape(&body(VehicleKind::Pedestrian, 0.215, 0.478, 1.719), 0, 0.215, &car::hubs());
         let model = &models[shape.style.expect("a model of its own") - CAR_STYLES];
         check(&model.levels[0], "pedestrian");
         let (low, high) = model.levels[0].bounds();
@@ -159,35 +168,49 @@ mod tests {
     /// Uses the sizes of SUMO's classes (its documentation, "Vehicle Type Parameter Defaults").
     #[test]
     fn every_kind_has_its_nominal_size_and_stands_on_its_wheels() {
-        let models = models();
         for of in [
             body(VehicleKind::Van, 6.5, 2.16, 2.86),
             body(VehicleKind::Truck, 7.1, 2.4, 2.4),
             body(VehicleKind::Truck, 16.5, 2.55, 4.0),
             body(VehicleKind::Bus, 12.0, 2.5, 3.4),
+            body(VehicleKind::Bus, 18.0, 2.5, 3.4),
             body(VehicleKind::Motorcycle, 2.2, 0.9, 1.5),
             body(VehicleKind::Bicycle, 1.6, 0.65, 1.7),
         ] {
-            let shape = shape(&of, &car::hubs());
-            let model = &models[shape.style.expect("a model of its own") - CAR_STYLES];
-            check(&model.levels[0], of.kind.name());
-            let (low, high) = model.levels[0].bounds();
-            let (low, high) = (low * shape.scale, high * shape.scale);
-            let radius = shape.wheel_scale.x * WHEEL_RADIUS_M;
-            let ends = shape.hubs.map(|hub| hub.x.abs() + radius);
-            let reach = high.x.max(ends[0]) - low.x.min(-ends[2]);
-            assert!((reach - of.length_m as f32).abs() < 0.06, "{of:?}: {reach} m long, {low} {high}");
-            assert!((high.z - of.height_m as f32).abs() < 0.04, "{of:?}: {high}");
-            // SUMO's widths exclude mirrors, which are in the upper half, but include a handlebar.
-            let most_z = if shape.hubs[0].y > 0.0 { 0.45 * high.z } else { high.z };
-            let corners = model.levels[0].vertices.iter().map(|v| Vec3::from(v.position) * shape.scale);
-            let widest = corners.filter(|corner| corner.z <= most_z).map(|corner| corner.y).fold(0.0, f32::max);
-            let wide = 2.0 * widest.max(shape.hubs[0].y);
-            assert!((-0.06..0.30).contains(&(of.width_m as f32 - wide)), "{of:?}: {wide} m wide");
-            for hub in shape.hubs {
-                assert!((hub.z - radius).abs() < 1e-5, "{of:?}: a wheel does not touch the road: {hub}");
+            let (mut reach, mut top) = ([f32::INFINITY, f32::NEG_INFINITY], 0.0f32);
+            for (k, part) in of.parts(&Pose::default(), None).enumerate() {
+                let [low, high] = check_part(&of, k, part.length_m);
+                let x = part.pose.position.x as f32;
+                reach = [reach[0].min(low.x + x), reach[1].max(high.x + x)];
+                top = top.max(high.z);
             }
-            assert!(model.levels[0].triangles() < 3000, "{of:?}: {}", model.levels[0].triangles());
+            let reach = reach[1] - reach[0];
+            assert!((reach - of.length_m as f32).abs() < 0.06, "{of:?}: {reach} m long");
+            assert!((top - of.height_m as f32).abs() < 0.04, "{of:?}: {top}");
         }
+    }
+
+    /// Checks a part's width, wheels and triangles; returns the lowest and the highest corner of the part with its wheels.
+    fn check_part(of: &VehicleBody, part: usize, length_m: f64) -> [Vec3; 2] {
+        let shape = shape(of, part, length_m, &car::hubs());
+        let models = models();
+        let model = &models[shape.style.expect("a model of its own") - CAR_STYLES];
+        check(&model.levels[0], of.kind.name());
+        let (low, high) = model.levels[0].bounds();
+        let (low, high) = (low * shape.scale, high * shape.scale);
+        let radius = shape.wheel_scale.x * WHEEL_RADIUS_M;
+        // SUMO's widths exclude mirrors, which are in the upper half, but include a handlebar.
+        let most_z = if shape.hubs[0].y > 0.0 { 0.45 * high.z } else { high.z };
+        let corners = model.levels[0].vertices.iter().map(|v| Vec3::from(v.position) * shape.scale);
+        let widest = corners.filter(|corner| corner.z <= most_z).map(|corner| corner.y).fold(0.0, f32::max);
+        let wide = 2.0 * widest.max(shape.hubs[0].y);
+        assert!((-0.06..0.30).contains(&(of.width_m as f32 - wide)), "{of:?}: {wide} m wide");
+        for hub in shape.hubs {
+            assert!((hub.z - radius).abs() < 1e-5, "{of:?}: a wheel does not touch the road: {hub}");
+        }
+        assert!(model.levels[0].triangles() < 3000, "{of:?}: {}", model.levels[0].triangles());
+        let ends = shape.hubs.map(|hub| hub.x);
+        let [front, rear] = [ends[0] + radius, ends[2] - radius];
+        [Vec3::new(low.x.min(rear), low.y, low.z), Vec3::new(high.x.max(front), high.y, high.z)]
     }
 }

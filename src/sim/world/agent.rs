@@ -200,6 +200,8 @@ impl Agent {
             id: self.id,
             pose,
             pose_before: before.pose,
+            articulation: None,
+            articulation_before: None,
             s_m: is_on_lane(&self.map.route, place).then_some(place.s_m),
             lane: self.view.ego_lane,
             speed_mps: ego.speed_mps,

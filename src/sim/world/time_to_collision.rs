@@ -12,6 +12,7 @@ use crate::{
     },
     sim::{Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
+    traffic::VehiclePart,
 };
 use glam::{DVec2, DVec3};
 use std::cell::OnceCell;
@@ -80,12 +81,15 @@ impl<'a> MovingEgo<'a> {
         while let Some(own) = self.boxes.get(step) {
             let after_s = step as f64 / STEPS_PER_S;
             let own = own.get_or_init(|| self.after(after_s));
-            let other = car_after(&self.map.network, car, after_s);
-            if own.overlaps(&other) {
-                return Some(after_s);
+            let mut between_m = f64::INFINITY;
+            for other in car_after(&self.map.network, car, after_s) {
+                if own.overlaps(&other) {
+                    return Some(after_s);
+                }
+                let apart_m = own.pose.position.distance(other.pose.position) - own.radius_m() - other.radius_m();
+                between_m = between_m.min(apart_m);
             }
             // Until the vehicles can have met, no outline is computed.
-            let between_m = own.pose.position.distance(other.pose.position) - own.radius_m() - other.radius_m();
             step += ((between_m / (OUTSIDE * closing_mps) * STEPS_PER_S) as usize).max(1);
         }
         None
@@ -95,7 +99,8 @@ impl<'a> MovingEgo<'a> {
         let (route, way_m) = (&self.map.route, self.vehicle.speed_mps * after_s);
         let on_route = self.route_s_m.filter(|s_m| route.is_closed() || s_m + way_m < route.length_m());
         let Some(s_m) = on_route.filter(|_| way_m > 0.0) else {
-            return car_after(&self.map.network, &self.vehicle, after_s);
+            let whole = VehiclePart { pose: self.vehicle.pose, length_m: CAR_LENGTH_M };
+            return part_after(&self.map.network, &self.vehicle, &whole, 0.0, after_s);
         };
         let front_s_m = route.wrap(s_m + way_m);
         let pose = route.pose_of_front(front_s_m, CAR_LENGTH_M);
@@ -103,25 +108,43 @@ impl<'a> MovingEgo<'a> {
     }
 }
 
-/// Returns the outline of a vehicle `after_s` seconds later.
-fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> VehicleBox {
-    let (length_m, width_m, way_m) = (car.body.length_m, car.body.width_m, car.speed_mps * after_s);
-    let straight = |point: DVec2, way_m: f64| point + car.pose.forward() * way_m;
-    let (pose, height_m) = match car.lane.filter(|_| way_m > 0.0) {
-        Some(at) => {
-            // The rear follows the front: it enters a bend only when it gets there.
-            let front = front_after(net, at, way_m);
-            let tail = match way_m >= length_m {
-                true => front_after(net, at, way_m - length_m).truncate(),
-                false => straight(car.pose.front(length_m), way_m - length_m),
-            };
-            let along = front.truncate() - tail;
-            let middle = front.truncate() - along.normalize_or_zero() * (length_m / 2.0);
-            (Pose::new(middle, along.to_angle()), front.z)
-        }
-        None => (Pose { position: straight(car.pose.position, way_m), ..car.pose }, car.height_m),
+/// Returns the outlines of a vehicle's parts `after_s` seconds later.
+fn car_after(net: &Network, car: &VehicleSnapshot, after_s: f64) -> impl Iterator<Item = VehicleBox> {
+    let mut behind_m = 0.0;
+    car.parts().map(move |part| {
+        let outline = part_after(net, car, &part, behind_m, after_s);
+        behind_m += part.length_m;
+        outline
+    })
+}
+
+/// Returns the outline of a part of a vehicle `after_s` seconds later. Its front is now `behind_m` behind the vehicle's.
+fn part_after(net: &Network, car: &VehicleSnapshot, part: &VehiclePart, behind_m: f64, after_s: f64) -> VehicleBox {
+    let (length_m, width_m, way_m) = (part.length_m, car.body.width_m, car.speed_mps * after_s);
+    let Some(at) = car.lane.filter(|_| way_m > 0.0) else {
+        let pose = Pose { position: part.pose.position + car.pose.forward() * way_m, ..part.pose };
+        return VehicleBox { pose, height_m: car.height_m, length_m, width_m };
     };
-    VehicleBox { pose, height_m, length_m, width_m }
+    // The rear follows the front: it enters a bend only when it gets there.
+    let point = |behind_m: f64| match way_m >= behind_m {
+        true => front_after(net, at, way_m - behind_m),
+        false => on_body(car, behind_m - way_m).extend(car.height_m),
+    };
+    let (front, tail) = (point(behind_m), point(behind_m + length_m).truncate());
+    let along = front.truncate() - tail;
+    let middle = front.truncate() - along.normalize_or_zero() * (length_m / 2.0);
+    VehicleBox { pose: Pose::new(middle, along.to_angle()), height_m: front.z, length_m, width_m }
+}
+
+/// Returns the point of a vehicle's middle line that is `behind_m` behind its front, along its parts.
+fn on_body(car: &VehicleSnapshot, mut behind_m: f64) -> DVec2 {
+    let mut point = car.pose.front(car.body.length_m);
+    for part in car.parts() {
+        let within_m = behind_m.min(part.length_m);
+        point -= part.pose.forward() * within_m;
+        behind_m -= within_m;
+    }
+    point
 }
 
 /// Returns the position of a front that goes on along its lane, and along successors while there is only one.
@@ -168,6 +191,7 @@ impl VehicleBox {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::traffic::{Articulation, VehicleBody, VehicleKind};
     use glam::dvec2;
     use std::f64::consts::FRAC_PI_4;
 
@@ -215,12 +239,42 @@ mod tests {
                     boxes: std::array::from_fn(|_| OnceCell::new()),
                 };
                 let moments = (0..STEPS).map(|step| step as f64 / STEPS_PER_S);
-                let first = moments.into_iter().find(|s| ego.after(*s).overlaps(&car_after(&map.network, &other, *s)));
+                let meets = |s: &f64| car_after(&map.network, &other, *s).any(|part| ego.after(*s).overlaps(&part));
+                let first = moments.into_iter().find(meets);
                 assert_eq!(ego.time_to_collision_s(&other), first, "{own:?} {other:?}");
                 *(if first.is_some() { &mut meet } else { &mut pass }) += 1;
             }
             assert!(meet > 50 && pass > 50, "both happen: {meet}, {pass}");
         }
+    }
+
+    #[test]
+    fn a_lorry_hits_with_its_trailer_where_the_tractor_has_passed() {
+        let map = RoadMap::load("ring-250").expect("a shipped map");
+        let ego = MovingEgo {
+            map: &map,
+            vehicle: VehicleSnapshot { pose: Pose::new(dvec2(0.0, 900.0), 0.0), ..VehicleSnapshot::default() },
+            route_s_m: None,
+            boxes: std::array::from_fn(|_| OnceCell::new()),
+        };
+        let lorry = |rear_yaw_rad: f64| VehicleSnapshot {
+            pose: Pose::new(dvec2(-10.0, 900.0), FRAC_PI_4),
+            articulation: Some(Articulation { front_yaw_rad: 2.0 * FRAC_PI_4, rear_yaw_rad }),
+            body: VehicleBody { kind: VehicleKind::Truck, length_m: 16.5, width_m: 2.5, height_m: 4.0 },
+            ..VehicleSnapshot::default()
+        };
+        let parts: Vec<_> = car_after(&map.network, &lorry(0.0), 0.0).collect();
+        assert_eq!(parts.len(), 2);
+        let front = lorry(0.0).pose.front(16.5);
+        assert!(parts[0].pose.front(parts[0].length_m).distance(front) < 1e-9);
+        let joint = parts[0].pose.rear(parts[0].length_m);
+        assert!(joint.distance(parts[1].pose.front(parts[1].length_m)) < 1e-9);
+        assert!((parts[0].length_m + parts[1].length_m - 16.5).abs() < 1e-9);
+        // A car beside the joint is touched by the trailer if that is turned to it, and by no rigid bar.
+        let to_the_car = (dvec2(-0.9, 900.0) - joint).to_angle() + std::f64::consts::PI;
+        let stands = |car: VehicleSnapshot| VehicleSnapshot { speed_mps: 0.01, ..car };
+        assert!(ego.time_to_collision_s(&stands(lorry(to_the_car))).is_some());
+        assert!(ego.time_to_collision_s(&stands(lorry(to_the_car + 2.0 * FRAC_PI_4))).is_none());
     }
 
     #[test]

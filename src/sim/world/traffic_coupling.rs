@@ -23,8 +23,8 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        Demand, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind, VehicleReport,
-        VehicleState,
+        Articulation, Demand, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind,
+        VehicleReport, VehicleState,
     },
 };
 use std::sync::Arc;
@@ -94,6 +94,7 @@ struct Way {
 /// A vehicle interpolated within a step.
 struct Shown {
     pose: Pose,
+    articulation: Option<Articulation>,
     height_m: f64,
     s_m: Option<f64>,
     lane: Option<LanePosition>,
@@ -278,10 +279,12 @@ impl TrafficCoupling {
             }
             let accel_mps2 = to.vehicle.accel_mps2;
             let pose_before = before.map_or(at.pose, |before| before.pose);
-            snapshot.cars.push(VehicleSnapshot {
+            let car = VehicleSnapshot {
                 id,
                 pose: at.pose,
                 pose_before,
+                articulation: at.articulation,
+                articulation_before: before.map_or(at.articulation, |before| before.articulation),
                 s_m: at.s_m,
                 lane: at.lane,
                 speed_mps: at.speed_mps,
@@ -292,20 +295,12 @@ impl TrafficCoupling {
                 height_m: at.height_m,
                 lamps: to.vehicle.lamps,
                 pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, TICK_S),
-            });
-            let body = here.vehicle.body;
-            let obstacle = Obstacle {
-                id: id.0,
-                pose: at.pose,
-                speed_mps: at.speed_mps,
-                length_m: body.length_m,
-                width_m: body.width_m,
-                height_m: at.height_m,
             };
             let ego = snapshot.ego.position;
-            if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M && obstacle.is_at_height(ego.z) {
-                self.obstacles.push(obstacle);
+            if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M {
+                self.obstacles.extend(car.obstacles().filter(|obstacle| obstacle.is_at_height(ego.z)));
             }
+            snapshot.cars.push(car);
         }
     }
 
@@ -373,6 +368,10 @@ impl Way {
         let on_route = from.s_m.zip(self.route_way_m);
         Shown {
             pose: if jumps { nearer.vehicle.pose } else { a.pose.lerp(&b.pose, fraction) },
+            articulation: match (a.articulation, b.articulation) {
+                (Some(from), Some(to)) if !jumps => Some(from.lerp(&to, fraction)),
+                _ => nearer.vehicle.articulation,
+            },
             height_m: if jumps { nearer.vehicle.height_m } else { mix(a.height_m, b.height_m) },
             s_m: on_route.map(|(from_s_m, way_m)| route.wrap(from_s_m + way_m * fraction)).or(nearer.s_m),
             lane,

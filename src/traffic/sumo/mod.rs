@@ -16,6 +16,7 @@ mod locate;
 mod network_check;
 mod options;
 mod people;
+mod reading_check;
 mod shim;
 mod shim_data;
 mod state;
@@ -23,6 +24,7 @@ mod trial_process;
 
 pub use locate::{home, program};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
+pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
 
 use super::{
@@ -41,7 +43,7 @@ use options::TypeFile;
 use people::People;
 use shim::Shim;
 use shim_data::{Command, RawCommand, Reading};
-use state::{TrafficState, lamp_bits};
+use state::{KnownVehicle, TrafficState, lamp_bits};
 use std::path::Path;
 
 /// Duration of a lane change, s: 5 to 6 s are the mean of drivers (Toledo 2007).
@@ -176,17 +178,17 @@ impl SumoTraffic {
         shim.add_type(EGO_TYPE, NAME, &options::vehicle_type(&options::idm_of(&setup.drivers.typical())))?;
         let lateral = u32::from(LANE_CHANGE_S > 0.0);
         number(&mut shim, network, Reading { first_number: setup.first_number, is_fixed: 0, lateral })?;
-        let mut bodies = Vec::new();
+        let mut known = Vec::new();
         for (k, ego) in setup.egos.iter().enumerate() {
             let name = format!("ego{k}");
             let edge = network.edge_of(ego.lane).id.clone();
             let route = if ego.route.is_empty() { vec![edge] } else { ego.route.clone() };
             shim.add_route(&name, &route)?;
             let id = shim.add((&name, &name, NAME), ego.lane, ego.s_m, ego.speed_mps, false)?;
-            bodies.push((id, VehicleBody::CAR));
+            known.push(KnownVehicle::new(id, VehicleBody::CAR));
         }
         let mut traffic = Self::begun(shim, network, setup.step_s, inputs, None)?;
-        traffic.state.bodies = bodies;
+        traffic.state.known = known;
         traffic.people = People::of(&setup.drivers, network, setup.step_s, setup.seed);
         traffic.read()?;
         Ok(traffic)

@@ -42,7 +42,7 @@ std::vector<std::string> strings(const char* const* items, size_t n) { return {i
 struct Interface {
     uint32_t number, command_bytes, record_bytes, departure_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 8;
+constexpr uint32_t INTERFACE = 9;
 
 // Same layout as in shim.rs.
 struct Command {
@@ -385,6 +385,24 @@ API int cs_lane(size_t lane, double* length, double* speed) {
     return guard([&] {
         *length = sim::Lane::getLength(lanes.at(lane).id);
         *speed = sim::Lane::getMaxSpeed(lanes.at(lane).id);
+    });
+}
+
+// How many lanes SUMO has, with those inside junctions.
+API int cs_lane_count(size_t* count) {
+    return guard([&] { *count = static_cast<size_t>(sim::Lane::getIDCount()); });
+}
+
+// Classes that may not use a lane, a blank between them, and then a line for each of its connections: the lane that it leads to, the lane
+// inside the junction, the direction, a tab between them. The text stands until the next call.
+API int cs_lane_text(size_t lane, const char** text) {
+    return guard([&] {
+        const std::string& id = lanes.at(lane).id;
+        answer.clear();
+        for (const std::string& name : sim::Lane::getDisallowed(id)) answer += (answer.empty() ? "" : " ") + name;
+        for (const auto& link : sim::Lane::getLinks(id))
+            answer += "\n" + link.approachedLane + "\t" + link.approachedInternal + "\t" + link.direction;
+        *text = answer.c_str();
     });
 }
 

@@ -40,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 8,
+        number: 9,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -69,6 +69,8 @@ struct Api {
     version: unsafe extern "C" fn(*mut Text) -> c_int,
     number: unsafe extern "C" fn(Texts, usize, Texts, usize, *const Reading) -> c_int,
     lane: unsafe extern "C" fn(usize, *mut f64, *mut f64) -> c_int,
+    lane_count: unsafe extern "C" fn(*mut usize) -> c_int,
+    lane_text: unsafe extern "C" fn(usize, *mut Text) -> c_int,
     close_lane: unsafe extern "C" fn(usize) -> c_int,
     vehicle_type: unsafe extern "C" fn(Text, Text, *const VehicleType) -> c_int,
     person: unsafe extern "C" fn(u32, f64, f64, f64, f64) -> c_int,
@@ -126,6 +128,8 @@ impl Api {
             version: symbol!(b"cs_version\0"),
             number: symbol!(b"cs_number\0"),
             lane: symbol!(b"cs_lane\0"),
+            lane_count: symbol!(b"cs_lane_count\0"),
+            lane_text: symbol!(b"cs_lane_text\0"),
             close_lane: symbol!(b"cs_close_lane\0"),
             vehicle_type: symbol!(b"cs_type\0"),
             person: symbol!(b"cs_person\0"),
@@ -231,6 +235,19 @@ impl Shim {
         let (mut length_m, mut speed_mps) = (0.0, 0.0);
         self.check(unsafe { (self.api.lane)(lane.index(), &raw mut length_m, &raw mut speed_mps) })?;
         Ok((length_m, speed_mps))
+    }
+
+    /// Returns the number of SUMO's lanes, with those inside junctions.
+    pub fn lane_count(&self) -> Result<usize, TrafficError> {
+        let mut count = 0;
+        self.check(unsafe { (self.api.lane_count)(&raw mut count) })?;
+        Ok(count)
+    }
+
+    /// Returns the classes that may not use a lane, and a line for each of its connections: lane beyond, lane inside the junction and
+    /// direction, separated by tabs.
+    pub fn lane_text(&self, lane: LaneId) -> Result<String, TrafficError> {
+        self.text(|out| unsafe { (self.api.lane_text)(lane.index(), out) })
     }
 
     /// Closes a lane to passenger cars in this simulation.

@@ -6,8 +6,8 @@ use crate::{
     map::network::LaneId,
     space::{Pose, SumoPose},
     traffic::{
-        Departure, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps, VehicleReport,
-        VehicleState,
+        Articulation, Departure, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps,
+        VehicleReport, VehicleState, articulation::FrontPath,
     },
 };
 use glam::dvec2;
@@ -18,6 +18,9 @@ const LEFT: u32 = 1 << 1;
 const BOTH: u32 = 1 << 2;
 const BRAKE: u32 = 1 << 3;
 const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
+
+/// Distance beyond twice what the speed explains that SUMO moves a vehicle at once, metres.
+const JUMP_M: f64 = 1.0;
 
 /// SUMO's bits of lamps that are lit.
 pub(super) fn lamp_bits(lamps: VehicleLamps) -> u32 {
@@ -35,8 +38,33 @@ pub(super) struct TrafficState {
     /// States of all signals, one after the other, and where each begins; one more at the end.
     pub signals: Vec<u8>,
     pub signal_starts: Vec<u32>,
-    /// Bodies of all vehicles that are there, also of those that are on no lane now.
-    pub bodies: Vec<(VehicleId, VehicleBody)>,
+    /// All vehicles that are there, also those that are on no lane now.
+    pub known: Vec<KnownVehicle>,
+}
+
+/// What is known of a vehicle from its departure on.
+#[derive(Debug)]
+pub(super) struct KnownVehicle {
+    pub id: VehicleId,
+    pub body: VehicleBody,
+    /// Path of the front of a long vehicle, from its first record on.
+    path: Option<FrontPath>,
+}
+
+impl KnownVehicle {
+    pub fn new(id: VehicleId, body: VehicleBody) -> Self {
+        Self { id, body, path: None }
+    }
+
+    /// Returns the pose of the vehicle and the headings of its parts, given SUMO's pose after a step.
+    fn pose(&mut self, of_sumo: Pose, before: Option<&VehicleState>, farthest_m: f64) -> (Pose, Option<Articulation>) {
+        let body = &self.body;
+        match (&mut self.path, before) {
+            (Some(path), Some(_)) => path.follow(body, &of_sumo, farthest_m),
+            (path, _) => *path = FrontPath::of(body, &of_sumo),
+        }
+        self.path.as_ref().map_or((of_sumo, None), |path| path.pose(body))
+    }
 }
 
 impl TrafficState {
@@ -49,26 +77,26 @@ impl TrafficState {
             let id = VehicleId(new.number);
             let kind = VehicleKind::of_sumo_class(&new.class.to_string_lossy());
             let body = VehicleBody { kind, length_m: new.length_m, width_m: new.width_m, height_m: new.height_m };
-            self.bodies.push((id, body));
+            self.known.push(KnownVehicle::new(id, body));
             self.changes.departed.push(Departure { id, name: text(new.name), kind: text(new.kind), body });
         }
         std::mem::swap(&mut self.vehicles, &mut self.before);
         self.vehicles.clear();
         // All three lists are by ascending id: one walk along them.
-        let (mut bodies, mut before) = (self.bodies.iter().peekable(), self.before.iter().peekable());
+        let (mut known, mut before) = (self.known.iter_mut().peekable(), self.before.iter().peekable());
         for record in step.records {
             let id = VehicleId(record.number);
-            while bodies.next_if(|(other, _)| *other < id).is_some() {}
+            while known.next_if(|other| other.id < id).is_some() {}
             while before.next_if(|other| other.id < id).is_some() {}
-            let Some((_, body)) = bodies.next_if(|(other, _)| *other == id) else {
+            let Some(known) = known.next_if(|other| other.id == id) else {
                 return Err(TrafficError::Sumo(format!("vehicle {} appeared without a departure", id.0)));
             };
             let before = before.next_if(|other| other.id == id);
-            self.vehicles.push(vehicle(record, *body, before, step_s)?);
+            self.vehicles.push(vehicle(record, known, before, step_s)?);
         }
         self.changes.arrived.extend(step.arrivals.iter().map(|number| VehicleId(*number)));
         if !step.arrivals.is_empty() {
-            self.bodies.retain(|(id, _)| step.arrivals.binary_search(&id.0).is_err());
+            self.known.retain(|known| step.arrivals.binary_search(&known.id.0).is_err());
         }
         self.take_signals(step);
         Ok(())
@@ -99,7 +127,7 @@ impl TrafficState {
 /// A vehicle from its record.
 fn vehicle(
     record: &Record,
-    body: VehicleBody,
+    known: &mut KnownVehicle,
     before: Option<&VehicleState>,
     step_s: f64,
 ) -> Result<VehicleState, TrafficError> {
@@ -108,14 +136,17 @@ fn vehicle(
         return Err(TrafficError::NotFinite { what, car: record.number, value });
     }
     let front = SumoPose { front: dvec2(record.x, record.y), angle_deg: record.angle_deg };
+    let of_sumo = Pose::from_sumo(front, known.body.length_m);
+    let (pose, articulation) = known.pose(of_sumo, before, 2.0 * record.speed_mps * step_s + JUMP_M);
     let lit = |bits: u32| record.lamps & bits != 0;
     Ok(VehicleState {
         id: VehicleId(record.number),
-        body,
+        body: known.body,
         lane: usize::try_from(record.lane).ok().map(LaneId::from_index),
         s_m: record.lane_pos_m,
         offset_m: record.lateral_m,
-        pose: Pose::from_sumo(front, body.length_m),
+        pose,
+        articulation,
         height_m: record.z,
         speed_mps: record.speed_mps,
         accel_mps2: before.map_or(0.0, |before| (record.speed_mps - before.speed_mps) / step_s),

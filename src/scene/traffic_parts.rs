@@ -1,0 +1,117 @@
+//! Vehicles of the traffic between two ticks. In: a [`VehicleSnapshot`], the clock's fraction. Out: the instances of its parts, on the road
+//! with their wheels, metres from the scene's origin.
+
+use super::{
+    CarInstance, StaticScene,
+    car::{materials::WHEEL_RADIUS_M, number_plate},
+    vehicles,
+};
+use crate::{
+    sim::VehicleSnapshot,
+    space::{Pose, wrap_angle},
+    traffic::{Articulation, VehicleId, VehiclePart},
+};
+use glam::{Quat, Vec3};
+use std::f64::consts::TAU;
+
+/// Returns the parts of a vehicle between two ticks, the front one first.
+pub(super) fn traffic_parts(
+    car: &VehicleSnapshot,
+    fraction: f32,
+    colour: [f32; 3],
+    static_scene: &StaticScene,
+) -> impl Iterator<Item = CarInstance> {
+    let share = f64::from(fraction);
+    let pose = car.pose_before.lerp(&car.pose, share);
+    let bent = car.articulation_before.zip(car.articulation).map(|(before, now)| before.lerp(&now, share));
+    let parts = car.body.parts(&pose, bent.or(car.articulation));
+    parts.enumerate().map(move |(k, part)| traffic_part(car, (k, part), fraction, colour, static_scene))
+}
+
+/// Returns a part of a vehicle, given its index from the front.
+fn traffic_part(
+    car: &VehicleSnapshot,
+    (part, VehiclePart { pose, length_m }): (usize, VehiclePart),
+    fraction: f32,
+    colour: [f32; 3],
+    static_scene: &StaticScene,
+) -> CarInstance {
+    let pose = Pose { position: pose.position - static_scene.origin.truncate(), ..pose };
+    let height_m = car.height_m - static_scene.origin.z;
+    let rest_m = (1.0 - f64::from(fraction)) * car.pose_before.position.distance(car.pose.position);
+    let shape = vehicles::shape(&car.body, part, length_m, &static_scene.hubs);
+    let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
+    let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
+    // Ackermann: the steering angle that rolls the vehicle along the bend under its centre. The wheels behind a joint do not steer.
+    let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
+    let bend_per_m = if part == 0 { bend_per_m(car) } else { 0.0 };
+    let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
+    let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
+    let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
+    CarInstance {
+        position: pose.position.as_vec2().extend(road_m),
+        rotation: rotation * lean,
+        colour,
+        brake: f32::from(u8::from(car.lamps.brake)),
+        scale: shape.scale,
+        // The wheels stay on the road when the body pitches.
+        hubs: shape.hubs.map(|hub| lean.inverse() * hub),
+        wheel_scale: shape.wheel_scale,
+        steer_rad: (wheelbase_m * bend_per_m).atan(),
+        spin_rad: spin as f32,
+        style: shape.style.unwrap_or_else(|| style(car.id)).min(static_scene.cars.len().saturating_sub(1)),
+        plate: number_plate::number(car.id.0),
+        is_ego: false,
+    }
+}
+
+/// Returns the height of the road under a vehicle's centre, and the unit normal of the plane that its wheels stand on. `height_m` is about
+/// that of the road, as SUMO has it under the front bumper.
+fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &StaticScene) -> (f32, Vec3) {
+    if let Some(level_m) = static_scene.level_m {
+        return (level_m, Vec3::Z);
+    }
+    let (ahead, left) = (pose.forward(), pose.left());
+    let hubs = apart(hubs);
+    let [front_left, front_right, rear_left, rear_right] = hubs.map(|hub| {
+        let wheel = Pose { position: pose.position + ahead * f64::from(hub.x) + left * f64::from(hub.y), ..pose };
+        static_scene.road_at(wheel, height_m).map_or(height_m as f32, |(road_m, _)| road_m)
+    });
+    let [wheelbase_m, track_m] = [hubs[0].x - hubs[2].x, hubs[0].y - hubs[1].y];
+    let grade = (front_left + front_right - rear_left - rear_right) / (2.0 * wheelbase_m);
+    // A cycle's wheels have no track.
+    let bank = if track_m > 0.1 { (front_left + rear_left - front_right - rear_right) / (2.0 * track_m) } else { 0.0 };
+    let middle_x = (hubs[0].x + hubs[2].x) / 2.0;
+    let road_m = (front_left + front_right + rear_left + rear_right) / 4.0 - grade * middle_x;
+    let uphill = ahead.as_vec2() * grade + left.as_vec2() * bank;
+    (road_m, (-uphill).extend(1.0).normalize())
+}
+
+/// Returns the points on which a part stands: its hubs, or points ahead of them and behind them where it has one axle.
+fn apart(hubs: &[Vec3; 4]) -> [Vec3; 4] {
+    const HALF_M: f32 = 1.5;
+    let [front_left, front_right, rear_left, rear_right] = *hubs;
+    if front_left.x > rear_left.x {
+        return *hubs;
+    }
+    let along = Vec3::X * HALF_M;
+    [front_left + along, front_right + along, rear_left - along, rear_right - along]
+}
+
+/// Returns the body style of a car, which is constant; three of seven cars are saloons.
+fn style(id: VehicleId) -> usize {
+    [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
+}
+
+/// Returns the curvature of a vehicle's path in the last tick, 1/m, positive to the left.
+fn bend_per_m(car: &VehicleSnapshot) -> f32 {
+    // The wheels straighten as the vehicle stops, because a path of zero length has no direction.
+    const STANDING_M: f64 = 0.3 * crate::time::TICK_S;
+    // Radius of at least 5 m.
+    const MOST_PER_M: f64 = 0.2;
+    let way_m = car.pose_before.position.distance(car.pose.position);
+    let heading = |pose: &Pose, bent: Option<Articulation>| bent.map_or(pose.yaw_rad, |bent| bent.front_yaw_rad);
+    let before_rad = heading(&car.pose_before, car.articulation_before);
+    let turn_rad = wrap_angle(heading(&car.pose, car.articulation) - before_rad);
+    (turn_rad / way_m.max(STANDING_M)).clamp(-MOST_PER_M, MOST_PER_M) as f32
+}
