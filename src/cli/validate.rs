@@ -1,7 +1,7 @@
 //! `codrive validate`: how like measured people traffic is. In: files of trajectories, or traffic drivers, whose rings are simulated. Out: a
 //! table of moments beside those of people, or JSON, and a report with figures.
 
-use super::{CliError, out, progress::progress};
+use super::{CliError, fit, out, progress::progress};
 use crate::{
     analysis::report::{judged, table_rows, validation_report, write_page},
     idm::IdmParams,
@@ -21,7 +21,7 @@ pub(super) fn command() -> Command {
     let number = |name: &'static str, value: &'static str| {
         Arg::new(name).long(name).value_name(value).value_parser(value_parser!(f64)).allow_negative_numbers(true)
     };
-    Command::new("validate")
+    let command = Command::new("validate")
         .about("Compare traffic in one lane with measured people: how like people is it?")
         .after_help(format!(
             "A file of trajectories is CSV with the columns {}; .gz is read, too.\n\
@@ -30,11 +30,14 @@ pub(super) fn command() -> Command {
              Several files are runs of the same traffic: their mean is judged.\n\n\
              --traffic-drivers simulates the ring of the measured people with these drivers instead, and with those of the ring \
              study beside them.\n\n\
+             --fit searches the numbers of a population of drivers whose rings are like the file, by simulated moments, and writes it for \
+             --traffic-drivers. It takes minutes; Ctrl-C ends it with the best so far.\n\n\
              scripts/measured-trajectories makes such files from public data.\n\
              Definitions of all moments: docs/measures.md. Sources: docs/references.md, people.\n\n\
              Examples:\n  \
              codrive validate --traffic-drivers safe-followers\n  \
-             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --out like-people",
+             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --out like-people\n  \
+             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --fit mine.toml",
             COLUMNS.join(", ")
         ))
         .arg(
@@ -81,10 +84,15 @@ pub(super) fn command() -> Command {
                 .value_name("DIR")
                 .value_parser(file())
                 .help("Folder for report.html, moments.json and figures"),
-        )
+        );
+    fit::with_flags(command)
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    if fit::is_wanted(matches) {
+        let file = matches.get_many::<PathBuf>("file").into_iter().flatten().next();
+        return file.map_or(Ok(()), |file| fit::main(matches, file, &run(file, matches)?));
+    }
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let drivers = text("traffic-drivers");
     let known = drivers.filter(|name| names().contains(name));

@@ -25,6 +25,8 @@ pub mod learning_curve;
 pub mod lessons;
 pub mod matrix;
 pub mod net;
+#[cfg(feature = "tune")]
+pub mod population_fit;
 pub mod ring;
 mod ring_trajectories;
 pub mod rollout;
