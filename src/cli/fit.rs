@@ -6,7 +6,7 @@ use crate::{
     metrics::traffic_moments::{MOMENTS, VehicleTrajectories},
     private,
     traffic::TrafficPopulation,
-    train::population_fit::{FITTED_MOMENTS, FitTask, FittedNumber, PopulationFit, USUAL_NUMBERS},
+    train::population_fit::{FITTED_MOMENTS, FitTask, FittedNumber, PopulationFit, USUAL_NUMBERS, USUAL_SAMPLE_BUDGET},
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::{
@@ -127,6 +127,7 @@ fn task(matches: &ArgMatches) -> Result<FitTask, CliError> {
         runs: number("rings") as usize,
         budget: number("budget"),
         bootstrap: number("bootstrap"),
+        sample_budget: USUAL_SAMPLE_BUDGET,
         seed: matches.get_one::<u64>("seed").copied().unwrap_or(1),
     })
 }

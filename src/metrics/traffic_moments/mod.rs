@@ -23,6 +23,6 @@ pub use trajectories::{VehicleTrajectories, VehicleTrajectory};
 pub use trajectory_file::{COLUMNS, MOST_ROWS, TrajectoryFault, read_trajectories};
 
 #[cfg(test)]
-mod measured_people_tests;
+pub(crate) mod measured_people_tests;
 #[cfg(test)]
 mod tests;

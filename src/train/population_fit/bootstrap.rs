@@ -12,8 +12,6 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-/// Sets of numbers tried for each sample.
-pub const BUDGET: u32 = 45;
 /// Side of a sample's box, as a share of the whole box's.
 const BOX_SHARE: f64 = 0.3;
 /// Fewest samples that give an interval.
@@ -36,7 +34,7 @@ impl FitTask {
             let Some(wanted) = all.of_persons(&persons) else { continue };
             let start = nearest_tried(tried, &wanted).unwrap_or_else(|| best.to_vec());
             let (bounds, seed) = (self.narrow_box(&start), self.seed.wrapping_add(u64::from(sample) + 1));
-            let nearest = Nearest { target: all, wanted: &wanted, bounds, start, budget: BUDGET, seed };
+            let nearest = Nearest { target: all, wanted: &wanted, bounds, start, budget: self.sample_budget, seed };
             points.push(self.search(&nearest, tried, stop, watch)?);
         }
         let is_enough = points.len() >= LEAST_SAMPLES && !stop.load(Ordering::Relaxed);

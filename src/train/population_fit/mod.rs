@@ -28,6 +28,9 @@ use std::sync::{
 /// Numbers that are fitted unless others are named.
 pub const USUAL_NUMBERS: [&str; 6] = ["T", "T.spread", "a", "noise_sd", "noise_sd.spread", "noise_memory"];
 
+/// Sets of numbers for each sample of persons unless others are asked for.
+pub const USUAL_SAMPLE_BUDGET: u32 = 45;
+
 /// What is fitted, and with what effort.
 #[derive(Clone, Debug)]
 pub struct FitTask {
@@ -40,6 +43,8 @@ pub struct FitTask {
     pub budget: u32,
     /// Number of samples of persons for the intervals; 0: no intervals.
     pub bootstrap: u32,
+    /// Largest number of sets of numbers for each sample.
+    pub sample_budget: u32,
     pub seed: u64,
 }
 
@@ -88,7 +93,7 @@ struct Nearest<'a> {
 impl FitTask {
     /// Returns the largest number of sets of numbers that are tried.
     pub fn most_tried(&self) -> u32 {
-        2 * self.budget + self.bootstrap * bootstrap::BUDGET
+        2 * self.budget + self.bootstrap * self.sample_budget
     }
 
     /// Fits the population to a ring that was measured from `from_to_s` on, s since the start of the drive. `stop` ends the fit with the best so
