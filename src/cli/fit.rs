@@ -52,12 +52,12 @@ pub(super) fn with_flags(command: Command) -> Command {
         .arg(
             option("budget", "N", "Sets of numbers to try in each of two fits, to half of the minutes and to all")
                 .value_parser(value_parser!(u32).range(2..=100_000))
-                .default_value("300"),
+                .default_value("200"),
         )
         .arg(
             option("rings", "N", "Simulated rings for each set of numbers")
                 .value_parser(value_parser!(u32).range(1..=1000))
-                .default_value("32"),
+                .default_value("16"),
         )
         .arg(
             option("seed", "N", "Seed of the search and of the rings")

@@ -12,7 +12,7 @@ use std::sync::{
     atomic::{AtomicBool, Ordering},
 };
 
-/// Side of a sample's box, as a share of the whole box's.
+/// Side of a narrow box, as a share of the whole box's.
 const BOX_SHARE: f64 = 0.3;
 /// Fewest samples that give an interval.
 const LEAST_SAMPLES: usize = 5;
@@ -51,7 +51,7 @@ impl FitTask {
     }
 
     /// Returns a box around a point, within the bounds of the whole search.
-    fn narrow_box(&self, around: &[f64]) -> Vec<[f64; 2]> {
+    pub(super) fn narrow_box(&self, around: &[f64]) -> Vec<[f64; 2]> {
         let side = |(number, at): (&super::FittedNumber, &f64)| {
             let [low, high] = number.bounds(&self.start);
             let half = BOX_SHARE / 2.0 * (high - low);

@@ -28,8 +28,11 @@ use std::sync::{
 /// Numbers that are fitted unless others are named.
 pub const USUAL_NUMBERS: [&str; 6] = ["T", "T.spread", "a", "noise_sd", "noise_sd.spread", "noise_memory"];
 
+/// One in this many sets of numbers is tried between all bounds, the others in a narrow box around the best of them.
+const WIDE_SHARE: u32 = 3;
+
 /// Sets of numbers for each sample of persons unless others are asked for.
-pub const USUAL_SAMPLE_BUDGET: u32 = 45;
+pub const USUAL_SAMPLE_BUDGET: u32 = 30;
 
 /// What is fitted, and with what effort.
 #[derive(Clone, Debug)]
@@ -115,11 +118,11 @@ impl FitTask {
         let all = RingTarget::new(people, [from_s, to_s])?;
         let [tried_first, tried_all] = [(); 2].map(|()| Tried::default());
         let start: Vec<f64> = self.numbers.iter().map(|number| number.coordinate(number.of(&self.start))).collect();
-        let Some(begun) = self.search(&self.of_target(&first, start), &tried_first, stop, watch) else {
+        let Some(begun) = self.fit(&first, start, &tried_first, stop, watch) else {
             return Ok(None);
         };
         let held_out = self.held_out([&first, &second], &begun);
-        let found = self.search(&self.of_target(&all, begun.clone()), &tried_all, stop, watch);
+        let found = self.fit(&all, begun.clone(), &tried_all, stop, watch);
         let best = found.unwrap_or(begun);
         let intervals = match self.bootstrap {
             0 => None,
@@ -132,10 +135,29 @@ impl FitTask {
         Ok(Some(fit))
     }
 
-    /// Returns the search for the numbers nearest to a target's own moments.
-    fn of_target<'a>(&self, target: &'a RingTarget, start: Vec<f64>) -> Nearest<'a> {
+    /// Searches the numbers nearest to a target's own moments, first between all bounds, then in a narrow box around the best.
+    fn fit(
+        &self,
+        target: &RingTarget,
+        start: Vec<f64>,
+        tried: &Tried,
+        stop: &AtomicBool,
+        watch: &(impl Fn(f64) + Sync),
+    ) -> Option<Vec<f64>> {
+        let nearest = |start: Vec<f64>, bounds: Vec<[f64; 2]>, budget: u32| Nearest {
+            target,
+            wanted: &target.moments,
+            bounds,
+            start,
+            budget,
+            seed: self.seed,
+        };
+        let wide_budget = self.budget / WIDE_SHARE;
         let bounds = self.numbers.iter().map(|number| number.bounds(&self.start)).collect();
-        Nearest { target, wanted: &target.moments, bounds, start, budget: self.budget, seed: self.seed }
+        let begun = self.search(&nearest(start, bounds, wide_budget), tried, stop, watch)?;
+        let bounds = self.narrow_box(&begun);
+        let found = self.search(&nearest(begun.clone(), bounds, self.budget - wide_budget), tried, stop, watch);
+        Some(found.unwrap_or(begun))
     }
 
     /// Returns the drivers with these coordinates of the search; `None` if no persons can have them.
@@ -164,6 +186,9 @@ impl FitTask {
         };
         if stop.load(Ordering::Relaxed) {
             return None;
+        }
+        if nearest.budget == 0 {
+            return Some(nearest.start.clone());
         }
         let start_value = value(&nearest.start);
         let space = SearchBox {
@@ -216,5 +241,7 @@ impl FitTask {
     }
 }
 
+#[cfg(test)]
+mod people_tests;
 #[cfg(test)]
 mod tests;
