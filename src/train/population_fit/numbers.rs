@@ -97,16 +97,17 @@ impl FittedNumber {
 
     /// Sets the value in a population.
     fn set(&self, population: &mut TrafficPopulation, value: f64) {
+        if let Self::Correlation(between) = self {
+            population.correlations.retain(|correlation| !is_between(correlation, between));
+            let between = between.clone();
+            population.correlations.push(PersonCorrelation { between, r: value, source: String::new() });
+            return;
+        }
+        let Some(parameter) = population.parameters.get_mut(self.parameters()[0]) else { return };
         match self {
-            Self::Mean(name) => population.parameters.entry(name.clone()).and_modify(|p| p.mean = value),
-            Self::Spread(name) => population.parameters.entry(name.clone()).and_modify(|p| p.spread = value),
-            Self::Correlation(names) => {
-                population.correlations.retain(|correlation| !is_between(correlation, names));
-                let between = names.clone();
-                population.correlations.push(PersonCorrelation { between, r: value, source: String::new() });
-                return;
-            }
-        };
+            Self::Mean(_) => parameter.mean = value,
+            _ => parameter.spread = value,
+        }
     }
 }
 
