@@ -34,7 +34,7 @@ const WIDE_SHARE: u32 = 3;
 /// Sets of numbers for each sample of persons unless others are asked for.
 pub const USUAL_SAMPLE_BUDGET: u32 = 30;
 
-/// What is fitted, and with what effort.
+/// Task of a fit: the numbers to search, and the effort.
 #[derive(Clone, Debug)]
 pub struct FitTask {
     /// Population that has all numbers that are not fitted, and where the search starts.

@@ -53,7 +53,7 @@ pub struct RingTarget {
     people: VehicleTrajectories,
     /// Compared part of a simulated drive, s since its start.
     from_to_s: [f64; 2],
-    /// Values of [`FITTED_MOMENTS`].
+    /// Values of the people, in the order of [`FITTED_MOMENTS`].
     pub moments: Vec<f64>,
 }
 
