@@ -14,6 +14,8 @@ use clap::{
     value_parser,
 };
 use serde_json::Value;
+#[cfg(feature = "tune")]
+use std::path::Path;
 use std::{ffi::OsStr, path::PathBuf};
 
 const HEADING: &str = "Scenario";
@@ -131,6 +133,17 @@ pub(super) fn file_with_ending(ending: &'static str) -> impl TypedValueParser<Va
         let is_right = path.extension().is_some_and(|has| has.eq_ignore_ascii_case(ending));
         if is_right { Ok(path) } else { Err(format!("allowed: a name that ends in .{ending}")) }
     })
+}
+
+/// Checks that the file of a flag can be written at the end, which may be hours away. Makes its folder.
+#[cfg(feature = "tune")]
+pub(super) fn claim(path: &Path, flag: &str) -> Result<(), CliError> {
+    let refused = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
+    if path.exists() {
+        return refused(&format!("exists\n  remedy: name another file with {flag}"));
+    }
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    folder.map_or(Ok(()), crate::private::folder).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
 }
 
 /// Parser of a choice of words. It suggests the nearest word also for short words, unlike clap's own parser.

@@ -16,6 +16,11 @@ mod desktop;
 mod environment;
 mod error;
 mod evaluate;
+#[cfg(feature = "tune")]
+mod fit;
+#[cfg(not(feature = "tune"))]
+#[path = "without_fit.rs"]
+mod fit;
 mod flags;
 mod map;
 mod out;

@@ -15,7 +15,7 @@ use crate::{
 use clap::{Arg, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::{
-    path::{Path, PathBuf},
+    path::PathBuf,
     sync::{Mutex, PoisonError},
 };
 
@@ -76,7 +76,7 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(path) = matches.get_one::<PathBuf>("out") else { return Ok(()) };
     let task = task(matches)?;
-    claim(path)?;
+    flags::claim(path, "--out")?;
     let stop = stop_on_ctrl_c();
     let style = ProgressStyle::with_template("{bar:24} {pos}/{len} {elapsed} {msg}  {eta} left");
     let bar = ProgressBar::new(u64::from(task.budget));
@@ -136,14 +136,4 @@ fn task(matches: &ArgMatches) -> Result<TuningTask, CliError> {
         start,
         start_name,
     })
-}
-
-/// Checks that the file can be written at the end, which may be hours away. Makes its folder.
-fn claim(path: &Path) -> Result<(), CliError> {
-    let refused = |why: &str| Err(CliError::Input(format!("{}: {why}", path.display())));
-    if path.exists() {
-        return refused("exists\n  remedy: name another file with --out");
-    }
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.map_or(Ok(()), private::folder).map_err(|e| CliError::Failed(format!("{}: {e}", path.display())))
 }

@@ -1,7 +1,7 @@
 //! `codrive validate`: how like measured people traffic is. In: files of trajectories, or traffic drivers, whose rings are simulated. Out: a
 //! table of moments beside those of people, or JSON, and a report with figures.
 
-use super::{CliError, out, progress::progress};
+use super::{CliError, fit, out, progress::progress};
 use crate::{
     analysis::report::{judged, table_rows, validation_report, write_page},
     idm::IdmParams,
@@ -10,7 +10,7 @@ use crate::{
     },
     toml_text::did_you_mean,
     traffic::{RING_STUDY, TrafficDrivers, population_names},
-    train::ring_trajectories,
+    train::{platoon_trajectories, ring_trajectories},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -21,7 +21,7 @@ pub(super) fn command() -> Command {
     let number = |name: &'static str, value: &'static str| {
         Arg::new(name).long(name).value_name(value).value_parser(value_parser!(f64)).allow_negative_numbers(true)
     };
-    Command::new("validate")
+    let command = Command::new("validate")
         .about("Compare traffic in one lane with measured people: how like people is it?")
         .after_help(format!(
             "A file of trajectories is CSV with the columns {}; .gz is read, too.\n\
@@ -29,12 +29,15 @@ pub(super) fn command() -> Command {
              and gap_m the distance from the front bumper to its rear. The first vehicle of a platoon has neither.\n\
              Several files are runs of the same traffic: their mean is judged.\n\n\
              --traffic-drivers simulates the ring of the measured people with these drivers instead, and with those of the ring \
-             study beside them.\n\n\
+             study beside them. With the file of a platoon, it simulates the followers behind the recorded first vehicle, without a fit.\n\n\
+             --fit searches the numbers of a population of drivers whose rings are like the file, by simulated moments, and writes it for \
+             --traffic-drivers. It takes minutes; Ctrl-C ends it with the best so far.\n\n\
              scripts/measured-trajectories makes such files from public data.\n\
              Definitions of all moments: docs/measures.md. Sources: docs/references.md, people.\n\n\
              Examples:\n  \
              codrive validate --traffic-drivers safe-followers\n  \
-             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --out like-people",
+             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --out like-people\n  \
+             codrive validate ring.csv.gz --ring 260 --from 30 --to 390 --fit mine.toml",
             COLUMNS.join(", ")
         ))
         .arg(
@@ -49,7 +52,7 @@ pub(super) fn command() -> Command {
             Arg::new("traffic-drivers")
                 .long("traffic-drivers")
                 .value_name("NAME|FILE.toml")
-                .conflicts_with_all(["file", "ring", "from", "to"])
+                .conflicts_with("ring")
                 .help(format!("Drivers to simulate: {}, or a population's file", population_names().join(", "))),
         )
         .arg(
@@ -81,12 +84,20 @@ pub(super) fn command() -> Command {
                 .value_name("DIR")
                 .value_parser(file())
                 .help("Folder for report.html, moments.json and figures"),
-        )
+        );
+    fit::with_flags(command)
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+    if fit::is_wanted(matches) {
+        let file = matches.get_many::<PathBuf>("file").into_iter().flatten().next();
+        return file.map_or(Ok(()), |file| fit::main(matches, file, &run(file, matches)?));
+    }
     let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
     let drivers = text("traffic-drivers");
+    if let (Some(name), Some(files)) = (drivers, matches.get_many::<PathBuf>("file")) {
+        return files.into_iter().try_for_each(|file| behind_recorded(name, file, matches));
+    }
     let known = drivers.filter(|name| names().contains(name));
     let people = people(text("people").or(known).unwrap_or(MEASURED[0].name))?;
     let runs = match drivers {
@@ -145,6 +156,30 @@ fn simulated(name: &str, people: &MeasuredTraffic, matches: &ArgMatches) -> Resu
     let [from_s, to_s] = people.from_to_s;
     let all = ring_trajectories(&drivers, (people.vehicles, people.ring_m), to_s, (1, runs));
     Ok(all.iter().map(|run| run.between(from_s, to_s)).collect())
+}
+
+/// Prints the standard deviations of speed down a platoon, of the people and of simulated followers behind the recorded first vehicle.
+fn behind_recorded(name: &str, file: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+    let recorded = run(file, matches)?;
+    let people_mps = platoon_speed_sd_mps(&recorded);
+    if people_mps.len() < 2 || people_mps.len() < recorded.vehicles.len() {
+        let text = "the vehicles form no platoon; allowed with --traffic-drivers: one vehicle without a leader, each other one behind another";
+        return Err(CliError::Input(format!("{}: {text}", file.display())));
+    }
+    let drivers = TrafficDrivers::named(name, IdmParams::default()).map_err(|error| CliError::Input(error.0))?;
+    let runs = matches.get_one::<u32>("runs").copied().unwrap_or(1);
+    let mut model_mps = vec![0.0; people_mps.len()];
+    for seed in 1..=u64::from(runs) {
+        let sds_mps = platoon_speed_sd_mps(&platoon_trajectories(&recorded, &drivers, seed));
+        model_mps.iter_mut().zip(sds_mps).for_each(|(mean, sd)| *mean += sd / f64::from(runs));
+    }
+    out::line(format_args!("{}: standard deviation of speed down the platoon, m/s", file.display()))?;
+    out::line(format_args!("vehicle  people   model"))?;
+    for (k, (people, model)) in people_mps.iter().zip(&model_mps).enumerate() {
+        let note = if k == 0 { "recorded".to_owned() } else { format!("{:+.1} %", 100.0 * (model / people - 1.0)) };
+        out::line(format_args!("{:>7}  {people:>6.2}  {model:>6.2}  {note}", k + 1))?;
+    }
+    Ok(())
 }
 
 fn names() -> Vec<&'static str> {

@@ -3,7 +3,7 @@
 //! [`ring`] simulates sixteen rings at once, [`inputs`] defines the policies' inputs, [`environment`] makes episodes and [`driver`] lets
 //! the egos follow the advice. [`net`] is the network, [`distribution`] the distribution of its actions, [`trpo`] the update and
 //! [`learner`] the training loop. [`evaluate()`] evaluates any policy over the horizon. `tuning` searches the parameters of a controller
-//! (feature `tune`); [`silence`] learns when a policy should withhold advice.
+//! (feature `tune`), `population_fit` the numbers of a population of drivers; [`silence`] learns when a policy should withhold advice.
 
 pub mod adam;
 pub mod config;
@@ -25,6 +25,9 @@ pub mod learning_curve;
 pub mod lessons;
 pub mod matrix;
 pub mod net;
+mod platoon_trajectories;
+#[cfg(feature = "tune")]
+pub mod population_fit;
 pub mod ring;
 mod ring_trajectories;
 pub mod rollout;
@@ -44,6 +47,7 @@ pub use evaluation::{IdentifiedDriver, evaluate, evaluate_part, identified, traj
 pub use joint_evaluation::evaluate_jointly;
 pub use learner::{Learner, LearningCurveRow, network_of};
 pub use lessons::EstimatorKind;
+pub use platoon_trajectories::platoon_trajectories;
 pub use ring_trajectories::ring_trajectories;
 
 #[cfg(test)]

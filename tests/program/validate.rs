@@ -71,4 +71,74 @@ fn mistakes_are_named_with_what_is_allowed() {
     let broken = folder.path().join("broken.csv");
     fs::write(&broken, "time_s,vehicle,leader,speed_mps,gap_m\n0,1,,fast,\n").unwrap();
     refused(&[broken.to_str().unwrap()], "broken.csv: line 2: speed_mps is \"fast\"; allowed: a number from -2 to 100");
+    let taken = folder.path().join("taken.toml");
+    fs::write(&taken, "").unwrap();
+    let (taken, fresh) = (taken.to_str().unwrap(), folder.path().join("fit.toml"));
+    let fresh = fresh.to_str().unwrap();
+    refused(&[&file, "--fit", fresh], "--ring");
+    refused(&[&file, "--ring", "100", "--fit", taken], "taken.toml: exists\n  remedy: name another file with --fit");
+    refused(
+        &[&file, "--ring", "100", "--fit", fresh, "--fitted", "T,nois_sd"],
+        "--fitted nois_sd: unknown key `nois_sd`",
+    );
+    refused(&[&file, "--ring", "100", "--fit", fresh, "--start", "safe-folowers"], "did you mean safe-followers?");
+    refused(&[&file, "--traffic-drivers", "safe-followers"], "the vehicles form no platoon");
+    let pair = folder.path().join("pair.csv");
+    fs::write(&pair, "time_s,vehicle,leader,speed_mps,gap_m\n0,1,,3,\n0.1,1,,3,\n0,2,1,3,9\n0.1,2,1,3,9\n").unwrap();
+    refused(&[pair.to_str().unwrap(), "--ring", "100", "--fit", fresh], "the vehicles do not form one ring");
+}
+
+#[test]
+fn a_fitted_population_is_written_and_read_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = people(4.0 * 60.0);
+    let (file, fitted) = (folder.path().join("people.csv"), folder.path().join("mine.toml"));
+    fs::write(&file, text).unwrap();
+    let (file, fitted) = (file.to_str().unwrap(), fitted.to_str().unwrap());
+    let (code, text, error) = validate(&[
+        file,
+        "--ring",
+        "130",
+        "--fit",
+        fitted,
+        "--fitted",
+        "T,noise_sd",
+        "--budget",
+        "3",
+        "--rings",
+        "4",
+        "--bootstrap",
+        "0",
+    ]);
+    assert_eq!(code, 0, "{error}");
+    assert!(text.contains("fit to the first half") && text.contains("6 sets of numbers tried"), "{text}");
+    let written = fs::read_to_string(fitted).unwrap();
+    assert!(written.contains("Fit of 22 moments to people.csv, 0 to 240 s"), "{written}");
+    let (code, json, error) = validate(&["--traffic-drivers", fitted, "--runs", "1", "--json"]);
+    assert_eq!(code, 0, "{error}");
+    assert!(json.contains("\"traffic_drivers\""));
+}
+
+/// Returns the file of ten vehicles on 130 m that drive by a model of their own, each with noise of its own.
+fn people(duration_s: f64) -> String {
+    let mut text = "time_s,vehicle,leader,speed_mps,gap_m\n".to_owned();
+    let (mut speeds_mps, mut gaps_m, mut noises, mut number) = ([3.0f64; 10], [8.0f64; 10], [0.0f64; 10], 1u64);
+    for step in 0..(duration_s / 0.1) as usize {
+        let before_mps = speeds_mps;
+        for k in 0..10 {
+            number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let uniform = (number >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+            noises[k] = 0.93 * noises[k] + 0.4 * uniform;
+            let wanted_mps = (gaps_m[k] - 2.0).max(0.0) / (1.6 + 0.05 * k as f64);
+            let leader_mps = before_mps[(k + 9) % 10];
+            let accel_mps2 = 0.3 * (wanted_mps - before_mps[k]) + 0.5 * (leader_mps - before_mps[k]) + noises[k];
+            speeds_mps[k] = (before_mps[k] + 0.1 * accel_mps2).max(0.0);
+        }
+        for k in 0..10 {
+            gaps_m[k] += 0.1 * (speeds_mps[(k + 9) % 10] - speeds_mps[k]);
+            let time_s = 0.1 * step as f64;
+            text += &format!("{time_s:.1},{k},{},{:.4},{:.4}\n", (k + 9) % 10, speeds_mps[k], gaps_m[k]);
+        }
+    }
+    text
 }

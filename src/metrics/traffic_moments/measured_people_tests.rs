@@ -10,8 +10,9 @@ const DATA: &str = "CODRIVE_PEOPLE_DATA";
 /// Environment variable with the path of a file that gets a line for each test that is not run here; see `tests/wheel/kernel.rs`.
 const NOT_RUN: &str = "CODRIVE_TESTS_NOT_RUN";
 
-/// Reads a file of the data through `scripts/measured-trajectories`; `None`, and a record of it, where the data are absent.
-fn measured(file: &str, ring_m: Option<f64>, test: &str) -> Option<VehicleTrajectories> {
+/// Reads a file of the data through `scripts/measured-trajectories`; `None`, and a record of it with the test's module and name, where the
+/// data are absent.
+pub(crate) fn measured(file: &str, ring_m: Option<f64>, test: [&str; 2]) -> Option<VehicleTrajectories> {
     let root = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
     let folder = std::env::var_os(DATA).map_or_else(|| root.join("../shared/data/people"), PathBuf::from);
     if !folder.is_dir() {
@@ -30,8 +31,8 @@ fn measured(file: &str, ring_m: Option<f64>, test: &str) -> Option<VehicleTrajec
 }
 
 /// Records that a test is not run.
-fn not_run<T>(test: &str) -> Option<T> {
-    let name = format!("{}::{test}", module_path!());
+fn not_run<T>(test: [&str; 2]) -> Option<T> {
+    let name = test.join("::");
     match std::env::var_os(NOT_RUN) {
         Some(file) => {
             let file = fs::OpenOptions::new().append(true).create(true).open(file);
@@ -55,8 +56,11 @@ fn near(found: &TrafficMoments, name: &str, wanted: f64, digit: f64) {
 
 #[test]
 fn the_moments_of_experiment_a_are_the_known_ones() {
-    let Some(all) = measured("ared/ared_a_10hz.csv.gz", Some(260.0), "the_moments_of_experiment_a_are_the_known_ones")
-    else {
+    let Some(all) = measured(
+        "ared/ared_a_10hz.csv.gz",
+        Some(260.0),
+        [module_path!(), "the_moments_of_experiment_a_are_the_known_ones"],
+    ) else {
         return;
     };
     let [from_s, to_s] = EXPERIMENT_A.from_to_s;
@@ -108,9 +112,11 @@ fn the_moments_of_experiment_a_are_the_known_ones() {
 
 #[test]
 fn the_halves_of_experiment_a_are_in_the_table_of_criteria() {
-    let Some(all) =
-        measured("ared/ared_a_10hz.csv.gz", Some(260.0), "the_halves_of_experiment_a_are_in_the_table_of_criteria")
-    else {
+    let Some(all) = measured(
+        "ared/ared_a_10hz.csv.gz",
+        Some(260.0),
+        [module_path!(), "the_halves_of_experiment_a_are_in_the_table_of_criteria"],
+    ) else {
         return;
     };
     let [from_s, to_s] = EXPERIMENT_A.from_to_s;
@@ -127,7 +133,9 @@ fn the_halves_of_experiment_a_are_in_the_table_of_criteria() {
 fn deviations_down_the_platoons_of_openacc_are_the_known_ones() {
     for (run, known) in ["run3", "run10"].into_iter().zip(OPENACC_SPEED_SD_MPS) {
         let file = format!("openacc_people/asta_040719_{run}_people_10hz.csv.gz");
-        let Some(all) = measured(&file, None, "deviations_down_the_platoons_of_openacc_are_the_known_ones") else {
+        let Some(all) =
+            measured(&file, None, [module_path!(), "deviations_down_the_platoons_of_openacc_are_the_known_ones"])
+        else {
             return;
         };
         let found = platoon_speed_sd_mps(&all);

@@ -17,12 +17,12 @@ pub use criteria::{
     Criterion, EXPERIMENT_A, EXPERIMENT_G, GAP_QUANTILES_M, Judgement, MEASURED, MeasuredTraffic, OPENACC_SPEED_SD_MPS,
     judge,
 };
-pub use moments::{MOMENTS, TrafficMoments, moments, platoon_speed_sd_mps};
+pub use moments::{MOMENTS, TrafficMoments, moments, moments_of_persons, platoon_speed_sd_mps};
 pub use persons::{PersonMoments, persons};
 pub use trajectories::{VehicleTrajectories, VehicleTrajectory};
 pub use trajectory_file::{COLUMNS, MOST_ROWS, TrajectoryFault, read_trajectories};
 
 #[cfg(test)]
-mod measured_people_tests;
+pub(crate) mod measured_people_tests;
 #[cfg(test)]
 mod tests;

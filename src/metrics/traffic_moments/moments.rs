@@ -2,8 +2,8 @@
 
 use super::{
     criteria,
-    persons::{ACCEL_S, PersonMoments, accels_mps2, persons},
-    trajectories::VehicleTrajectories,
+    persons::{ACCEL_S, PersonMoments, accels_mps2, persons_of},
+    trajectories::{VehicleTrajectories, VehicleTrajectory},
 };
 use crate::metrics::{
     Measure, correlation,
@@ -11,7 +11,7 @@ use crate::metrics::{
     registry::measure,
     waves::WaveTotals,
 };
-use std::array::from_fn;
+use std::{array::from_fn, cell::OnceCell};
 
 /// Acceleration over 1 s below which a braking is counted, m/s².
 const BRAKING_MPS2: f64 = -1.0;
@@ -21,10 +21,15 @@ const STANDING_MPS: f64 = 0.5;
 /// Data that the moments are computed from.
 struct MomentInputs<'a> {
     all: &'a VehicleTrajectories,
+    /// Vehicles whose persons count, each as often as named.
+    chosen: Vec<usize>,
+    /// Waves of the whole ring.
     waves: WaveTotals,
+    /// Waves of the chosen persons behind their leaders; `None` if these are all.
+    pairs: Option<WaveTotals>,
     persons: Vec<PersonMoments>,
-    /// Numbers of the persons in first and second half of the time.
-    halves: [Vec<PersonMoments>; 2],
+    /// Numbers of the persons in first and second half of the time, computed when they are needed.
+    halves: OnceCell<[Vec<PersonMoments>; 2]>,
     /// Speeds of all vehicles at all steps, m/s.
     speeds_mps: Vec<f64>,
     /// Accelerations over 1 s of all vehicles, m/s², sorted.
@@ -61,10 +66,10 @@ const OF_TRAFFIC: &[Moment] = &[
     (measure("lag_s"), |m| median(m.each(|person| person.lag_s))),
     (measure("shortest_person_lag_s"), |m| m.each(|person| person.lag_s).into_iter().reduce(f64::min)),
     (measure("longest_person_lag_s"), |m| m.each(|person| person.lag_s).into_iter().reduce(f64::max)),
-    (measure("gain_at_0_03_hz"), |m| m.waves.gain(0.03)),
-    (measure("gain_at_0_06_hz"), |m| m.waves.gain(0.06)),
-    (measure("gain_at_0_1_hz"), |m| m.waves.gain(0.10)),
-    (measure("gain_at_0_15_hz"), |m| m.waves.gain(0.15)),
+    (measure("gain_at_0_03_hz"), |m| m.gain(0.03)),
+    (measure("gain_at_0_06_hz"), |m| m.gain(0.06)),
+    (measure("gain_at_0_1_hz"), |m| m.gain(0.10)),
+    (measure("gain_at_0_15_hz"), |m| m.gain(0.15)),
     (measure("wave_speed_mps"), |m| Some(m.waves.wave()?.speed_mps)),
     (measure("wave_share"), |m| Some(m.waves.wave()?.share)),
     (measure("gap_split_half_r"), |m| m.split_half(|person| person.mean_gap_m)),
@@ -101,8 +106,16 @@ impl TrafficMoments {
 
 /// Computes all moments of the given steps.
 pub fn moments(all: &VehicleTrajectories) -> TrafficMoments {
-    let inputs = MomentInputs::of(all);
+    let inputs = MomentInputs::of(all, None);
     TrafficMoments { values: from_fn(|i| OF_TRAFFIC[i].1(&inputs).filter(|value| value.is_finite())) }
+}
+
+/// Computes some moments of the persons in these vehicles, each as often as named, behind their own leaders; `None` if one has no value.
+/// Speed, share and growth of the waves are always those of all vehicles.
+pub fn moments_of_persons(all: &VehicleTrajectories, persons: Option<&[usize]>, names: &[&str]) -> Option<Vec<f64>> {
+    let inputs = MomentInputs::of(all, persons);
+    let value = |name: &&str| OF_TRAFFIC.iter().find(|moment| moment.0.name == *name)?.1(&inputs);
+    names.iter().map(|name| value(name).filter(|value| value.is_finite())).collect()
 }
 
 /// Returns the SD of speed over time of each vehicle of a platoon, m/s, the first vehicle first; empty if the vehicles form none.
@@ -113,21 +126,34 @@ pub fn platoon_speed_sd_mps(all: &VehicleTrajectories) -> Vec<f64> {
 }
 
 impl<'a> MomentInputs<'a> {
-    fn of(all: &'a VehicleTrajectories) -> Self {
+    fn of(all: &'a VehicleTrajectories, chosen: Option<&[usize]>) -> Self {
+        let pairs = chosen.map(|chosen| all.waves_of_pairs(chosen));
+        let chosen: Vec<usize> = chosen.map_or_else(|| (0..all.vehicles.len()).collect(), <[usize]>::to_vec);
         let sorted = |mut values: Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values
         };
-        let vehicles = || all.vehicles.iter();
+        let vehicles = || chosen.iter().map(|vehicle| &all.vehicles[*vehicle]);
         Self {
             all,
             waves: all.waves(),
-            persons: persons(all),
-            halves: all.halves().map(|half| persons(&half)),
+            pairs,
+            persons: persons_of(all, &chosen),
+            halves: OnceCell::new(),
             speeds_mps: vehicles().flat_map(|vehicle| vehicle.speed_mps.clone()).collect(),
             accels_mps2: sorted(vehicles().flat_map(|vehicle| accels_mps2(&vehicle.speed_mps, all.step_s)).collect()),
             gaps_m: sorted(vehicles().flat_map(|vehicle| vehicle.gap_m.clone()).collect()),
+            chosen,
         }
+    }
+
+    /// Returns the chosen vehicles.
+    fn vehicles(&self) -> impl Iterator<Item = &VehicleTrajectory> {
+        self.chosen.iter().map(|vehicle| &self.all.vehicles[*vehicle])
+    }
+
+    fn gain(&self, hz: f64) -> Option<f64> {
+        self.pairs.as_ref().unwrap_or(&self.waves).gain(hz)
     }
 
     /// Returns a number of each person who has it.
@@ -137,7 +163,7 @@ impl<'a> MomentInputs<'a> {
 
     /// Returns the correlation over persons of a number in the first half of the time and in the second.
     fn split_half(&self, of: fn(&PersonMoments) -> Option<f64>) -> Option<f64> {
-        let [first, second] = &self.halves;
+        let [first, second] = self.halves.get_or_init(|| self.all.halves().map(|half| persons_of(&half, &self.chosen)));
         let pairs: Vec<(f64, f64)> =
             first.iter().zip(second).filter_map(|(first, second)| Some((of(first)?, of(second)?))).collect();
         correlation(&pairs)
@@ -145,7 +171,7 @@ impl<'a> MomentInputs<'a> {
 
     fn speed_sd_over_vehicles_mps(&self) -> Option<f64> {
         let at = |step: usize| {
-            let speeds: Vec<f64> = self.all.vehicles.iter().map(|vehicle| vehicle.speed_mps[step]).collect();
+            let speeds: Vec<f64> = self.vehicles().map(|vehicle| vehicle.speed_mps[step]).collect();
             deviation(&speeds)
         };
         mean(&(0..self.all.steps()).filter_map(at).collect::<Vec<f64>>())
@@ -163,7 +189,7 @@ impl<'a> MomentInputs<'a> {
                 accels_mps2(speeds_mps, self.all.step_s).iter().map(|accel| *accel < BRAKING_MPS2).collect();
             brakes.iter().enumerate().filter(|(i, brake)| **brake && (*i == 0 || !brakes[i - 1])).count()
         };
-        let brakings: usize = self.all.vehicles.iter().map(|vehicle| of_vehicle(&vehicle.speed_mps)).sum();
+        let brakings: usize = self.vehicles().map(|vehicle| of_vehicle(&vehicle.speed_mps)).sum();
         let way_km = self.speeds_mps.iter().sum::<f64>() * self.all.step_s / 1000.0;
         (way_km > 0.0 && self.all.steps() as f64 * self.all.step_s > ACCEL_S).then(|| brakings as f64 / way_km)
     }

@@ -34,6 +34,12 @@ pub fn persons(all: &VehicleTrajectories) -> Vec<PersonMoments> {
     (0..all.vehicles.len()).map(|vehicle| PersonMoments::of(all, vehicle)).collect()
 }
 
+/// Computes the numbers of the persons in these vehicles, each as often as named.
+pub(super) fn persons_of(all: &VehicleTrajectories, chosen: &[usize]) -> Vec<PersonMoments> {
+    let every = persons(all);
+    chosen.iter().map(|vehicle| every[*vehicle].clone()).collect()
+}
+
 impl PersonMoments {
     fn of(all: &VehicleTrajectories, vehicle: usize) -> Self {
         let own = &all.vehicles[vehicle];

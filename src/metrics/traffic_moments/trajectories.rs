@@ -55,6 +55,26 @@ impl VehicleTrajectories {
         [self.between(0.0, middle_s), self.between(middle_s, end_s)]
     }
 
+    /// Returns every n-th step, the longest steps of at most `most_s` of which a whole number is a second; the same if there are none.
+    #[must_use]
+    pub fn thinned(&self, most_s: f64) -> Self {
+        let divides = |n: &usize| {
+            let per_s = 1.0 / (*n as f64 * self.step_s);
+            (per_s - per_s.round()).abs() < 1e-3
+        };
+        let every = (1..=(most_s / self.step_s + 1e-6) as usize).rev().find(divides).unwrap_or(1);
+        let part = |values: &Vec<f64>| values.iter().copied().step_by(every).collect();
+        let vehicle = |vehicle: &VehicleTrajectory| VehicleTrajectory {
+            name: vehicle.name.clone(),
+            leader: vehicle.leader,
+            length_m: vehicle.length_m,
+            speed_mps: part(&vehicle.speed_mps),
+            gap_m: part(&vehicle.gap_m),
+        };
+        let step_s = every as f64 * self.step_s;
+        Self { step_s, ring_m: self.ring_m, vehicles: self.vehicles.iter().map(vehicle).collect() }
+    }
+
     /// Returns the vehicles from the first one backwards round the ring, each with its leader before it; `None` if they do not
     /// form one ring of known length.
     fn round(&self) -> Option<Vec<usize>> {
@@ -110,6 +130,23 @@ impl VehicleTrajectories {
                 position_m: position_m(i),
             };
             waves.add(self.vehicles.iter().enumerate().map(sample));
+        }
+        waves
+    }
+
+    /// Returns the sums of these followers, each with their leader and as often as named, as pairs without a ring.
+    pub(super) fn waves_of_pairs(&self, followers: &[usize]) -> WaveTotals {
+        let pairs: Vec<[usize; 2]> =
+            followers.iter().filter_map(|follower| Some([*follower, self.vehicles[*follower].leader?])).collect();
+        let leaders = (0..pairs.len()).map(|k| Some(pairs.len() + k)).chain(pairs.iter().map(|_| None)).collect();
+        let mut waves = WaveTotals::with_leaders(self.step_s, None, leaders);
+        for step in 0..self.steps() {
+            let sample = |vehicle: usize| VehicleSample {
+                speed_mps: self.vehicles[vehicle].speed_mps[step],
+                position_m: f64::NAN,
+            };
+            let side = |k: usize| pairs.iter().map(move |pair| sample(pair[k]));
+            waves.add(side(0).chain(side(1)));
         }
         waves
     }

@@ -59,17 +59,16 @@ impl RingWave {
 
 /// Returns the variance of the mean pattern in a frame that moves by `angle_rad` of the ring from one moment to the next.
 fn standing(moments: &[Modes], angle_rad: f64) -> f64 {
-    let mode = |k: usize| {
-        let turn = (angle_rad * (k + 1) as f64).sin_cos();
-        let (mut sum, mut phase) = ([0.0; 2], [1.0, 0.0]);
-        for modes in moments {
-            let [re, im] = modes[k];
-            sum = [sum[0] + re * phase[0] - im * phase[1], sum[1] + re * phase[1] + im * phase[0]];
-            phase = [phase[0] * turn.1 - phase[1] * turn.0, phase[0] * turn.0 + phase[1] * turn.1];
+    // All modes side by side, as each turn of a phase waits for the one before it.
+    let turns: Vec<(f64, f64)> = (0..moments[0].len()).map(|k| (angle_rad * (k + 1) as f64).sin_cos()).collect();
+    let mut sums = vec![([0.0; 2], [1.0, 0.0]); turns.len()];
+    for modes in moments {
+        for (((sum, phase), turn), [re, im]) in sums.iter_mut().zip(&turns).zip(modes) {
+            *sum = [sum[0] + re * phase[0] - im * phase[1], sum[1] + re * phase[1] + im * phase[0]];
+            *phase = [phase[0] * turn.1 - phase[1] * turn.0, phase[0] * turn.0 + phase[1] * turn.1];
         }
-        (sum[0] * sum[0] + sum[1] * sum[1]) / (moments.len() as f64).powi(2)
-    };
-    (0..moments[0].len()).map(mode).sum()
+    }
+    sums.iter().map(|(sum, _)| (sum[0] * sum[0] + sum[1] * sum[1]) / (moments.len() as f64).powi(2)).sum()
 }
 
 /// Cosines and sines for the modes of a number of cells.
@@ -109,8 +108,9 @@ pub(super) fn order_on_ring(row: &[VehicleSample], ring_m: f64) -> Vec<usize> {
 
 /// Returns the speed at the start of each cell, interpolated between the vehicles before and behind.
 fn speeds_along(row: &[VehicleSample], ring_m: f64, cells: usize) -> Vec<f64> {
-    let of = |i: usize| (row[i].position_m.rem_euclid(ring_m), row[i].speed_mps);
-    let mut vehicles: Vec<(f64, f64)> = order_on_ring(row, ring_m).into_iter().map(of).collect();
+    let of = |vehicle: &VehicleSample| (vehicle.position_m.rem_euclid(ring_m), vehicle.speed_mps);
+    let mut vehicles: Vec<(f64, f64)> = row.iter().map(of).collect();
+    vehicles.sort_by(|a, b| a.0.total_cmp(&b.0));
     // The first vehicle again, a round further.
     vehicles.push((vehicles[0].0 + ring_m, vehicles[0].1));
     let at = |cell: usize| {
