@@ -12,7 +12,7 @@ use crate::{
     traffic::{RING_STUDY, TrafficDrivers, population_names},
     train::{platoon_trajectories, ring_trajectories},
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, parser::ValueSource, value_parser};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -65,8 +65,8 @@ pub(super) fn command() -> Command {
                 .help("Simulated runs, each with persons and noise of its own"),
         )
         .arg(number("ring", "METRES").help("Length of the ring; without it, there is no wave speed"))
-        .arg(number("from", "SECONDS").help("Start of the compared part, since the first row [default: 0]"))
-        .arg(number("to", "SECONDS").help("End of the compared part [default: the end of the file]"))
+        .arg(number("from", "SECONDS").requires("file").help("Start of the compared part, since the first row [default: 0]"))
+        .arg(number("to", "SECONDS").requires("file").help("End of the compared part [default: the end of the file]"))
         .arg(
             Arg::new("people")
                 .long("people")
@@ -160,6 +160,11 @@ fn simulated(name: &str, people: &MeasuredTraffic, matches: &ArgMatches) -> Resu
 
 /// Prints the standard deviations of speed down a platoon, of the people and of simulated followers behind the recorded first vehicle.
 fn behind_recorded(name: &str, file: &Path, matches: &ArgMatches) -> Result<(), CliError> {
+    if let Some(flag) = ["json", "out", "people"].into_iter().find(|flag| is_given(matches, flag)) {
+        return Err(CliError::Input(format!(
+            "--{flag} is for rings; a platoon is compared with the people of its file"
+        )));
+    }
     let recorded = run(file, matches)?;
     let people_mps = platoon_speed_sd_mps(&recorded);
     if people_mps.len() < 2 || people_mps.len() < recorded.vehicles.len() {
@@ -180,6 +185,11 @@ fn behind_recorded(name: &str, file: &Path, matches: &ArgMatches) -> Result<(), 
         out::line(format_args!("{:>7}  {people:>6.2}  {model:>6.2}  {note}", k + 1))?;
     }
     Ok(())
+}
+
+/// Checks whether a flag stands on the command line.
+fn is_given(matches: &ArgMatches, flag: &str) -> bool {
+    matches.value_source(flag) == Some(ValueSource::CommandLine)
 }
 
 fn names() -> Vec<&'static str> {

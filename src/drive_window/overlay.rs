@@ -21,6 +21,7 @@ use crate::{
     scenario::Scenario,
     sim::World,
     time::{DueTicks, Pace},
+    traffic::population_names,
 };
 use egui::{Align2, Color32, FontId, TextureId, Ui};
 use std::time::Duration;
@@ -362,11 +363,11 @@ fn policies() -> Vec<String> {
 /// Returns the words to choose from for the settings that are texts.
 fn choices() -> SettingChoices {
     let maps: Vec<String> = map::list().into_iter().map(|info| info.name).collect();
-    SettingChoices::default().with("map", maps, None).with("policy", policies(), None).with(
-        "driver",
-        driver::PRESETS,
-        None,
-    )
+    SettingChoices::default()
+        .with("map", maps, None)
+        .with("policy", policies(), None)
+        .with("traffic_drivers", population_names(), Some("path of a population's file (.toml)"))
+        .with("driver", driver::PRESETS, None)
 }
 
 #[cfg(test)]

@@ -360,6 +360,7 @@ fn settings_offer_every_map_policy_and_driver_that_comes_with_the_program() {
             "policy",
             &["auto", "none", "constant", "two-phase", "follower-stopper", "pi", "ring-250-speed", "ring-641-speed"],
         ),
+        ("traffic_drivers", &["ring-study", "safe-followers", "gap-closers"]),
         ("driver", &["follow", "perfect", "idm", "sloppy"]),
     ] {
         assert!(offered.contains(&format!("{setting:?}: ([")), "{setting}: {offered}");

@@ -19,7 +19,10 @@ const PIXELS: usize = 640 * 400;
 /// Starts the program in a window on `server`.
 fn drive(server: &Server, more: &[&str]) -> Child {
     let still = ["drive", "--quality", "low", "--duration", "0", "--creep", "false", "--policy", "constant"];
-    server.start_program(Command::new(env!("CARGO_BIN_EXE_codrive")).args(still).args(more))
+    let mut program = Command::new(env!("CARGO_BIN_EXE_codrive"));
+    // Maps of the user's own would lengthen the lists of the panel.
+    program.env("XDG_DATA_HOME", std::env::temp_dir().join("codrive-without-own-maps"));
+    server.start_program(program.args(still).args(more))
 }
 
 /// Returns the window of this title, with the keyboard focus.
