@@ -31,7 +31,7 @@ pub(super) fn command() -> Command {
              --traffic-drivers simulates the ring of the measured people with these drivers instead, and with those of the ring \
              study beside them. With the file of a platoon, it simulates the followers behind the recorded first vehicle, without a fit.\n\n\
              --fit searches the numbers of a population of drivers whose rings are like the file, by simulated moments, and writes it for \
-             --traffic-drivers. It takes minutes; Ctrl-C ends it with the best so far.\n\n\
+             --traffic-drivers. A fit takes minutes; Ctrl-C ends it with the best so far.\n\n\
              scripts/measured-trajectories makes such files from public data.\n\
              Definitions of all moments: docs/measures.md. Sources: docs/references.md, people.\n\n\
              Examples:\n  \

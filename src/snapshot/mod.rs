@@ -22,7 +22,7 @@ pub struct VehicleSnapshot {
     pub pose_before: Pose,
     /// Headings of the parts of an articulated vehicle; `None` for a vehicle of one part.
     pub articulation: Option<Articulation>,
-    /// Those headings one tick earlier.
+    /// Headings of the parts one tick earlier.
     pub articulation_before: Option<Articulation>,
     /// Front bumper along the ego's route, metres; `None` beside the route. On a closed route with a fixed number of vehicles, never
     /// `None`.

@@ -42,7 +42,7 @@ pub(super) struct TrafficState {
     pub known: Vec<KnownVehicle>,
 }
 
-/// What is known of a vehicle from its departure on.
+/// Vehicle with all that is known of it from its departure on.
 #[derive(Debug)]
 pub(super) struct KnownVehicle {
     pub id: VehicleId,
