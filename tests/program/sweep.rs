@@ -22,7 +22,9 @@ fn plan(text: &str) -> (tempfile::TempDir, PathBuf) {
 /// Returns names and modification times of the parts in a folder.
 fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
     let entries = fs::read_dir(out.join("parts")).unwrap().map(|entry| entry.unwrap());
+    // A part has another ending while it is written.
     let mut parts: Vec<_> = entries
+        .filter(|entry| entry.path().extension().is_some_and(|ending| ending == "parquet"))
         .map(|entry| (entry.file_name().into_string().unwrap(), entry.metadata().unwrap().modified().unwrap()))
         .collect();
     parts.sort();
