@@ -8,14 +8,17 @@ use std::{
     process::Command,
 };
 
-/// Source of the shim.
+/// Source of the shim, and the files that it includes.
 const SHIM: &str = "src/traffic/sumo/shim.cpp";
+const INCLUDED: [&str; 2] = ["src/traffic/sumo/shim_data.hpp", "src/traffic/sumo/shim_state.hpp"];
 
 fn main() {
     let package = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").expect("cargo sets CARGO_MANIFEST_DIR"));
     let root = package.parent().expect("the package lies in src").to_owned();
     println!("cargo:rustc-env=CODRIVE_ROOT={}", root.display());
-    println!("cargo:rerun-if-changed={}", root.join(SHIM).display());
+    for source in [SHIM].into_iter().chain(INCLUDED) {
+        println!("cargo:rerun-if-changed={}", root.join(source).display());
+    }
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));

@@ -29,7 +29,7 @@ use std::{
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Interface {
-    /// Raised with every change of a function or of a structure; as `INTERFACE` in shim.cpp.
+    /// Raised with every change of a function or of a structure; as `INTERFACE` in shim_data.hpp.
     number: u32,
     command_bytes: u32,
     record_bytes: u32,

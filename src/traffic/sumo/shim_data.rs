@@ -34,7 +34,7 @@ pub(super) enum Command {
     Lamps(u32),
 }
 
-/// A [`Command`] as C takes it; the kinds are numbered as in shim.cpp.
+/// A [`Command`] as C takes it; the kinds are numbered as in shim_data.hpp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RawCommand {
