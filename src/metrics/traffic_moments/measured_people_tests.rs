@@ -49,7 +49,7 @@ fn not_run<T>(test: [&str; 2]) -> Option<T> {
     None
 }
 
-/// Checks a value to its last known digit.
+/// Checks that a value rounds to the known one: half a unit of its last digit, and a little for what a double cannot hold.
 fn near(found: &TrafficMoments, name: &str, wanted: f64, digit: f64) {
     let value = found.get(name).unwrap_or_else(|| panic!("{name}"));
     assert!((value - wanted).abs() <= 0.5001 * digit, "{name}: {value}, known {wanted}");
