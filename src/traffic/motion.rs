@@ -1,6 +1,6 @@
 //! Motion of a vehicle after a step, one rule for both engines: speed, acceleration, brake lamps. SI units.
 
-use super::VehicleState;
+use super::{CREEP_MPS2, VehicleState};
 
 /// Speed at or below which a vehicle counts as stopped, m/s (SUMO's halting speed).
 const STANDING_MPS: f64 = 0.1;
@@ -23,6 +23,12 @@ impl VehicleState {
         self.accel_mps2 = (speed.after_mps - speed.before_mps) / step_s;
         self.lamps.brake = lamps_lit(speed, self.lamps.brake, step_s);
     }
+}
+
+/// Returns the speed that a model chooses for the end of a step, m/s: SUMO's update, with its creep limit.
+pub(super) fn chosen_mps(before_mps: f64, accel_mps2: f64, step_s: f64) -> f64 {
+    let wanted_mps = before_mps + accel_mps2 * step_s;
+    if wanted_mps < CREEP_MPS2 * step_s { 0.0 } else { wanted_mps }
 }
 
 /// Returns the deceleration by rolling resistance and drag without braking, m/s2 (SUMO's formula).

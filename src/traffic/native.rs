@@ -9,8 +9,13 @@
 //! whereas this engine always sees it.
 
 use super::{
-    CREEP_MPS2, FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState, bends::BendSpeeds,
-    crossings::self_crossing, lane_followers::LaneFollowers, motion::SpeedStep, noise::Noise, reported,
+    FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
+    bends::BendSpeeds,
+    crossings::self_crossing,
+    lane_followers::LaneFollowers,
+    motion::{SpeedStep, chosen_mps},
+    noise::Noise,
+    reported,
     route_vehicles::RouteVehicles,
 };
 use crate::{map::RoadMap, space::Pose};
@@ -78,8 +83,7 @@ impl NativeTraffic {
         let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
         for i in 0..self.s_m.len() {
             let before_mps = self.speed_mps[i];
-            let wanted_mps = before_mps + self.accel_mps2[i] * self.step_s;
-            let chosen_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
+            let chosen_mps = chosen_mps(before_mps, self.accel_mps2[i], self.step_s);
             let after_mps = self.noise.push(VehicleId(i as u32), chosen_mps);
             if driven.next_if_eq(&i).is_some() {
                 continue;

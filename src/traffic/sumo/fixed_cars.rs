@@ -15,9 +15,14 @@ use crate::{
     map::{RoadMap, RoutePosition, network::LaneId},
     space::{CAR_LENGTH_M, SumoPose},
     traffic::{
-        CREEP_MPS2, CarFollowing, FixedSetup, TrafficDriver, TrafficError, VehicleId, VehicleReport, VehicleState,
-        bends::BendSpeeds, crossings::self_crossing, lane_followers::LaneFollowers, motion::SpeedStep, noise::Noise,
-        reported, route_vehicles::RouteVehicles,
+        CarFollowing, FixedSetup, TrafficDriver, TrafficError, VehicleId, VehicleReport, VehicleState,
+        bends::BendSpeeds,
+        crossings::self_crossing,
+        lane_followers::LaneFollowers,
+        motion::{SpeedStep, chosen_mps},
+        noise::Noise,
+        reported,
+        route_vehicles::RouteVehicles,
     },
 };
 use glam::DVec2;
@@ -82,8 +87,7 @@ impl ImposedDrivers {
 
     /// Returns the speed that a driver has chosen for the end of the step, m/s.
     fn chosen_mps(&self, i: usize) -> f64 {
-        let wanted_mps = self.speed_mps[i] + self.accel_mps2[i] * self.step_s;
-        if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps }
+        chosen_mps(self.speed_mps[i], self.accel_mps2[i], self.step_s)
     }
 }
 

@@ -13,8 +13,8 @@ use super::{
 use crate::{
     map::network::Network,
     traffic::{
-        CREEP_MPS2, CarFollowing, Departure, EMERGENCY_BRAKING_MPS2, TrafficDriver, TrafficDrivers, TrafficError,
-        VehicleId, VehicleKind, VehicleReport, VehicleState, noise::DriverNoise,
+        CarFollowing, Departure, EMERGENCY_BRAKING_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
+        VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
     },
 };
 
@@ -89,8 +89,7 @@ impl People {
                 let (gap_m, leader_mps) = shim.leader(*id, REACH_M)?.unwrap_or((REACH_M, from_mps));
                 let limit_mps = self.limits_mps[lane.index()];
                 let accel = model.acceleration(from_mps, leader_mps, gap_m, limit_mps).max(-EMERGENCY_BRAKING_MPS2);
-                let wanted_mps = from_mps + accel * self.step_s;
-                let wanted_mps = if wanted_mps < CREEP_MPS2 * self.step_s { 0.0 } else { wanted_mps };
+                let wanted_mps = chosen_mps(from_mps, accel, self.step_s);
                 commands.push(Command::WantedSpeed(wanted_mps).encode(*id));
             }
         }
