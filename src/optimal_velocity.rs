@@ -3,8 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Smallest gap in the model's formulas, m: below it vehicles touch.
-const LEAST_GAP_M: f64 = 1e-3;
+/// Highest rate at which a driver takes over the leader's speed, 1/s. The published term has no bound as the gap closes: a vehicle that
+/// follows another out of a queue at 1 cm would shoot off, and a step of 0.1 s would overshoot the leader's speed.
+pub const HIGHEST_RATE: f64 = 10.0;
 
 /// Parameters of the model. The defaults are a published fit to people who were told to close the gap.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -42,9 +43,10 @@ impl OptimalVelocityParams {
 
     /// Returns the acceleration, m/s2, at `gap_m` (bumper to bumper) behind a leader; the wanted speed is at most `limit_mps`.
     pub fn acceleration(&self, speed_mps: f64, leader_speed_mps: f64, gap_m: f64, limit_mps: f64) -> f64 {
-        let gap_m = gap_m.max(LEAST_GAP_M);
+        let gap_m = gap_m.max(0.0);
         let wanted_mps = self.optimal_speed_mps(gap_m).min(limit_mps);
-        self.alpha * (wanted_mps - speed_mps) + self.beta * (leader_speed_mps - speed_mps) / (gap_m * gap_m)
+        let rate = (self.beta / (gap_m * gap_m)).min(HIGHEST_RATE);
+        self.alpha * (wanted_mps - speed_mps) + rate * (leader_speed_mps - speed_mps)
     }
 
     /// Returns the gap at which a vehicle keeps `speed_mps` behind a leader of the same speed, metres; infinite from `v_max` up.
@@ -90,6 +92,16 @@ mod tests {
         // By hand: behind a leader of the same place and speed 4 m/s lower, 10 m ahead, -beta 4 / 100 is added.
         let difference = model.acceleration(5.0, 1.0, 10.0, 30.0) - model.acceleration(5.0, 5.0, 10.0, 30.0);
         assert!((difference + 21.5975 * 4.0 / 100.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn no_gap_lets_a_driver_overshoot_the_leaders_speed_in_a_tenth_of_a_second() {
+        let model = OptimalVelocityParams::default();
+        for gap_m in [0.0, 1e-6, 0.01, 0.5, 1.4] {
+            let after_mps = 0.1 * model.acceleration(0.0, 2.0, gap_m, 30.0);
+            // The optimal velocity of such gaps is below 0.9 m/s, of which a tenth of a second adds less than 0.06.
+            assert!((0.0..2.06).contains(&after_mps), "{gap_m} m: {after_mps} m/s");
+        }
     }
 
     #[test]

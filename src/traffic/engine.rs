@@ -17,9 +17,10 @@ use crate::{
 };
 use std::{path::PathBuf, sync::Arc};
 
-/// Hardest braking of any vehicle of the traffic, m/s2 (SUMO's default for passenger cars). The model is never clipped at `b`
-/// (docs/references.md: idm); it reaches this bound only behind an ego that cuts in or stops suddenly.
-pub const EMERGENCY_BRAKING_MPS2: f64 = 9.0;
+/// Hardest braking of any vehicle of the traffic, m/s2 (SUMO's default for passenger cars), and its hardest acceleration: tyres hold no
+/// more. The model is never clipped at `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in, stops or
+/// pulls away suddenly.
+pub const HARDEST_MPS2: f64 = 9.0;
 
 /// Creep limit, m/s2: SUMO rounds a speed below this times the step length to 0. Without this rule, the two engines agree to 1e-5 m/s
 /// instead of 1e-11 once a queue moves up in very small steps.

@@ -1,7 +1,7 @@
 //! Drivers behind one another on a closed route of one lane. In: places and speeds. Out: the acceleration that each driver chooses, all from
 //! one state. Metres, m/s, m/s2.
 
-use super::{EMERGENCY_BRAKING_MPS2, bends::BendSpeeds, drivers::TrafficDriver};
+use super::{HARDEST_MPS2, bends::BendSpeeds, drivers::TrafficDriver};
 use crate::{map::Route, space::CAR_LENGTH_M};
 
 /// Drivers of a closed route, by vehicle number.
@@ -38,7 +38,7 @@ impl LaneFollowers {
             let gap_m = s_m[leader] + lap_m - s_m[i] - CAR_LENGTH_M;
             let model = &self.drivers[i].model;
             let accel = model.acceleration(speed_mps[i], speed_mps[leader], gap_m, limit_mps);
-            accel_mps2[i] = accel.max(-EMERGENCY_BRAKING_MPS2);
+            accel_mps2[i] = accel.clamp(-HARDEST_MPS2, HARDEST_MPS2);
             if speed_mps[i] + accel * step_s > bend_mps {
                 // The model approaches a lower desired speed slowly; a driver does not enter a bend too fast.
                 let down_mps2 = (bend_mps - speed_mps[i]) / step_s;

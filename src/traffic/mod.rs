@@ -35,8 +35,8 @@ pub use drivers::{
     TrafficDriver, TrafficDrivers, TrafficPopulation, is_path as is_population_path, names as population_names,
 };
 pub use engine::{
-    CREEP_MPS2, DemandSetup, EMERGENCY_BRAKING_MPS2, EgoStart, ExternalVehicleState, FixedSetup, InitialVehicle,
-    Traffic, VehicleReport,
+    CREEP_MPS2, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, HARDEST_MPS2, InitialVehicle, Traffic,
+    VehicleReport,
 };
 pub use error::TrafficError;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};

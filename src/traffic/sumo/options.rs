@@ -8,8 +8,7 @@ use crate::{
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
     temporary::TemporaryFolder,
     traffic::{
-        CarFollowing, Demand, EMERGENCY_BRAKING_MPS2, FixedSetup, FollowingModel, TrafficDriver, TrafficDrivers,
-        TrafficError,
+        CarFollowing, Demand, FixedSetup, FollowingModel, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError,
     },
 };
 use std::path::{Path, PathBuf};
@@ -133,7 +132,7 @@ pub(super) fn vehicle_type(idm: &IdmParams) -> VehicleType {
         width_m: CAR_WIDTH_M,
         accel_mps2: idm.a,
         decel_mps2: idm.b,
-        emergency_decel_mps2: EMERGENCY_BRAKING_MPS2.max(idm.b),
+        emergency_decel_mps2: HARDEST_MPS2.max(idm.b),
         time_gap_s: idm.t,
         min_gap_m: idm.s0,
         max_speed_mps: idm.v0,
@@ -146,7 +145,7 @@ pub(super) fn other_vehicle_type(idm: &IdmParams) -> VehicleType {
     VehicleType {
         accel_mps2: 2.6,
         decel_mps2: 4.5,
-        emergency_decel_mps2: EMERGENCY_BRAKING_MPS2,
+        emergency_decel_mps2: HARDEST_MPS2,
         time_gap_s: 1.0,
         min_gap_m: 2.5,
         ..vehicle_type(idm)
@@ -200,7 +199,7 @@ impl TypeFile {
         let car = format!(
             "carFollowModel=\"IDM\" length=\"{CAR_LENGTH_M}\" width=\"{CAR_WIDTH_M}\" maxSpeed=\"{v0}\" tau=\"{t}\" accel=\"{a}\" \
              decel=\"{b}\" delta=\"{delta}\" minGap=\"{s0}\" emergencyDecel=\"{}\"",
-            EMERGENCY_BRAKING_MPS2.max(b)
+            HARDEST_MPS2.max(b)
         );
         Self::write("rou", &demand.flows_xml(&car, defines_default_type))
     }

@@ -13,8 +13,8 @@ use super::{
 use crate::{
     map::network::Network,
     traffic::{
-        CarFollowing, Departure, EMERGENCY_BRAKING_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
-        VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
+        CarFollowing, Departure, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId, VehicleKind,
+        VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
     },
 };
 
@@ -88,7 +88,8 @@ impl People {
             if let (CarFollowing::OptimalVelocity(model), Some(lane)) = (&driver.model, vehicle.lane) {
                 let (gap_m, leader_mps) = shim.leader(*id, REACH_M)?.unwrap_or((REACH_M, from_mps));
                 let limit_mps = self.limits_mps[lane.index()];
-                let accel = model.acceleration(from_mps, leader_mps, gap_m, limit_mps).max(-EMERGENCY_BRAKING_MPS2);
+                let accel =
+                    model.acceleration(from_mps, leader_mps, gap_m, limit_mps).clamp(-HARDEST_MPS2, HARDEST_MPS2);
                 let wanted_mps = chosen_mps(from_mps, accel, self.step_s);
                 commands.push(Command::WantedSpeed(wanted_mps).encode(*id));
             }
