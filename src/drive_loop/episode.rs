@@ -108,7 +108,7 @@ impl Episode {
         let scenario = world.scenario();
         let driver = match scenario.participant {
             true => {
-                let driver = SimulatedDriver::new(&drivers(EGO)?, world.ego_params(), seed)?;
+                let driver = world.simulated_driver(&drivers(EGO)?, seed)?;
                 Some(if scenario.standing_start { driver.with_foot_on_brake() } else { driver })
             }
             false => None,

@@ -222,7 +222,7 @@ impl OfflineDrive {
 /// The driver cannot be simulated.
 pub fn driver_of(params: &DriverParams, world: &World) -> Result<SimulatedDriver, DriverError> {
     let scenario = world.scenario();
-    let driver = SimulatedDriver::new(params, world.ego_params(), scenario.seed)?;
+    let driver = world.simulated_driver(params, scenario.seed)?;
     Ok(if scenario.standing_start { driver.with_foot_on_brake() } else { driver })
 }
 

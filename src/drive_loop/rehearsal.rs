@@ -5,6 +5,7 @@
 use super::{RunError, offline::OfflineDrive, recording_manifest};
 use crate::{
     driver::{self, FittedDriver, Population},
+    idm::IdmParams,
     record,
     scenario::Scenario,
     study::{
@@ -17,7 +18,7 @@ use crate::{
         stop_rule::SessionEnding,
     },
     time::Tick,
-    traffic::EngineChoice,
+    traffic::{EngineChoice, RING_STUDY},
 };
 use rayon::prelude::*;
 use std::{
@@ -247,7 +248,9 @@ impl<'a> SimulatedSession<'a> {
         folder: &Path,
     ) -> Result<(), RunError> {
         let code = self.session.log().participant.clone();
-        let driver = self.participant.driver_among(scenario.idm.t);
+        // Among measured people, drivers follow by those people's model, and time gaps are multiples of theirs.
+        let is_ring_study = scenario.traffic_drivers == RING_STUDY;
+        let driver = self.participant.driver_among(if is_ring_study { scenario.idm.t } else { IdmParams::default().t });
         let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
         run.record_of(folder, "simulated participant".into(), Some(&code))?;
         let mut rater = self.rater(planned);

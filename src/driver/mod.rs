@@ -27,10 +27,12 @@ pub use speeds_ahead::bend_speed_mps;
 use crate::{
     controls::{Controls, Indicator, Selector},
     ego::{CarParams, EgoState},
+    idm::IdmParams,
     map::Route,
     policy::Advice,
     rng,
     space::wrap_angle,
+    traffic::{CarFollowing, TrafficDrivers},
 };
 use compliance::AdviceTaken;
 use glam::{DVec2, dvec2};
@@ -111,6 +113,8 @@ impl Default for LaneView {
 #[derive(Clone, Debug)]
 pub struct SimulatedDriver {
     params: DriverParams,
+    /// Model with which the driver keeps the distance to a leader.
+    following: CarFollowing,
     rear_axle_m: f64,
     advice: AdviceTaken,
     senses: DelayedPerception,
@@ -139,8 +143,21 @@ impl SimulatedDriver {
                 rng::stream(seed, "driver/speed"),
             ),
             lane_wander: OrnsteinUhlenbeck::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
+            following: CarFollowing::Idm(params.idm),
             params: params.clone(),
         })
+    }
+
+    /// Lets the driver follow as the average person of this traffic, if its drivers are measured people: with their model and without a
+    /// further reaction time to the leader, because the measured lag is that of the model (docs/references.md: people). A driver with
+    /// another time gap than usual keeps it in proportion.
+    pub fn among(mut self, traffic: &TrafficDrivers) -> Self {
+        if !traffic.are_alike() {
+            let factor = self.params.idm.t / IdmParams::default().t;
+            self.following = traffic.typical().model.with_time_gap(factor);
+            self.senses = DelayedPerception::new(self.params.reaction_s, 0.0);
+        }
+        self
     }
 
     /// Puts the driver's foot on the brake, for a drive that begins at a standstill.
@@ -206,11 +223,10 @@ impl SimulatedDriver {
         let p = &self.params;
         let reach =
             |speed_mps: f64| ((speed_mps - now.speed_mps) / p.speed_relaxation_s).clamp(-p.decel_mps2, p.accel_mps2);
-        let v0 = p.idm.v0.min(now.speed_limit_mps.max(1.0));
-        let follow = |gap_m: f64, speed_mps: f64| {
-            let idm = crate::idm::IdmParams { v0, ..p.idm };
-            idm.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m)
+        let by = |model: &CarFollowing, gap_m: f64, speed_mps: f64| {
+            model.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m, now.speed_limit_mps.max(1.0))
         };
+        let follow = |gap_m: f64, speed_mps: f64| by(&self.following, gap_m, speed_mps);
         let target_mps = target_mps.filter(|_| p.follows_advice && self.advice.follows());
         let rule = if target_mps.is_some() { p.leader_rule } else { LeaderRule::Model };
         let behind = match (rule, leader) {
@@ -227,8 +243,8 @@ impl SimulatedDriver {
             let off_mps = wanted_mps - now.speed_mps;
             reach(wanted_mps - off_mps.clamp(-p.deadband_mps, p.deadband_mps))
         });
-        // The line is treated as a standing leader, whatever the rule for leaders is.
-        let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| follow(gap_m, 0.0));
+        // The line is treated as a standing leader, whatever the rule for leaders is; no measured model has seen lines.
+        let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| by(&CarFollowing::Idm(p.idm), gap_m, 0.0));
         behind.min(advised).min(road).min(stop)
     }
 }
@@ -245,4 +261,40 @@ fn guarded_mps2(p: &DriverParams, speed_mps: f64, leader: &SeenLeader) -> f64 {
     let safe_mps =
         (delay_mps * delay_mps + leader.speed_mps.max(0.0).powi(2) + 2.0 * p.decel_mps2 * room_m).sqrt() - delay_mps;
     ((safe_mps - speed_mps) / DELAY_S).max(-9.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::traffic::TrafficDrivers;
+
+    #[test]
+    fn among_measured_people_a_driver_follows_by_their_model() {
+        let seen = Perception {
+            speed_mps: 5.0,
+            leader: Some(SeenLeader { gap_m: 8.0, speed_mps: 4.0 }),
+            speed_limit_mps: 30.0,
+            ..Perception::default()
+        };
+        let car = CarParams::default();
+        for (name, factor) in [("safe-followers", 1.0), ("gap-closers", 1.0), ("gap-closers", 1.2)] {
+            let people = TrafficDrivers::named(name, IdmParams::default()).expect("a shipped population");
+            let mut params = preset("perfect").expect("a preset");
+            params.idm.t *= factor;
+            let mut driver = SimulatedDriver::new(&params, &car, 1).expect("a driver").among(&people);
+            // Nothing is late: the first look is answered by the model of the average person.
+            let expected = match people.typical().model {
+                CarFollowing::Idm(idm) => IdmParams { t: idm.t * factor, ..idm }.acceleration(5.0, 4.0, 8.0),
+                // A time gap of 1.2 is a gap seen as 8 / 1.2 m.
+                CarFollowing::OptimalVelocity(model) => model.acceleration(5.0, 4.0, 8.0 / factor, 30.0),
+            };
+            let wanted = driver.wanted_mps2(&seen);
+            assert!((wanted - expected).abs() < 1e-9, "{name}: {wanted} of {expected}");
+        }
+        let study = TrafficDrivers::named("ring-study", IdmParams { t: 2.0, ..IdmParams::default() }).expect("a name");
+        let params = preset("perfect").expect("a preset");
+        let mut driver = SimulatedDriver::new(&params, &car, 1).expect("a driver").among(&study);
+        let own = params.idm.acceleration(5.0, 4.0, 8.0);
+        assert!((driver.wanted_mps2(&seen) - own).abs() < 1e-9, "the presets keep their own model there");
+    }
 }

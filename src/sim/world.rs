@@ -34,7 +34,7 @@ pub use put_back::NotPutBack;
 use super::{Event, EventKind, Snapshot, VehicleSnapshot, WorldError, event::EndReason};
 use crate::{
     controls::Controls,
-    driver,
+    driver::{self, DriverError, DriverParams, SimulatedDriver},
     ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
@@ -235,7 +235,7 @@ impl World {
                 None => driver::named(&scenario.driver)?.params,
             };
             let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, bodies)?;
-            let mut agent = agent.driven_by(&driver, new.id, scenario.seed)?;
+            let mut agent = agent.driven_by(&driver, new.id, &self.drive)?;
             agent.view.tick = self.observer.view().tick;
             self.advised.push(new.id);
             self.others.push(agent);
@@ -375,6 +375,14 @@ impl World {
     /// Returns the state of traffic at the hand-over to the driver.
     pub fn hand_over(&self) -> HandOver {
         self.traffic.hand_over
+    }
+
+    /// Returns a simulated driver of the ego with these parameters, among the drivers of this traffic.
+    ///
+    /// # Errors
+    /// A number of the driver is outside the range that can be simulated.
+    pub fn simulated_driver(&self, params: &DriverParams, seed: u64) -> Result<SimulatedDriver, DriverError> {
+        Ok(SimulatedDriver::new(params, &self.ego_params, seed)?.among(self.drive.traffic_drivers()))
     }
 
     /// Returns the parameters of the ego's car.

@@ -98,9 +98,14 @@ impl Agent {
     }
 
     /// Gives the vehicle to a simulated driver, whose randomness has a random stream of this vehicle.
-    pub(super) fn driven_by(self, driver: &DriverParams, id: VehicleId, seed: u64) -> Result<Self, WorldError> {
-        let seed = rng::stream(seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
-        let driver = SimulatedDriver::new(driver, self.car.params(), seed)?;
+    pub(super) fn driven_by(
+        self,
+        driver: &DriverParams,
+        id: VehicleId,
+        drive: &PlannedDrive,
+    ) -> Result<Self, WorldError> {
+        let seed = rng::stream(drive.scenario().seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
+        let driver = SimulatedDriver::new(driver, self.car.params(), seed)?.among(drive.traffic_drivers());
         // A driver who is stopped in a jam starts with a foot on the brake.
         let driver = if self.view.ego.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
         Ok(Self { id, driver: Some(driver), ..self })

@@ -6,7 +6,7 @@
 
 use super::{World, WorldError};
 use crate::{
-    driver::{DriverParams, SimulatedDriver},
+    driver::DriverParams,
     policy::ReplayedAdvice,
     rng,
     scenario::{PlannedDrive, Scenario},
@@ -25,7 +25,7 @@ pub(super) fn advice(drive: &PlannedDrive) -> Result<ReplayedAdvice, WorldError>
     let scenario = drive.scenario();
     let other = other_drive(scenario);
     let mut world = World::of(PlannedDrive::on(&other, Arc::clone(drive.map()))?)?;
-    let driver = SimulatedDriver::new(&DriverParams::default(), world.ego_params(), other.seed)?;
+    let driver = world.simulated_driver(&DriverParams::default(), other.seed)?;
     let mut driver = if other.standing_start { driver.with_foot_on_brake() } else { driver };
     let hold_ticks = u64::from(other.hold().steps()) * other.step_ticks();
     let mut targets_mps = Vec::new();

@@ -26,6 +26,19 @@ impl CarFollowing {
         }
     }
 
+    /// Returns the model of a driver whose time gap is this multiple of the usual one. With optimal velocity, they see each gap divided by it.
+    #[must_use]
+    pub fn with_time_gap(self, factor: f64) -> Self {
+        match self {
+            Self::Idm(idm) => Self::Idm(IdmParams { t: idm.t * factor, ..idm }),
+            Self::OptimalVelocity(model) => Self::OptimalVelocity(OptimalVelocityParams {
+                d0: model.d0 * factor,
+                beta: model.beta * factor * factor,
+                ..model
+            }),
+        }
+    }
+
     /// Returns the speed on a free road without a limit, m/s.
     pub fn desired_speed_mps(&self) -> f64 {
         match self {
@@ -115,6 +128,23 @@ mod tests {
             assert!((sd_mps2 - 0.346).abs() < 1e-12, "{sd_mps2}");
             assert!((keeps.powf(1.31 / step_s) - 1.0 / std::f64::consts::E).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn twice_the_time_gap_is_kept_at_twice_the_equilibrium_gap() {
+        // IDM far below its desired speed: s0 + v T. Optimal velocity: the gap of the speed, from its inverse by hand.
+        let idm = CarFollowing::Idm(IdmParams { v0: 1e6, ..IdmParams::default() }).with_time_gap(2.0);
+        assert!(idm.acceleration(5.0, 5.0, 2.0 + 5.0 * 2.0, f64::INFINITY).abs() < 1e-9);
+        let usual = OptimalVelocityParams::default();
+        let rise_mps = usual.v_max / (1.0 + usual.ds.tanh());
+        let gap_m = usual.d0 * ((5.0 / rise_mps - usual.ds.tanh()).atanh() + usual.ds);
+        let model = CarFollowing::OptimalVelocity(usual);
+        assert!(model.acceleration(5.0, 5.0, gap_m, f64::INFINITY).abs() < 1e-9);
+        let slow = model.with_time_gap(2.0);
+        assert!(slow.acceleration(5.0, 5.0, 2.0 * gap_m, f64::INFINITY).abs() < 1e-9);
+        let differ = |gap_m: f64| [5.0, 3.0].map(|leader| slow.acceleration(5.0, leader, gap_m, f64::INFINITY));
+        let expected = [5.0, 3.0].map(|leader| model.acceleration(5.0, leader, 4.0, f64::INFINITY));
+        assert!(differ(8.0).iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9));
     }
 
     #[test]
