@@ -74,6 +74,26 @@ pub enum Feature {
     PathLeft,
     /// Speed of the controller or policy that is corrected, m/s; own speed without one.
     ControllerSpeed,
+    /// Target of the current advice, m/s; own speed without any.
+    Advised,
+    /// Driver's present deviation from the speed that they seek, m/s; like all features of the whole ring known on simulated rings only.
+    Deviation,
+    /// Mean speed of all vehicles, m/s.
+    RingMeanSpeed,
+    /// Standard deviation of speed over all vehicles, m/s.
+    RingSpeedSd,
+    /// Cosine part of the wave of speeds around the ring, counted from the ego backwards, m/s.
+    #[serde(rename = "wave_cos_1")]
+    WaveCos1,
+    /// Sine part of that wave, m/s.
+    #[serde(rename = "wave_sin_1")]
+    WaveSin1,
+    /// Cosine part of the wave of half that length, m/s.
+    #[serde(rename = "wave_cos_2")]
+    WaveCos2,
+    /// Sine part of the wave of half that length, m/s.
+    #[serde(rename = "wave_sin_2")]
+    WaveSin2,
     /// Driver's time from a new advice to the first response, s.
     Reaction,
     /// Driver's speed minus the advised speed, m/s.
@@ -99,7 +119,7 @@ pub enum Feature {
 }
 
 /// All features in the order in which messages list them.
-pub const FEATURES: [Feature; 37] = [
+pub const FEATURES: [Feature; 45] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -128,6 +148,14 @@ pub const FEATURES: [Feature; 37] = [
     Feature::LaneEndDistance,
     Feature::PathLeft,
     Feature::ControllerSpeed,
+    Feature::Advised,
+    Feature::Deviation,
+    Feature::RingMeanSpeed,
+    Feature::RingSpeedSd,
+    Feature::WaveCos1,
+    Feature::WaveSin1,
+    Feature::WaveCos2,
+    Feature::WaveSin2,
     Feature::Reaction,
     Feature::SpeedBias,
     Feature::TrackingError,
@@ -174,6 +202,14 @@ impl Feature {
             Self::LaneEndDistance => "lane_end_distance",
             Self::PathLeft => "path_left",
             Self::ControllerSpeed => "controller_speed",
+            Self::Advised => "advised",
+            Self::Deviation => "deviation",
+            Self::RingMeanSpeed => "ring_mean_speed",
+            Self::RingSpeedSd => "ring_speed_sd",
+            Self::WaveCos1 => "wave_cos_1",
+            Self::WaveSin1 => "wave_sin_1",
+            Self::WaveCos2 => "wave_cos_2",
+            Self::WaveSin2 => "wave_sin_2",
             Self::Reaction => "reaction",
             Self::SpeedBias => "speed_bias",
             Self::TrackingError => "tracking_error",
@@ -195,6 +231,12 @@ impl Feature {
     pub fn is_of_driver(self) -> bool {
         use Feature::{Reaction, SpeedBias, TimeGapFactor, TrackingError, Willingness};
         matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness) || self.is_latent()
+    }
+
+    /// Returns true for features of the whole ring and of the driver's present state, which nobody on a road knows.
+    pub fn is_of_whole_ring(self) -> bool {
+        use Feature::{Deviation, RingMeanSpeed, RingSpeedSd, WaveCos1, WaveCos2, WaveSin1, WaveSin2};
+        matches!(self, Deviation | RingMeanSpeed | RingSpeedSd | WaveCos1 | WaveSin1 | WaveCos2 | WaveSin2)
     }
 
     /// Returns true for the latents of a variational encoder.
@@ -232,6 +274,14 @@ impl Feature {
             Self::LaneEndDistance => o.road.lane_end_m.unwrap_or(FAR_M),
             Self::PathLeft => o.road.path_left_m.unwrap_or(FAR_M),
             Self::ControllerSpeed => o.corrected_mps.unwrap_or(o.speed_mps),
+            Self::Advised => o.advised_mps.unwrap_or(o.speed_mps),
+            Self::Deviation => o.ring.unwrap_or_default().deviation_mps,
+            Self::RingMeanSpeed => o.ring.unwrap_or_default().mean_speed_mps,
+            Self::RingSpeedSd => o.ring.unwrap_or_default().speed_sd_mps,
+            Self::WaveCos1 => o.ring.unwrap_or_default().waves_mps[0][0],
+            Self::WaveSin1 => o.ring.unwrap_or_default().waves_mps[0][1],
+            Self::WaveCos2 => o.ring.unwrap_or_default().waves_mps[1][0],
+            Self::WaveSin2 => o.ring.unwrap_or_default().waves_mps[1][1],
             Self::Reaction => o.driver.unwrap_or_default().reaction_s,
             Self::SpeedBias => o.driver.unwrap_or_default().speed_bias_mps,
             Self::TrackingError => o.driver.unwrap_or_default().error_mps,
@@ -348,6 +398,7 @@ impl MeanSpeed {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::policy::WholeRing;
     use crate::policy::{DriverTraits, RoadAhead, SignalAhead};
 
     #[test]
@@ -378,6 +429,12 @@ mod tests {
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
             latents: [0.3, -1.3, 0.7, 2.1],
             corrected_mps: Some(3.5),
+            ring: Some(WholeRing {
+                mean_speed_mps: 2.9,
+                speed_sd_mps: 1.9,
+                waves_mps: [[0.6, -0.9], [0.15, -0.2]],
+                deviation_mps: -0.45,
+            }),
             road: RoadAhead {
                 speed_limit_mps: 13.9,
                 bend_per_m: -0.02,
@@ -401,7 +458,8 @@ mod tests {
         let beside = [-2.0, 3.6, 21.0, 3.7, 22.0, 3.8, 23.0, 3.9];
         let of_traffic =
             [&of_traffic[..], &[13.9, -0.02, 8.0, 3.3], &beside, &[80.0, 0.0, 81.0, 82.0, 83.0, 400.0, 3.5]].concat();
-        let expected = [&of_traffic[..], &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
+        let whole_ring = [4.0, -0.45, 2.9, 1.9, 0.6, -0.9, 0.15, -0.2];
+        let expected = [&of_traffic[..], &whole_ring, &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {
             assert_eq!(feature.of(&seen), expected, "{}", feature.name());

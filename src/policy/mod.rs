@@ -44,7 +44,7 @@ pub use network::{
     AssistedPolicy, CorrectedAdvice, CorrectionFault, EngagedAdvice, ExpectedGain, ExpectedGainFault, Network,
     NetworkOutput, NotCorrectable, PolicyNetworkFault, SettingFault, bounded, residual,
 };
-pub use observation::Observation;
+pub use observation::{Observation, WholeRing};
 pub use onnx::OnnxPolicy;
 pub use outside::OutsideAdvice;
 pub use replayed::ReplayedAdvice;

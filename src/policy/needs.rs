@@ -11,6 +11,7 @@ impl Feature {
             Self::SpeedLimit | Self::BendAhead | Self::FollowerGap | Self::FollowerSpeed => road != RoadKind::BareRing,
             Self::SignalDistance | Self::SignalGreen | Self::PathLeft => road.is_network(),
             Self::YieldDistance | Self::StopDistance | Self::LaneEndDistance => road.is_network(),
+            _ if self.is_of_whole_ring() => road == RoadKind::BareRing,
             _ if self.is_of_lane_to(Side::Left) => road.lanes_beside().left,
             _ if self.is_of_lane_to(Side::Right) => road.lanes_beside().right,
             _ => true,
@@ -88,16 +89,18 @@ mod tests {
     #[test]
     fn each_kind_of_road_provides_its_own_features() {
         let unseen = |road| FEATURES.into_iter().filter(|f| !f.is_seen_on(road)).map(Feature::name).collect::<Vec<_>>();
-        assert_eq!(unseen(NETWORK), ["circumference", "spacing"]);
+        let whole =
+            ["deviation", "ring_mean_speed", "ring_speed_sd", "wave_cos_1", "wave_sin_1", "wave_cos_2", "wave_sin_2"];
+        assert_eq!(unseen(NETWORK), [&["circumference", "spacing"][..], &whole].concat());
         let right = ["right_leader_gap", "right_leader_speed", "right_follower_gap", "right_follower_speed"];
         let left = ["left_leader_gap", "left_leader_speed", "left_follower_gap", "left_follower_speed"];
         let one_lane_left = RoadKind::Network(LanesBeside { left: true, right: false });
-        assert_eq!(unseen(one_lane_left), [&["circumference", "spacing"][..], &right].concat());
+        assert_eq!(unseen(one_lane_left), [&["circumference", "spacing"][..], &right, &whole].concat());
         let of_networks =
             ["signal_distance", "signal_green", "yield_distance", "stop_distance", "lane_end_distance", "path_left"];
-        assert_eq!(unseen(RoadKind::ClosedRoute), [&left[..], &right, &of_networks].concat());
+        assert_eq!(unseen(RoadKind::ClosedRoute), [&left[..], &right, &of_networks, &whole].concat());
         let of_drives = ["speed_limit", "bend_ahead", "follower_gap", "follower_speed"];
-        assert_eq!(unseen(RoadKind::BareRing), [&of_drives[..], &unseen(RoadKind::ClosedRoute)].concat());
+        assert_eq!(unseen(RoadKind::BareRing), [&of_drives[..], &left, &right, &of_networks].concat());
     }
 
     #[test]

@@ -5,10 +5,11 @@ use super::{inputs::inputs, lessons::EstimatorKind};
 use crate::{
     driver::Population,
     idm::IdmParams,
+    metrics::EvaluationResult,
     policy::{Hold, NetworkInput, PolicySettings},
     settings::flat_settings,
     space::CAR_LENGTH_M,
-    traffic,
+    traffic::{self, TrafficDrivers},
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -64,7 +65,7 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
             /// Drivers of the other vehicles: ring-study (all alike, with the model `idm`), people as they were measured (safe-followers,
-            /// gap-closers), or a population's FILE.toml
+            /// gap-closers), or a population's FILE.toml; of several, with commas, each block of sixteen rings has the next one
             traffic_drivers: String = traffic::RING_STUDY.into(),
             /// Car-following model of the other vehicles with ring-study drivers: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
@@ -104,6 +105,9 @@ flat_settings! {
             /// Penalty per m/s by which the ego misses the acceptable range of the advised speed
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             range_penalty: f64 = 0.0,
+            /// Penalty per m/s of the standard deviation of speed over all vehicles
+            #[schemars(range(min = 0.0, max = 10.0), extend("unit" = ""))]
+            speed_sd_penalty: f64 = 0.0,
             /// Half width of the acceptable range around the target
             #[schemars(range(min = 0.1, max = 50.0), extend("unit" = "mph"))]
             // docs/references.md: band: a useful band on the 250 m ring is about +-1 mph.
@@ -172,7 +176,8 @@ flat_settings! {
         /// Inputs of the policy and its network.
         group network: NetworkConfig {
             /// Inputs of the policy. Traffic: speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold, controller_speed. Driver: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or latent_1 to
+            /// log_hold, controller_speed, advised. Whole ring (only while training, and in evaluations on fast rings): ring_mean_speed,
+            /// ring_speed_sd, wave_cos_1, wave_sin_1, wave_cos_2, wave_sin_2, deviation. Driver: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or latent_1 to
             /// latent_4 (estimator "variational")
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// Scaling of the inputs
@@ -360,66 +365,15 @@ pub enum FollowKind {
 }
 
 impl TrainConfig {
-    /// Names of the shipped rings that have a configuration, [`TrainConfig::of_ring`].
-    pub const RINGS: [&str; 2] = ["ring-250", "ring-641"];
-
-    /// Returns the configuration of a shipped ring; `None` for other roads.
-    pub fn of_ring(name: &str) -> Option<Self> {
-        match name {
-            "ring-250" => Some(Self::paper_ring()),
-            "ring-641" => Some(Self::larger_ring()),
-            _ => None,
-        }
-    }
-
-    /// Returns HC22's ring with the wave on it, the default if no configuration is named.
-    pub fn paper_ring() -> Self {
-        Self {
-            ring: RingConfig {
-                circumference_min_m: 250.0,
-                circumference_max_m: 250.0,
-                bunched_share: 1.0,
-                ..RingConfig::default()
-            },
-            ..Self::default()
-        }
-    }
-
-    /// Returns the configuration of the larger shipped ring: 40 vehicles, scaled as its shipped policies see it.
-    pub fn larger_ring() -> Self {
-        let paper = Self::paper_ring();
-        Self {
-            advice: AdviceConfig { top_speed_mps: 18.0, ..paper.advice.clone() },
-            ring: RingConfig {
-                vehicles_min: 40,
-                vehicles_max: 40,
-                circumference_min_m: 640.9,
-                circumference_max_m: 640.9,
-                warm_up_s: 300.0,
-                idm: IdmParams { v0: 17.88, ..paper.ring.idm },
-                ..paper.ring.clone()
-            },
-            network: NetworkConfig {
-                scaling: Scaling {
-                    speed_to_mps: 20.0,
-                    gap_to_m: 60.0,
-                    circumference_from_m: 560.0,
-                    circumference_to_m: 720.0,
-                    spacing_from_m: 12.0,
-                    spacing_to_m: 20.0,
-                },
-                ..paper.network.clone()
-            },
-            ..paper
-        }
-    }
-
     /// Returns the settings from which built-in policies are built: the mean ring, and a target speed in m/s (0: automatic).
     pub fn policy_settings(&self, aim_mps: f64) -> PolicySettings {
         let length_m = (self.ring.circumference_min_m + self.ring.circumference_max_m) / 2.0;
         let cars = f64::from(self.ring.vehicles_min + self.ring.vehicles_max) / 2.0;
-        let model = self.ring.traffic_drivers().typical().model;
-        let equilibrium_mps = model.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M, f64::INFINITY);
+        let even_mps = |drivers: &TrafficDrivers| {
+            drivers.typical().model.equilibrium_speed_mps(length_m / cars - CAR_LENGTH_M, f64::INFINITY)
+        };
+        let populations = self.ring.traffic_drivers();
+        let equilibrium_mps = populations.iter().map(even_mps).sum::<f64>() / populations.len() as f64;
         PolicySettings { aim_mps, equilibrium_mps, step_s: self.ring.step_s }
     }
 
@@ -443,6 +397,17 @@ impl TrainConfig {
         let [low, high] = self.holds_s();
         let share = index as f64 / (blocks as f64 - 1.0).max(1.0);
         Hold::nearest(low * (high / low).powf(share), self.ring.step_s)
+    }
+
+    /// Returns the configuration of block `index`, which has one population of drivers.
+    pub fn of_block(&self, index: usize) -> Self {
+        let traffic_drivers = self.ring.populations().nth(index % self.ring.populations().count()).unwrap_or_default();
+        Self { ring: RingConfig { traffic_drivers: traffic_drivers.into(), ..self.ring.clone() }, ..self.clone() }
+    }
+
+    /// Returns the value of an evaluated drive: its mean speed minus the penalty for differences of speed, m/s.
+    pub fn value_mps(&self, drive: &EvaluationResult) -> f64 {
+        drive.mean_speed_mps - self.reward.speed_sd_penalty * drive.speed_sd_over_vehicles_mps
     }
 
     /// Returns the number of decisions per ring in a batch, at least 1.

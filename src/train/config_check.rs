@@ -104,11 +104,14 @@ impl TrainConfig {
     /// Checks the drivers of the other vehicles: people have spreads of their own.
     fn check_of_drivers(&self) -> Result<(), (&'static str, String)> {
         let ring = &self.ring;
-        let drivers = TrafficDrivers::named(&ring.traffic_drivers, ring.idm);
-        let drivers = drivers.map_err(|error| ("traffic_drivers", error.0))?;
+        let mut are_alike = true;
+        for name in ring.populations() {
+            let drivers = TrafficDrivers::named(name, ring.idm).map_err(|error| ("traffic_drivers", error.0))?;
+            are_alike &= drivers.are_alike();
+        }
         let spreads =
             [("idm_spread", ring.idm_spread), ("car_spread", ring.car_spread), ("truck_share", ring.truck_share)];
-        match spreads.into_iter().find(|(_, value)| *value != 0.0 && !drivers.are_alike()) {
+        match spreads.into_iter().find(|(_, value)| *value != 0.0 && !are_alike) {
             Some((key, value)) => {
                 let name = &ring.traffic_drivers;
                 Err((key, format!("{key} is {value}; allowed with traffic_drivers {name}: 0; its persons differ")))

@@ -4,6 +4,7 @@
 use super::{
     config::{RingConfig, TrainConfig},
     ring::RingStart,
+    simd::LANES,
 };
 use crate::{
     idm::IdmParams,
@@ -19,7 +20,8 @@ const TRUCK_ACCEL_SHARE: f64 = 0.5;
 /// Returns the model and the equilibrium gap, m, of ring `ring` in [`super::evaluate()`] with the same arguments.
 pub fn drawn_ring(config: &TrainConfig, stream: &str, ring: usize) -> (CarFollowing, f64) {
     let mut stream = episode_stream(config.seed, stream, ring as u64);
-    let drawn = draw_ring(config, &config.ring.traffic_drivers(), &mut stream);
+    let config = config.of_block(ring / LANES);
+    let drawn = draw_ring(&config, &config.ring.traffic_drivers()[0], &mut stream);
     (drawn.start.driver.model, drawn.even_gap_m)
 }
 
@@ -39,12 +41,18 @@ pub struct DrawnRing {
 }
 
 impl RingConfig {
-    /// Returns the drivers of the other vehicles.
+    /// Returns the names of the populations of drivers.
+    pub fn populations(&self) -> impl Iterator<Item = &str> {
+        self.traffic_drivers.split(',').map(str::trim)
+    }
+
+    /// Returns the drivers of the other vehicles, one population for each block of rings in turn.
     ///
     /// # Panics
-    /// Panics if the population cannot be loaded; a checked configuration has one that can.
-    pub fn traffic_drivers(&self) -> TrafficDrivers {
-        TrafficDrivers::named(&self.traffic_drivers, self.idm).expect("the population of a checked configuration")
+    /// Panics if a population cannot be loaded; a checked configuration has those that can.
+    pub fn traffic_drivers(&self) -> Vec<TrafficDrivers> {
+        let named = |name| TrafficDrivers::named(name, self.idm).expect("the population of a checked configuration");
+        self.populations().map(named).collect()
     }
 }
 

@@ -137,6 +137,8 @@ pub struct AdviceFollower {
     error_decay: f32,
     lanes: DriverLanes,
     all_comply: bool,
+    /// True if the egos follow as all vehicles of their rings; among measured people they follow as the average person.
+    follows_alike: bool,
     /// Advised speeds of the last steps, a ring buffer with the latest at `newest`; -1 for a step without advice.
     shown_mps: Vec<SimdLanes>,
     newest: usize,
@@ -247,6 +249,7 @@ impl AdviceFollower {
             error_decay: (-config.ring.step_s / driver.error_time_s).exp() as f32,
             lanes: DriverLanes::all(DriverLane::without_traits()),
             all_comply: true,
+            follows_alike: config.ring.traffic_drivers == RING_STUDY,
             shown_mps: vec![splat(-1.0); longest + 1],
             newest: 0,
             rng: LaneRng::new(),
@@ -274,7 +277,7 @@ impl AdviceFollower {
         self.rng.seed(l, seed);
         // Only a simulated driver perceives with a delay; an exactly following ego does not. Among measured people, the driver follows as
         // they do: the lag that was measured is that of their model, without a further delay (docs/references.md: people).
-        let sees_late = self.is_driver && config.ring.traffic_drivers == RING_STUDY;
+        let sees_late = self.is_driver && self.follows_alike;
         self.view.set(l, if sees_late { driver.leader_reaction_s } else { 0.0 });
         self.set_lane(l, drawn);
     }
@@ -333,6 +336,11 @@ impl AdviceFollower {
         (self.lanes.mode[l] == StandingAdvice::Speed).then(|| f64::from(self.lanes.advised[l]))
     }
 
+    /// Returns the present deviation of the driver of lane `l` from the speed that they seek, m/s.
+    pub fn deviation_mps(&self, l: usize) -> f64 {
+        f64::from(self.lanes.habit_mps[l] + self.lanes.error_mps[l])
+    }
+
     /// Returns the distance of speeds from the range around the advised ones, m/s; 0 if no speed is advised.
     #[inline(always)]
     pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
@@ -385,7 +393,7 @@ impl AdviceFollower {
     /// Returns the acceleration of each driver's own model from what they perceive, m/s².
     #[inline(always)]
     fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
-        if self.view.is_prompt() && self.lanes.gap_factor == splat(1.0) {
+        if self.follows_alike && self.view.is_prompt() && self.lanes.gap_factor == splat(1.0) {
             return ring.ego_by_model();
         }
         let [gap_m, leader_mps] = self.view.see(ring.gap_m(), ring.leader_mps());

@@ -15,7 +15,10 @@ use super::{
 };
 use crate::{
     metrics::DrivenBy,
-    policy::{Action, CorrectedAdvice, DriverTraits, Hold, MeanSpeed, Observation, identification::SAMPLE_S, residual},
+    policy::{
+        Action, CorrectedAdvice, DriverTraits, Hold, MeanSpeed, Observation, WholeRing, identification::SAMPLE_S,
+        residual,
+    },
     rng::{self, Stream},
 };
 use serde::{Deserialize, Serialize};
@@ -81,12 +84,15 @@ pub struct VecEnv {
     rings: usize,
     /// Advice that the policy corrects; `None` if the policy corrects no other advice.
     corrected: Option<CorrectedLanes>,
+    /// True if observations have the state of the whole ring.
+    is_whole_shown: bool,
 }
 
 impl VecEnv {
     /// Returns block `index` of `config` with every ring at the end of its warm-up. `stream` names the random numbers: training and
     /// evaluation have separate rings. Each action is held for `hold`.
     pub fn new(config: &TrainConfig, stream: &str, index: usize, hold: Hold) -> Self {
+        let config = &config.of_block(index);
         let room = config.ring.vehicles_max as usize;
         let ring = VectorizedRing::new(room, config.ring.step_s);
         let follower = AdviceFollower::new(config);
@@ -111,6 +117,7 @@ impl VecEnv {
             unsampled_steps: 0,
             rings: LANES,
             corrected: None,
+            is_whole_shown: config.inputs().iter().any(|input| input.feature.is_of_whole_ring()),
         };
         (0..LANES).for_each(|l| block.begin_episode(l));
         block
@@ -133,7 +140,10 @@ impl VecEnv {
     #[inline(always)]
     pub fn observe(&self, l: usize) -> Observation {
         let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
-        Observation { driver: Some(self.follower.traits(l)), corrected_mps, ..self.traffic(l) }
+        let ring = self
+            .is_whole_shown
+            .then(|| WholeRing::of(self.ring.speeds_mps(l).map(f64::from), self.follower.deviation_mps(l)));
+        Observation { driver: Some(self.follower.traits(l)), corrected_mps, ring, ..self.traffic(l) }
     }
 
     /// Returns the part of the observation that describes traffic.
@@ -201,6 +211,11 @@ impl VecEnv {
     /// Returns the simulated rings.
     pub fn rings(&self) -> &VectorizedRing {
         &self.ring
+    }
+
+    /// Adds the state of the whole ring to observations from now on.
+    pub(super) fn show_whole_ring(&mut self) {
+        self.is_whole_shown = true;
     }
 
     /// Issues advice to the ego of ring `l` for `hold`; `action` is the advice itself, not a correction. Before the first advice, and
@@ -287,7 +302,8 @@ impl VecEnv {
         let speed = if self.config.reward.kind == RewardKind::All { mean_mps } else { totals.ego_mps[l] * share };
         let headway = self.config.reward.headway_penalty as f32 * totals.short_headway[l] * share;
         let missed = self.config.reward.range_penalty as f32 * totals.missed_mps[l] * share;
-        let mut reward = speed - headway - missed - self.action_penalty(action);
+        let uneven = self.config.reward.speed_sd_penalty as f32 * totals.speed_sd_mps[l] * share;
+        let mut reward = speed - headway - missed - uneven - self.action_penalty(action);
         if ending == Ending::Crash {
             reward -= self.config.reward.collision_penalty as f32;
         }
@@ -324,7 +340,7 @@ impl VecEnv {
 
     /// Draws sixteen rings and warms them up.
     fn restock(&mut self) {
-        let drivers = self.config.ring.traffic_drivers();
+        let drivers = self.config.ring.traffic_drivers().swap_remove(0);
         for l in 0..LANES {
             let number = (self.first_ring + l as u64) | (self.batches << 32);
             let mut stream = episode_stream(self.config.seed, &self.stream, number);
@@ -353,6 +369,8 @@ struct Totals {
     least_gap_m: SimdLanes,
     short_headway: SimdLanes,
     missed_mps: SimdLanes,
+    /// Standard deviation of speed over the vehicles; 0 where no reward depends on it.
+    speed_sd_mps: SimdLanes,
 }
 
 /// One step of a block under the current advice.
@@ -389,6 +407,10 @@ impl VectorWork for AdvisedHold<'_> {
             let ego_mps = block.follower.step(&block.ring);
             block.ring.step(Some(&ego_mps));
             totals.add(&block.ring, &block.follower.missed_mps(&ego_mps, range_mps));
+            if block.config.reward.speed_sd_penalty > 0.0 {
+                let sd_mps = block.ring.speed_sd_mps();
+                totals.speed_sd_mps.iter_mut().zip(&sd_mps).for_each(|(total, now)| *total += now);
+            }
             for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
                 *mean += (now - *mean) * fresh;
             }
@@ -411,6 +433,7 @@ impl Default for Totals {
             least_gap_m: splat(f32::MAX),
             short_headway: splat(0.0),
             missed_mps: splat(0.0),
+            speed_sd_mps: splat(0.0),
         }
     }
 }

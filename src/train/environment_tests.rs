@@ -261,7 +261,7 @@ fn unused_rings_of_a_block_never_end_and_take_no_episode() {
 
 /// Returns the length of the ring of episode `number` of the block, m.
 fn drawn_m(config: &TrainConfig, number: u64) -> f64 {
-    draw_ring(config, &config.ring.traffic_drivers(), &mut episode_stream(config.seed, "test", number)).length_m
+    draw_ring(config, &config.ring.traffic_drivers()[0], &mut episode_stream(config.seed, "test", number)).length_m
 }
 
 #[test]
@@ -384,4 +384,36 @@ fn drawn_drivers_differ_from_ring_to_ring() {
     let speeds: Vec<f64> = outcomes.iter().map(|o| o.last_seen.speed_mps).collect();
     let spread = speeds.iter().fold(0.0_f64, |a, v| a.max(*v)) - speeds.iter().fold(9.0_f64, |a, v| a.min(*v));
     assert!(spread > 0.3, "{speeds:?}");
+}
+
+#[test]
+fn a_penalty_for_differences_of_speed_is_their_standard_deviation() {
+    let with = |speed_sd_penalty: f64| TrainConfig {
+        reward: RewardConfig { speed_sd_penalty, ..config().reward },
+        ..config()
+    };
+    let one_step = Hold::of_steps(1, config().ring.step_s);
+    let mut blocks = [0.0, 0.5].map(|penalty| VecEnv::new(&with(penalty), "test", 0, one_step));
+    let [free, fined] = blocks.each_mut().map(|block| block.hold(&all(Action::Acceleration(0.0))));
+    for l in 0..LANES {
+        let speeds: Vec<f32> = blocks[1].rings().speeds_mps(l).collect();
+        let mean = speeds.iter().sum::<f32>() / speeds.len() as f32;
+        let sd = (speeds.iter().map(|v| (v - mean).powi(2)).sum::<f32>() / speeds.len() as f32).sqrt();
+        assert!((free[l].reward - fined[l].reward - 0.5 * sd).abs() < 1e-4 && sd > 0.5, "{sd}");
+    }
+}
+
+#[test]
+fn blocks_of_rings_have_the_named_populations_in_turn() {
+    let of = |traffic_drivers: &str| TrainConfig {
+        ring: RingConfig { traffic_drivers: traffic_drivers.into(), warm_up_s: 30.0, ..config().ring },
+        ..config()
+    };
+    let block = |config: &TrainConfig, index| VecEnv::new(config, "test", index, config.hold());
+    let both = of("ring-study, gap-closers");
+    for (index, alone) in ["ring-study", "gap-closers", "ring-study"].into_iter().enumerate() {
+        let [mixed, alone] = [block(&both, index), block(&of(alone), index)];
+        assert_eq!(mixed.rings(), alone.rings(), "{index}");
+    }
+    assert_ne!(block(&both, 1).rings(), block(&of("ring-study"), 1).rings());
 }

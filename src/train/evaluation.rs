@@ -167,14 +167,18 @@ pub(super) struct Advisors {
     of: Vec<Advisor>,
     ticks: u64,
     limit_mps: f64,
+    /// True if a policy sees the whole ring.
+    see_whole_ring: bool,
 }
 
 impl Advisors {
     /// Returns advisors with separate policies from `make`, asked every `hold`.
     pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
-        let advisor = |_| Advisor::new(make(), hold, config.range_mps());
+        let policies: Vec<Option<Box<dyn Policy>>> = (0..LANES).map(|_| make()).collect();
+        let sees = |policy: &dyn Policy| policy.inputs().iter().any(|input| input.feature.is_of_whole_ring());
         Self {
-            of: (0..LANES).map(advisor).collect(),
+            see_whole_ring: policies.iter().flatten().any(|policy| sees(policy.as_ref())),
+            of: policies.into_iter().map(|policy| Advisor::new(policy, hold, config.range_mps())).collect(),
             ticks: (config.ring.step_s / crate::time::TICK_S).round() as u64,
             limit_mps: config.ring.idm.v0,
         }
@@ -192,6 +196,9 @@ impl Advisors {
 
     /// Begins step number `step`: issues due advice.
     pub fn advise(&mut self, block: &mut VecEnv, step: u64) {
+        if self.see_whole_ring {
+            block.show_whole_ring();
+        }
         for (l, advisor) in self.of.iter_mut().enumerate() {
             let seen = block.observe(l);
             if let Some(advice) = advisor.step(Tick(step * self.ticks), &seen, self.limit_mps) {

@@ -43,13 +43,17 @@ fn input(feature: Feature, s: &Scaling) -> NetworkInput {
         | Feature::LeaderSpeed
         | Feature::MeanSpeed
         | Feature::ControllerSpeed
+        | Feature::Advised
+        | Feature::RingMeanSpeed
         | Feature::SpeedLimit
         | Feature::FollowerSpeed
         | Feature::LeftLeaderSpeed
         | Feature::LeftFollowerSpeed
         | Feature::RightLeaderSpeed
         | Feature::RightFollowerSpeed => (0.0, s.speed_to_mps),
-        Feature::RelativeSpeed => (-s.speed_to_mps / 2.0, s.speed_to_mps / 2.0),
+        Feature::RelativeSpeed | Feature::WaveCos1 | Feature::WaveSin1 | Feature::WaveCos2 | Feature::WaveSin2 => {
+            (-s.speed_to_mps / 2.0, s.speed_to_mps / 2.0)
+        }
         Feature::Gap
         | Feature::Headway
         | Feature::FollowerGap
@@ -59,6 +63,7 @@ fn input(feature: Feature, s: &Scaling) -> NetworkInput {
         | Feature::RightFollowerGap => (0.0, s.gap_to_m),
         Feature::Circumference => (s.circumference_from_m, s.circumference_to_m),
         Feature::Spacing => (s.spacing_from_m, s.spacing_to_m),
+        Feature::RingSpeedSd => (0.0, s.speed_to_mps / 2.0),
         // 0.1 s to 30 s.
         Feature::LogHold => (0.1_f64.ln(), 30.0_f64.ln()),
         Feature::BendAhead => (-TIGHT_BEND_PER_M, TIGHT_BEND_PER_M),
@@ -70,7 +75,7 @@ fn input(feature: Feature, s: &Scaling) -> NetworkInput {
         Feature::SignalGreen => (0.0, 1.0),
         Feature::Reaction => (0.0, LONGEST_REACTION_S),
         // PeRP's drivers exceed this range; people do not.
-        Feature::SpeedBias => (-2.0, 2.0),
+        Feature::Deviation | Feature::SpeedBias => (-2.0, 2.0),
         Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
         Feature::TimeGapFactor => (0.5, 1.5),
         // Covers 19 of 20 drivers: latents are distributed about as N(0, 1).

@@ -19,7 +19,6 @@ use super::{
     trpo::{Batch, Decision, PolicyShape, TrustRegionSettings, advantages},
 };
 use crate::{
-    metrics::mean_and_interval,
     policy::{CorrectedAdvice, ExpectedGain, FORMAT, Network, NetworkLayer, NetworkOutput},
     rng,
 };
@@ -252,13 +251,14 @@ impl Learner {
         }
     }
 
-    /// Returns the mean speed of the current policy without noise, m/s.
+    /// Returns the mean value of drives with the current policy without noise, m/s ([`TrainConfig::value_mps`]).
     fn evaluate(&self) -> f64 {
         let network = self.network(&self.theta);
         let [low, high] = self.config.holds_s();
-        let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)];
+        // Each population of drivers has as many blocks.
+        let rings = LANES * JUDGED_BLOCKS[usize::from(high > low)] * self.config.ring.populations().count();
         let results = evaluate(&self.config, "judge", rings, || Some(network.clone().policy(self.config.ring.step_s)));
-        mean_and_interval(&results).0
+        results.iter().map(|result| self.config.value_mps(result)).sum::<f64>() / rings as f64
     }
 
     /// Returns the best policy so far, its update and its evaluated speed; the current policy if none was evaluated yet.

@@ -29,9 +29,11 @@ mod platoon_trajectories;
 #[cfg(feature = "tune")]
 pub mod population_fit;
 pub mod ring;
+mod ring_models;
 mod ring_trajectories;
 pub mod rollout;
 pub mod scalar;
+mod shipped_rings;
 pub mod silence;
 pub mod simd;
 pub mod trpo;

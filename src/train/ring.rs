@@ -6,17 +6,18 @@
 //! precision. Slot 0 is the ego and slot `k` the `k`-th vehicle **behind** it, so that rings with different numbers of vehicles share one
 //! loop. Slots beyond a ring's last vehicle hold ghosts, which follow it and affect no vehicle.
 
-use super::simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat, tanh};
+use super::{
+    ring_models::{Kinds, Model, accel},
+    simd::{LANES, LaneRng, SimdLanes, VectorWork, in_wide_vectors, lane, splat},
+};
 use crate::{
     idm::IdmParams,
-    optimal_velocity::OptimalVelocityParams,
     space::CAR_LENGTH_M,
-    traffic::{self, CarFollowing, TrafficDriver},
+    traffic::{self, TrafficDriver},
 };
 use serde::{Deserialize, Serialize};
 
-/// Bounds of the native engine in single precision.
-const EMERGENCY_BRAKING_MPS2: f32 = traffic::EMERGENCY_BRAKING_MPS2 as f32;
+/// Bound of the native engine in single precision.
 const CREEP_MPS2: f32 = traffic::CREEP_MPS2 as f32;
 /// Initial gap ahead of each ghost, m.
 const GHOST_GAP_M: f32 = 100.0;
@@ -47,138 +48,6 @@ impl RingStart {
         let mut gaps_m = vec![(spacing_m - CAR_LENGTH_M) as f32; cars];
         gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
         Self { gaps_m, driver: TrafficDriver::of_ring_study(idm), own_drivers: Vec::new(), seed }
-    }
-}
-
-/// Driver of each ring, in the form that the inner loop needs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct Model {
-    inverse_v0: SimdLanes,
-    delta: SimdLanes,
-    time_gap_s: SimdLanes,
-    accel: SimdLanes,
-    /// 1 / (2 sqrt(a b)), s²/m.
-    approach: SimdLanes,
-    s0_m: SimdLanes,
-    /// Standard deviation of the change of speed that the noise adds per step, m/s, and the share of it that a step keeps.
-    noise_mps: SimdLanes,
-    noise_keeps: SimdLanes,
-    /// Drivers with the optimal velocity model; of the others, and where no lane has one, these numbers have no effect.
-    optimal: OptimalVelocity,
-}
-
-/// Kinds of models in a block, each of which has a loop of its own.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Kinds {
-    /// True if all exponents are 4: two multiplications replace the power.
-    are_fourth_powers: bool,
-    /// True if a driver has the optimal velocity model.
-    has_optimal: bool,
-}
-
-/// Optimal velocity model of each ring, in the form that the inner loop needs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-struct OptimalVelocity {
-    /// 1 in a lane with this model, 0 in one with the IDM.
-    is_model: SimdLanes,
-    alpha: SimdLanes,
-    beta: SimdLanes,
-    /// v_max / (1 + tanh(ds)), m/s.
-    rise_mps: SimdLanes,
-    inverse_d0: SimdLanes,
-    ds: SimdLanes,
-    tanh_ds: SimdLanes,
-}
-
-impl Model {
-    /// Returns placeholder values for lanes without a ring.
-    fn new() -> Self {
-        let one = splat(1.0);
-        Self {
-            inverse_v0: one,
-            delta: splat(4.0),
-            time_gap_s: one,
-            accel: one,
-            approach: one,
-            s0_m: one,
-            noise_mps: splat(0.0),
-            noise_keeps: splat(0.0),
-            optimal: OptimalVelocity {
-                is_model: splat(0.0),
-                alpha: one,
-                beta: one,
-                rise_mps: one,
-                inverse_d0: one,
-                ds: one,
-                tanh_ds: one,
-            },
-        }
-    }
-
-    /// Sets the driver of lane `l` for steps of `step_s`.
-    fn set(&mut self, l: usize, driver: &TrafficDriver, step_s: f64) {
-        let (keeps, adds_mps) = driver.noise.in_steps_of(step_s);
-        (self.noise_keeps[l], self.noise_mps[l]) = (keeps as f32, adds_mps as f32);
-        self.optimal.is_model[l] = 0.0;
-        let IdmParams { v0, t, a, b, delta, s0, .. } = match driver.model {
-            CarFollowing::Idm(idm) => idm,
-            CarFollowing::OptimalVelocity(model) => {
-                self.optimal.set(l, &model);
-                // A driver who keeps another distance sees the gap in units of their time gap; exponent 4 is the fast one.
-                IdmParams { t: 1.0, ..IdmParams::default() }
-            }
-        };
-        self.inverse_v0[l] = (1.0 / v0) as f32;
-        self.delta[l] = delta as f32;
-        self.time_gap_s[l] = t as f32;
-        self.accel[l] = a as f32;
-        self.approach[l] = (0.5 / (a * b).sqrt()) as f32;
-        self.s0_m[l] = s0 as f32;
-    }
-
-    /// Copies lane `from_lane` of another model into lane `l`.
-    fn copy_lane(&mut self, l: usize, from: &Self, from_lane: usize) {
-        for (to, from) in [
-            (&mut self.inverse_v0, &from.inverse_v0),
-            (&mut self.delta, &from.delta),
-            (&mut self.time_gap_s, &from.time_gap_s),
-            (&mut self.accel, &from.accel),
-            (&mut self.approach, &from.approach),
-            (&mut self.s0_m, &from.s0_m),
-            (&mut self.noise_mps, &from.noise_mps),
-            (&mut self.noise_keeps, &from.noise_keeps),
-            (&mut self.optimal.is_model, &from.optimal.is_model),
-            (&mut self.optimal.alpha, &from.optimal.alpha),
-            (&mut self.optimal.beta, &from.optimal.beta),
-            (&mut self.optimal.rise_mps, &from.optimal.rise_mps),
-            (&mut self.optimal.inverse_d0, &from.optimal.inverse_d0),
-            (&mut self.optimal.ds, &from.optimal.ds),
-            (&mut self.optimal.tanh_ds, &from.optimal.tanh_ds),
-        ] {
-            to[l] = from[from_lane];
-        }
-    }
-}
-
-impl OptimalVelocity {
-    /// Sets the model of lane `l`.
-    fn set(&mut self, l: usize, model: &OptimalVelocityParams) {
-        let OptimalVelocityParams { alpha, beta, v_max, d0, ds } = *model;
-        self.is_model[l] = 1.0;
-        self.alpha[l] = alpha as f32;
-        self.beta[l] = beta as f32;
-        self.rise_mps[l] = (v_max / (1.0 + ds.tanh())) as f32;
-        self.inverse_d0[l] = (1.0 / d0) as f32;
-        self.ds[l] = ds as f32;
-        self.tanh_ds[l] = ds.tanh() as f32;
-    }
-
-    /// Returns the acceleration in lane `l`, m/s² ([`OptimalVelocityParams::acceleration`]).
-    #[inline(always)]
-    fn accel(&self, l: usize, speed: f32, leader: f32, gap: f32) -> f32 {
-        let gap = gap.max(1e-3);
-        let wanted = self.rise_mps[l] * (tanh(gap * self.inverse_d0[l] - self.ds[l]) + self.tanh_ds[l]);
-        self.alpha[l] * (wanted - speed) + self.beta[l] * (leader - speed) / (gap * gap)
     }
 }
 
@@ -330,8 +199,21 @@ impl VectorizedRing {
         &self.mean_mps
     }
 
+    /// Returns the standard deviation of speed over all vehicles on each ring, m/s.
+    #[inline(always)]
+    pub fn speed_sd_mps(&self) -> SimdLanes {
+        let mut squares = splat(0.0);
+        for (k, speed) in self.speed_mps.iter().enumerate() {
+            for l in 0..LANES {
+                let off = speed[l] - self.mean_mps[l];
+                squares[l] += if (k as u32) < self.cars[l] { off * off } else { 0.0 };
+            }
+        }
+        lane(|l| (squares[l] / self.cars[l] as f32).sqrt())
+    }
+
     /// Returns the speeds of the vehicles on ring `l`, m/s, the ego first, then backwards.
-    pub fn speeds_mps(&self, l: usize) -> impl Iterator<Item = f32> + '_ {
+    pub fn speeds_mps(&self, l: usize) -> impl Iterator<Item = f32> + Clone + '_ {
         self.speed_mps[..self.cars(l)].iter().map(move |speed| speed[l])
     }
 
@@ -475,22 +357,4 @@ impl VectorWork for UndisturbedSteps<'_> {
             self.ring.step(None);
         }
     }
-}
-
-/// Returns the acceleration in lane `l` for speed, leader's speed, gap and time gap, m/s² (see [`crate::idm`]). Without `OPTIMAL` no lane has
-/// the optimal velocity model.
-#[inline(always)]
-fn accel<const FOURTH: bool, const OPTIMAL: bool>(m: &Model, l: usize, seen: [f32; 4]) -> f32 {
-    let [speed, leader, gap, time_gap_s] = seen;
-    let approach = speed * (speed - leader) * m.approach[l];
-    let desired = m.s0_m[l] + (speed * time_gap_s + approach).max(0.0);
-    let interaction = desired / gap.max(1e-3);
-    let share = speed * m.inverse_v0[l];
-    let free = if FOURTH { (share * share) * (share * share) } else { share.powf(m.delta[l]) };
-    let mut accel = m.accel[l] * (1.0 - free - interaction * interaction);
-    if OPTIMAL {
-        let optimal = m.optimal.accel(l, speed, leader, gap / time_gap_s);
-        accel = if m.optimal.is_model[l] > 0.0 { optimal } else { accel };
-    }
-    accel.max(-EMERGENCY_BRAKING_MPS2)
 }

@@ -175,3 +175,26 @@ fn nothing_but_the_benchmark_takes_its_random_numbers() {
     let (_, command) = found.iter().find(|(path, _)| path.replace('\\', "/").ends_with("evaluate/mod.rs")).unwrap();
     assert!(!command.contains("SEALED_STREAM"));
 }
+
+#[test]
+fn each_row_states_its_share_of_the_limit_in_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("small.toml");
+    let limit = "[[row]]\nname = \"limit\"\npolicies = [\"pi\"]\nis_limit = true\n";
+    let text = SMALL.replace("seed = 3", "seed = 3\nspeed_sd_penalty = 0.5") + limit;
+    std::fs::write(&file, text).unwrap();
+    let mut program = Command::cargo_bin("codrive").unwrap();
+    program.args(["evaluate", "--json", "--benchmark"]).arg(&file);
+    let judged: Value = serde_json::from_slice(&program.assert().success().get_output().stdout).unwrap();
+    let cell = |k: usize| &judged["cells"][k];
+    let value = |k: usize| {
+        let sd = cell(k)["measures"]["speed_sd_over_vehicles_mps"].as_f64().unwrap();
+        cell(k)["mean_speed_mps"]["mean"].as_f64().unwrap() - 0.5 * sd
+    };
+    let share = (value(1) - value(0)) / (value(2) - value(0));
+    for (k, expected) in [0.0, share, 1.0].into_iter().enumerate() {
+        let stated = cell(k)["share_of_limit"].as_f64().unwrap();
+        assert!((stated - expected).abs() < 1e-9, "{k}: {stated} of {expected}");
+        assert!((cell(k)["value_mps"].as_f64().unwrap() - value(k)).abs() < 1e-9, "{k}");
+    }
+}

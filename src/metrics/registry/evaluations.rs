@@ -124,6 +124,18 @@ pub(super) const MEASURES: &[Measure] = &[
         "mean speed of all vehicles with the policy of the training seed that is slowest; empty with one seed",
     ),
     all_vehicles(
+        "value_mps",
+        "Value of the drives",
+        "m/s",
+        "mean speed of all vehicles minus the benchmark's speed_sd_penalty times the standard deviation over the vehicles",
+    ),
+    all_vehicles(
+        "share_of_limit",
+        "Share of the limit",
+        "",
+        "gain in value over no advice, as a share of the gain of the limit; empty without a limit",
+    ),
+    all_vehicles(
         "batch_mean_speed_mps",
         "Mean speed of a batch",
         "m/s",
@@ -133,8 +145,8 @@ pub(super) const MEASURES: &[Measure] = &[
         "judged_speed_mps",
         "Evaluated mean speed",
         "m/s",
-        "mean speed of all vehicles over whole horizons on separate rings, without the policy's noise; empty if not \
-         evaluated",
+        "mean speed of all vehicles over whole horizons on separate rings, minus the penalty for differences of speed, \
+         without the policy's noise; empty if not evaluated",
     ),
     ego("reward_mps", "Reward", "m/s", "mean reward of the steps of an update"),
     ego("kl_nat", "KL divergence", "nat", "KL divergence between the policies after and before an update"),

@@ -1,8 +1,8 @@
 //! Tuning of a controller's parameters with the same effort as a network's training. In: a configuration's rings with their driver, holds
 //! and a controller. Out: the best parameters found for its kind, and its file with a record of the tuning in the head.
 //!
-//! The objective is the mean speed of all vehicles over the whole horizon with its transients, averaged over the holds; after a crash all
-//! vehicles count as stopped. The rings are drawn from a separate stream, [`STREAM`]: a controller is never evaluated on rings that it
+//! The objective is the reward's [`TrainConfig::value_mps`] of the whole horizon with its transients, averaged over the holds: the mean
+//! speed of all vehicles, minus the penalty for differences of speed; after a crash all vehicles count as stopped. The rings are drawn from a separate stream, [`STREAM`]: a controller is never evaluated on rings that it
 //! was tuned on.
 
 mod search;
@@ -43,33 +43,33 @@ pub struct TuningTask {
 pub struct TuningResult {
     /// Best controller that was found.
     pub best: Controller,
-    /// Mean speed with the best controller, m/s.
+    /// Value with the best controller, m/s.
     pub after_mps: f64,
-    /// Mean speed with the initial controller, m/s; `None` if the tuning was stopped before it was known.
+    /// Value with the initial controller, m/s; `None` if the tuning was stopped before it was known.
     pub before_mps: Option<f64>,
     /// Number of parameter sets tried.
     pub tried: u32,
 }
 
 impl TuningTask {
-    /// Returns the mean speed of all vehicles with a controller, m/s.
-    pub fn mean_mps(&self, controller: &Controller) -> f64 {
+    /// Returns the mean value of the drives with a controller, m/s.
+    pub fn value_mps(&self, controller: &Controller) -> f64 {
         let of_hold = |hold_s: &f64| {
             let config = self.config.held(*hold_s);
             let step_s = config.ring.step_s;
             let results = evaluate(&config, STREAM, self.rings, || Some(controller.policy(step_s)));
-            results.iter().map(|result| result.mean_speed_mps).sum::<f64>() / results.len() as f64
+            results.iter().map(|result| config.value_mps(result)).sum::<f64>() / results.len() as f64
         };
         self.holds_s.iter().map(of_hold).sum::<f64>() / self.holds_s.len() as f64
     }
 
-    /// Runs the search. `stop` ends it with the best result so far; `watch` gets each mean speed, on any thread.
+    /// Runs the search. `stop` ends it with the best result so far; `watch` gets each value, on any thread.
     pub fn run(&self, stop: &AtomicBool, watch: impl Fn(f64) + Sync) -> TuningResult {
         let (kind, settings) = (self.start.kind(), self.config.policy_settings(0.0));
         let tried = |controller: &Controller| {
-            let mean_mps = self.mean_mps(controller);
-            watch(mean_mps);
-            mean_mps
+            let value_mps = self.value_mps(controller);
+            watch(value_mps);
+            value_mps
         };
         if stop.load(Ordering::Relaxed) || self.budget == 0 {
             return TuningResult { best: self.start, after_mps: f64::NAN, before_mps: None, tried: 0 };
@@ -83,9 +83,9 @@ impl TuningTask {
             seed: self.config.seed,
         };
         let found = maximum(&space, stop, |numbers| tried(&Controller::of_ordered(kind, numbers)));
-        let better = found.best.filter(|(_, mean_mps)| *mean_mps > before_mps);
+        let better = found.best.filter(|(_, value_mps)| *value_mps > before_mps);
         let (best, after_mps) = match better {
-            Some((numbers, mean_mps)) => (Controller::of_ordered(kind, &numbers), mean_mps),
+            Some((numbers, value_mps)) => (Controller::of_ordered(kind, &numbers), value_mps),
             None => (self.start, before_mps),
         };
         TuningResult { best, after_mps, before_mps: Some(before_mps), tried: found.tried + 1 }
@@ -99,10 +99,13 @@ impl TuningTask {
         let length_m = range(ring.circumference_min_m, ring.circumference_max_m);
         let holds: Vec<String> = self.holds_s.iter().map(|hold_s| format!("{hold_s} s")).collect();
         let mut head = String::from("Tuned by `codrive tune`; `codrive drive --policy THIS_FILE` uses it.\n");
+        let penalty = self.config.reward.speed_sd_penalty;
+        let minus = format!(", minus {penalty} times the standard deviation of speed over them");
+        let minus = if penalty > 0.0 { minus } else { String::new() };
         let _ = writeln!(
             head,
-            "Objective: mean speed of all vehicles over {} s from the first advice; after a crash all vehicles stand \
-             still.",
+            "Objective: mean speed of all vehicles over {} s from the first advice{minus}; after a crash all vehicles \
+             stand still.",
             ring.horizon_s
         );
         let _ = writeln!(head, "Driver: {}. Holds: {}.", self.driver, holds.join(", "));
@@ -115,9 +118,11 @@ impl TuningTask {
         let before = result.before_mps.map_or("not known".into(), |v| format!("{v:.3} m/s"));
         let _ = writeln!(
             head,
-            "Mean speed on these rings: {before} before ({}), {:.3} m/s after. Other rings give lower speeds: see \
+            "{} on these rings: {before} before ({}), {:.3} m/s after. Other rings give lower speeds: see \
              codrive evaluate.",
-            self.start_name, result.after_mps
+            if penalty > 0.0 { "Objective" } else { "Mean speed" },
+            self.start_name,
+            result.after_mps
         );
         result.best.to_toml(&head)
     }

@@ -42,7 +42,7 @@ fn a_tuned_speed_is_within_one_per_cent_of_the_best_of_forty() {
     let task = small(ControllerKind::Constant, 40);
     // 11 vehicles on 125 m are as dense as the paper's ring: an equilibrium speed of 4.362 m/s (docs/references.md: ring).
     let speeds = (1..=40).map(|k| 1.5 * 4.362 * f64::from(k) / 40.0);
-    let of = |speed| task.mean_mps(&Controller::of(ControllerKind::Constant, &[speed]));
+    let of = |speed| task.value_mps(&Controller::of(ControllerKind::Constant, &[speed]));
     let (best_mps, best) = speeds.map(|speed| (of(speed), speed)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     let result = run(&task);
     assert!(result.after_mps > 0.99 * best_mps, "{result:?}; the grid has {best_mps} at {best}");
@@ -51,8 +51,8 @@ fn a_tuned_speed_is_within_one_per_cent_of_the_best_of_forty() {
     let kept = run(&further);
     assert_eq!((kept.best, kept.after_mps, kept.tried), (result.best, result.after_mps, 2));
     // The reported speed is that of the controller in the file.
-    assert_eq!(result.after_mps, task.mean_mps(&result.best));
-    assert_eq!((result.tried, result.before_mps), (40, Some(task.mean_mps(&task.start))));
+    assert_eq!(result.after_mps, task.value_mps(&result.best));
+    assert_eq!((result.tried, result.before_mps), (40, Some(task.value_mps(&task.start))));
 }
 
 #[test]
@@ -89,7 +89,7 @@ fn tuning_never_lowers_the_mean_speed_and_weights_holds_equally() {
         task.holds_s = vec![1.0, 10.0];
         let result = run(&task);
         assert!(result.after_mps >= result.before_mps.unwrap(), "{result:?}");
-        let alone = |hold_s| TuningTask { holds_s: vec![hold_s], ..task.clone() }.mean_mps(&result.best);
+        let alone = |hold_s| TuningTask { holds_s: vec![hold_s], ..task.clone() }.value_mps(&result.best);
         assert!((result.after_mps - (alone(1.0) + alone(10.0)) / 2.0).abs() < 1e-12, "{result:?}");
     }
 }
@@ -101,9 +101,9 @@ fn the_tuning_rings_differ_from_all_other_rings() {
         let make = || Some(task.start.policy(0.1));
         evaluate(&task.config.held(1.0), stream, 16, make).iter().map(|r| r.mean_speed_mps).sum::<f64>() / 16.0
     };
-    assert_eq!(of("tune"), task.mean_mps(&task.start));
+    assert_eq!(of("tune"), task.value_mps(&task.start));
     for stream in ["train", "judge", "evaluate", "benchmark"] {
-        assert_ne!(of(stream), task.mean_mps(&task.start), "{stream}");
+        assert_ne!(of(stream), task.value_mps(&task.start), "{stream}");
     }
 }
 
@@ -119,4 +119,23 @@ fn a_tuning_stopped_at_once_returns_its_start() {
     let task = small(ControllerKind::Pi, 100);
     let result = task.run(&AtomicBool::new(true), |_| {});
     assert_eq!((result.best, result.before_mps, result.tried), (task.start, None, 0));
+}
+
+#[test]
+fn a_penalty_is_part_of_the_objective_and_of_the_files_head() {
+    let mut task = small(ControllerKind::Constant, 2);
+    let plain = task.value_mps(&task.start);
+    task.config.reward.speed_sd_penalty = 0.25;
+    let results = evaluate(&task.config.held(1.0), STREAM, 16, || Some(task.start.policy(0.1)));
+    let mean = |of: fn(&crate::metrics::EvaluationResult) -> f64| results.iter().map(of).sum::<f64>() / 16.0;
+    let sd_mps = mean(|drive| drive.speed_sd_over_vehicles_mps);
+    assert!((plain - mean(|drive| drive.mean_speed_mps)).abs() < 1e-12 && sd_mps > 0.05, "{plain} {sd_mps}");
+    assert!((task.value_mps(&task.start) - (plain - 0.25 * sd_mps)).abs() < 1e-12);
+    let file = task.file(&run(&task));
+    for part in [
+        "first advice, minus 0.25 times the standard deviation of speed over them; after",
+        "# Objective on these rings: ",
+    ] {
+        assert!(file.contains(part), "{file}");
+    }
 }

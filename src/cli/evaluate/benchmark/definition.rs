@@ -40,6 +40,9 @@ pub struct Benchmark {
     pub seed: u64,
     /// Holds of the advice, s.
     pub holds_s: Vec<f64>,
+    /// Weight of the standard deviation of speed over the vehicles in the value of a drive, the setting `speed_sd_penalty` of trainings.
+    #[serde(default)]
+    pub speed_sd_penalty: f64,
     #[serde(rename = "road")]
     pub roads: Vec<Road>,
     /// Drivers who follow the advice.
@@ -116,6 +119,9 @@ pub struct JudgedPolicy {
     pub drivers: Option<Vec<String>>,
     /// Holds to evaluate at, seconds; by default the benchmark's.
     pub holds_s: Option<Vec<f64>>,
+    /// True for the best that a search with full knowledge found: each row's share of its value is stated.
+    #[serde(default)]
+    pub is_limit: bool,
 }
 
 /// Condition in which a row is evaluated: road, hold and driver.
@@ -195,6 +201,14 @@ impl Benchmark {
             if is_empty {
                 return Err((what.into(), format!("{what} is empty; name at least one")));
             }
+        }
+        if !(0.0..=10.0).contains(&self.speed_sd_penalty) {
+            let text = format!("speed_sd_penalty is {}; allowed: 0 to 10", self.speed_sd_penalty);
+            return Err(("speed_sd_penalty".into(), text));
+        }
+        let limits: Vec<usize> = (0..self.rows.len()).filter(|i| self.rows[*i].is_limit).collect();
+        if let [_, second, ..] = limits[..] {
+            return Err((format!("row.{second}.is_limit"), "two rows are the limit; allowed: one".into()));
         }
         let step_s = RingConfig::default().step_s;
         for (i, hold_s) in self.holds_s.iter().enumerate() {

@@ -207,3 +207,20 @@ fn a_road_has_the_drivers_that_it_names() {
         "{spread}"
     );
 }
+
+#[test]
+fn a_benchmark_has_one_limit_and_a_penalty_within_bounds() {
+    let rows = |is_limit: [bool; 2]| {
+        let row = |(k, is_limit): (usize, bool)| {
+            format!("[[row]]\nname = \"row {k}\"\npolicies = [\"pi\"]\nis_limit = {is_limit}\n")
+        };
+        SMALL.to_owned() + &is_limit.into_iter().enumerate().map(row).collect::<String>()
+    };
+    assert!(parsed(&rows([true, false])).rows.iter().any(|row| row.is_limit));
+    let Err(CliError::Input(two)) = Benchmark::parse(&rows([true, true]), "ring.toml", PathBuf::new()) else {
+        panic!("two")
+    };
+    assert!(two.contains("two rows are the limit; allowed: one"), "{two}");
+    let fault = refused_of(SMALL, "holds_s", "speed_sd_penalty = 11.0\nholds_s");
+    assert!(fault.contains("speed_sd_penalty is 11; allowed: 0 to 10"), "{fault}");
+}

@@ -43,6 +43,12 @@ impl Cell<'_> {
         (!numbers.is_empty()).then(|| numbers.iter().sum::<f64>() / numbers.len() as f64)
     }
 
+    /// Returns the mean value of the drives, m/s: their mean speed minus `speed_sd_penalty` times the standard deviation over the
+    /// vehicles.
+    fn value_mps(&self, speed_sd_penalty: f64) -> Option<f64> {
+        Some(self.mean("mean_speed_mps")? - speed_sd_penalty * self.mean("speed_sd_over_vehicles_mps")?)
+    }
+
     /// Returns the mean speed with its interval over rings and training seeds, m/s.
     pub fn speed(&self) -> Estimate {
         let speeds: Vec<Vec<f64>> =
@@ -129,6 +135,24 @@ impl BenchmarkResult<'_> {
     pub fn without_advice(&self, cell: &Cell<'_>) -> Option<&Cell<'_>> {
         let row = self.benchmark.rows.iter().position(JudgedPolicy::is_no_advice)?;
         self.cells.iter().find(|other| other.row == row && other.condition.is(&cell.condition))
+    }
+
+    /// Returns the cell of the limit in the same condition.
+    fn limit_of(&self, cell: &Cell<'_>) -> Option<&Cell<'_>> {
+        let row = self.benchmark.rows.iter().position(|row| row.is_limit)?;
+        self.cells.iter().find(|other| other.row == row && other.condition.is(&cell.condition))
+    }
+
+    /// Returns the mean value of a cell's drives, m/s.
+    pub fn value_mps(&self, cell: &Cell<'_>) -> Option<f64> {
+        cell.value_mps(self.benchmark.speed_sd_penalty)
+    }
+
+    /// Returns the gain of a cell's value over no advice as a share of the gain of the limit; `None` without a limit that gains.
+    pub fn share_of_limit(&self, cell: &Cell<'_>) -> Option<f64> {
+        let none = self.value_mps(self.without_advice(cell)?)?;
+        let most = self.value_mps(self.limit_of(cell)?)? - none;
+        (most > 0.0).then_some((self.value_mps(cell)? - none) / most)
     }
 
     /// Compares a row of several training seeds with the fastest advising row of one policy in the same condition. Returns that

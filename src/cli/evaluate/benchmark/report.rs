@@ -34,8 +34,8 @@ const MEASURES: [&str; 15] = [
 ];
 
 /// Header above the lines of a driver.
-const HEAD: &str = "    policy                             mean m/s        gain m/s         worst  SD time  stops  hard  TTC s  in range  \
-                    drove    crashes\n";
+const HEAD: &str = "    policy                             mean m/s        gain m/s         worst  SD veh.  SD time   fuel  flow  stops  hard  TTC s  \
+                    in range    drove  of limit  crashes\n";
 
 /// Returns the table as text: mean speeds of all vehicles, and each policy's gain over the same drivers without advice.
 pub fn table(result: &BenchmarkResult<'_>) -> String {
@@ -75,12 +75,15 @@ pub fn table(result: &BenchmarkResult<'_>) -> String {
         "\n\
          mean m/s: mean speed of all vehicles. gain: difference from the same drivers on the same rings without \
          advice.\n\
-         worst: lowest mean speed of a training seed. SD time: standard deviation of a vehicle's speed over time, \
-         m/s.\n\
+         worst: lowest mean speed of a training seed. SD veh., SD time: standard deviation of speed over the vehicles, \
+         and of a vehicle's speed over time, m/s.\n\
+         fuel: of all vehicles, l/100 km. flow: vehicles per hour.\n\
          stops, hard: stops, and brakings beyond 3 m/s2, per vehicle kilometre.\n\
          TTC: least time to collision of the ego with its leader, and of its follower with the ego.\n\
          drove: share of the time with advice in which the advice / the distance to the leader / the guard set the \
          speed, per cent.\n\
+         of limit: share of the gain in value that a search with full knowledge found; value: mean speed minus \
+         speed_sd_penalty times SD veh.\n\
          G, D: the guard or the distance set the speed for more than half of the time; the mean speed is then not due \
          to the advice.\n",
     );
@@ -116,16 +119,21 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
     };
     let least_ttc_s = cell.results.iter().flatten().filter_map(evaluated("min_ttc_to_neighbours_s")).reduce(f64::min);
     let [crashed, driven] = cell.crashes();
+    let share = result.share_of_limit(cell).filter(|_| !is_none);
     let mean = format!("{:.3} ± {:.3}", speed.mean, (speed.high - speed.low) / 2.0);
     let cells = [
         format!("{:<34} {mean:<15} {gain:<16}", format!("{}{made_by}", result.benchmark.rows[cell.row].name)),
         format!("{:>5}", cell.worst_mps().map_or("-".into(), |x| format!("{x:.2}"))),
+        format!("{:>7}", number("speed_sd_over_vehicles_mps", 2)),
         format!("{:>7}", number("speed_sd_over_time_mps", 2)),
+        format!("{:>5}", number("fuel_l_100km", 1)),
+        format!("{:>4}", number("flow_per_h", 0)),
         format!("{:>5}", number("stops_per_km", 1)),
         format!("{:>4}", number("hard_brakings_per_km", 2)),
         format!("{:>5}", least_ttc_s.map_or("-".into(), |s| format!("{s:.2}"))),
         format!("{:>8}", percent("time_in_range").map_or("-".into(), |x| format!("{x:.0} %"))),
         format!("{:>7}", words.join("/")),
+        format!("{:>8}", share.map_or("-".into(), |share| format!("{:.0} %", share * 100.0))),
         format!("{crashed}/{driven}"),
     ];
     format!("    {}", cells.join("  "))
@@ -135,7 +143,7 @@ fn line(result: &BenchmarkResult<'_>, cell: &Cell<'_>) -> String {
 pub fn head() -> String {
     format!(
         "road,hold_s,driver,policy,rings,training_seeds,mean_speed_mps,mean_speed_mps_low,mean_speed_mps_high,speed_gain_mps,\
-         speed_gain_mps_low,speed_gain_mps_high,worst_seed_mean_speed_mps,crashes,{}\n",
+         speed_gain_mps_low,speed_gain_mps_high,worst_seed_mean_speed_mps,crashes,value_mps,share_of_limit,{}\n",
         MEASURES.join(",")
     )
 }
@@ -147,11 +155,11 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
         let speed = cell.speed();
         let gain = result.without_advice(cell).and_then(|none| cell.gain_over(none));
         let gain = gain.map_or(",,".into(), |g| format!("{},{},{}", g.mean, g.low, g.high));
-        let values: Vec<String> =
-            MEASURES.iter().map(|name| cell.mean(name).map_or(String::new(), |x| x.to_string())).collect();
+        let text_of = |number: Option<f64>| number.map_or(String::new(), |x| x.to_string());
+        let values: Vec<String> = MEASURES.iter().map(|name| text_of(cell.mean(name))).collect();
         let _ = writeln!(
             text,
-            "{},{},{},{},{},{},{},{},{},{gain},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{gain},{},{},{},{},{}",
             quoted_cell(&cell.condition.road.name),
             cell.condition.hold_s,
             text_cell(&cell.condition.driver.name),
@@ -161,8 +169,10 @@ pub fn csv(result: &BenchmarkResult<'_>) -> String {
             speed.mean,
             speed.low,
             speed.high,
-            cell.worst_mps().map_or(String::new(), |x| x.to_string()),
+            text_of(cell.worst_mps()),
             cell.crashes()[0],
+            text_of(result.value_mps(cell)),
+            text_of(result.share_of_limit(cell)),
             values.join(",")
         );
     }
@@ -190,6 +200,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
             "mean_speed_mps": cell.speed(),
             "speed_gain_mps": result.without_advice(cell).and_then(|none| cell.gain_over(none)),
             "worst_seed_mean_speed_mps": cell.worst_mps(),
+            "value_mps": result.value_mps(cell), "share_of_limit": result.share_of_limit(cell),
             "over_fastest_single": result.over_fastest_single(cell).map(|(fastest, gain)| {
                 json!({ "policy": benchmark.rows[fastest.row].name, "speed_gain_mps": gain })
             }),
@@ -214,6 +225,7 @@ pub fn json(result: &BenchmarkResult<'_>) -> Result<Value, CliError> {
         "random_numbers": SEALED_STREAM,
         "seed": benchmark.seed,
         "rings": benchmark.rings,
+        "speed_sd_penalty": benchmark.speed_sd_penalty,
         "policies": policies,
         "roads": benchmark.roads.iter().zip(&result.roads).map(|(road, state)| json!({
             "name": road.name, "circumference_m": road.circumference_m, "vehicles": road.vehicles, "idm_spread": road.idm_spread, "car_spread": road.car_spread,
