@@ -10,7 +10,10 @@ mod search;
 pub use search::{SearchBox, SearchResult, maximum};
 
 use super::{TrainConfig, evaluate};
-use crate::policy::{Controller, PolicySettings};
+use crate::{
+    policy::{Controller, PolicySettings},
+    traffic::RING_STUDY,
+};
 use std::{
     fmt::Write,
     sync::atomic::{AtomicBool, Ordering},
@@ -97,6 +100,8 @@ impl TuningTask {
         let range = |low: f64, high: f64| if low < high { format!("{low} to {high}") } else { low.to_string() };
         let cars = range(f64::from(ring.vehicles_min), f64::from(ring.vehicles_max));
         let length_m = range(ring.circumference_min_m, ring.circumference_max_m);
+        let drivers = &ring.traffic_drivers;
+        let among = if drivers == RING_STUDY { String::new() } else { format!(" among {drivers}") };
         let holds: Vec<String> = self.holds_s.iter().map(|hold_s| format!("{hold_s} s")).collect();
         let mut head = String::from("Tuned by `codrive tune`; `codrive drive --policy THIS_FILE` uses it.\n");
         let penalty = self.config.reward.speed_sd_penalty;
@@ -111,7 +116,7 @@ impl TuningTask {
         let _ = writeln!(head, "Driver: {}. Holds: {}.", self.driver, holds.join(", "));
         let _ = writeln!(
             head,
-            "Rings: {} of the stream \"{STREAM}\", seed {}: {cars} vehicles on {length_m} m, {} s of warm-up.",
+            "Rings: {} of the stream \"{STREAM}\", seed {}: {cars} vehicles on {length_m} m{among}, {} s of warm-up.",
             self.rings, self.config.seed, ring.warm_up_s
         );
         let _ = writeln!(head, "Parameter sets tried: {} of {}.", result.tried, self.budget);

@@ -124,6 +124,7 @@ fn a_tuning_stopped_at_once_returns_its_start() {
 #[test]
 fn a_penalty_is_part_of_the_objective_and_of_the_files_head() {
     let mut task = small(ControllerKind::Constant, 2);
+    task.config.ring.traffic_drivers = "gap-closers".into();
     let plain = task.value_mps(&task.start);
     task.config.reward.speed_sd_penalty = 0.25;
     let results = evaluate(&task.config.held(1.0), STREAM, 16, || Some(task.start.policy(0.1)));
@@ -135,6 +136,7 @@ fn a_penalty_is_part_of_the_objective_and_of_the_files_head() {
     for part in [
         "first advice, minus 0.25 times the standard deviation of speed over them; after",
         "# Objective on these rings: ",
+        " vehicles on 125 m among gap-closers, 60 s",
     ] {
         assert!(file.contains(part), "{file}");
     }

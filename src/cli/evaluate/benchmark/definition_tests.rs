@@ -154,28 +154,38 @@ fn rows_can_name_roads_and_roads_can_set_speed_limit_and_warm_up() {
 
 #[test]
 fn tuned_controllers_are_judged_in_the_conditions_they_were_tuned_for() {
-    let benchmark = Benchmark::load("ring").map_err(|e| e.to_string()).unwrap();
-    let mut tuned = 0;
-    for condition in benchmark.conditions() {
-        let rows = benchmark.rows.iter().filter(|row| benchmark.judges(row, &condition));
-        for policy in rows.flat_map(|row| &row.policies).filter(|policy| policy.contains("{road}")) {
-            let file = benchmark.policy(policy, &condition);
-            let text = std::fs::read_to_string(&file).unwrap();
-            let driver = condition.driver.following_driver().unwrap().label();
-            let span = |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
-            let (cars, length_m) = (condition.road.vehicles.map(f64::from), condition.road.circumference_m);
-            for sentence in [
-                format!("Driver: {driver}. Holds: {} s.", condition.hold_s),
-                format!("of the stream \"tune\", seed 1: {} cars on {} m,", span(cars), span(length_m)),
-            ] {
-                assert!(text.contains(&sentence), "{file} does not say: {sentence}");
+    // Two roads, two holds, five drivers; three roads, two holds, four drivers.
+    for (name, vehicles, conditions) in [("ring", "cars", 20), ("worlds", "vehicles", 24)] {
+        let benchmark = Benchmark::load(name).map_err(|e| e.to_string()).unwrap();
+        let is_tuned = |policy: &&String| policy.contains("/tuned/") && policy.contains("{road}");
+        let mut tuned = 0;
+        for condition in benchmark.conditions() {
+            let rows = benchmark.rows.iter().filter(|row| benchmark.judges(row, &condition));
+            for policy in rows.flat_map(|row| &row.policies).filter(is_tuned) {
+                let file = benchmark.policy(policy, &condition);
+                let text = std::fs::read_to_string(&file).unwrap();
+                let driver = condition.driver.following_driver().unwrap().label();
+                let span =
+                    |[low, high]: [f64; 2]| if low < high { format!("{low} to {high}") } else { low.to_string() };
+                let (cars, length_m) = (condition.road.vehicles.map(f64::from), condition.road.circumference_m);
+                let drivers = &condition.road.traffic_drivers;
+                let among = if drivers == RING_STUDY { String::new() } else { format!(" among {drivers}") };
+                for sentence in [
+                    format!("Driver: {driver}. Holds: {} s.", condition.hold_s),
+                    format!(
+                        "of the stream \"tune\", seed 1: {} {vehicles} on {} m{among},",
+                        span(cars),
+                        span(length_m)
+                    ),
+                ] {
+                    assert!(text.contains(&sentence), "{file} does not say: {sentence}");
+                }
+                tuned += 1;
             }
-            tuned += 1;
         }
+        let rows = benchmark.rows.iter().filter(|row| row.policies.iter().any(|policy| is_tuned(&policy))).count();
+        assert!(rows > 0 && tuned == conditions * rows, "{name}: {tuned} of {rows} rows");
     }
-    // Two roads, two holds, five drivers.
-    let rows = benchmark.rows.iter().filter(|row| row.policies.iter().any(|policy| policy.contains("{road}"))).count();
-    assert!(rows > 0 && tuned == 20 * rows, "{tuned} of {rows} rows");
 }
 
 #[test]
