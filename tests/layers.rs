@@ -8,6 +8,8 @@ mod english;
 #[cfg(feature = "command")]
 #[path = "layers/help.rs"]
 mod help;
+#[path = "layers/tables.rs"]
+mod tables;
 
 use std::{
     collections::BTreeSet,

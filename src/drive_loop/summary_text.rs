@@ -23,6 +23,9 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
         format!("smallest gap             {}", summary.min_gap_m.map_or("-".into(), |gap| format!("{gap:.2} m"))),
         format!("contacts, off the road   {}, {}", summary.contact_count, summary.left_road),
     ];
+    if let Some(space_mean_mps) = summary.space_mean_speed_mps {
+        lines.insert(3, format!("space-mean speed, all    {}", both(space_mean_mps, unit)));
+    }
     if summary.red_lights + summary.near_misses > 0 {
         lines.push(format!("red lights, near misses  {}, {}", summary.red_lights, summary.near_misses));
     }

@@ -10,6 +10,7 @@ fn shipped(name: &str) -> PathBuf {
 fn shipped_ring(name: &str) -> RingShape {
     match name {
         "ring-250" => RingShape { circumference_m: 250.0, speed_limit_mps: 30.0, width_m: 3.6 },
+        "ring-260" => RingShape { circumference_m: 260.0, speed_limit_mps: 30.0, width_m: 3.6 },
         "ring-641" => RingShape { circumference_m: 640.9, speed_limit_mps: 17.88, width_m: 4.0 },
         _ => unreachable!("{name}"),
     }
@@ -27,7 +28,7 @@ fn compare_with_generator(file: &Path, made: &str) {
 
 #[test]
 fn the_shipped_rings_equal_the_generators_results() {
-    for name in ["ring-250", "ring-641"] {
+    for name in ["ring-250", "ring-260", "ring-641"] {
         compare_with_generator(&shipped(name).join("net.xml"), &shipped_ring(name).net_xml().unwrap());
     }
 }

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 /// Result of one ring or drive, up to the horizon.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EvaluationResult {
-    /// Mean speed of all vehicles over the horizon, m/s; from a crash on it counts as 0.
+    /// Mean speed of all vehicles over the horizon, m/s: mean over steps of the mean over the vehicles present; from a crash on it
+    /// counts as 0.
     pub mean_speed_mps: f64,
     /// Mean speed over the last quarter of the horizon, after settling, m/s.
     pub settled_speed_mps: f64,
@@ -40,9 +41,12 @@ pub struct EvaluationResult {
     pub network: Option<NetworkFlow>,
 }
 
-/// Measures of a drive in which vehicles enter and leave. Mean speed alone says little there: with few vehicles it is high.
+/// Measures of a drive in which vehicles enter and leave. Mean speed alone says little there: with few vehicles it is high, and steps
+/// with few vehicles count as much as others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NetworkFlow {
+    /// Space-mean speed of all vehicles, m/s: their distance over their time (Edie 1963); 0 without a vehicle.
+    pub space_mean_speed_mps: f64,
     /// Vehicles that entered during the drive, 1/h.
     pub inflow_per_h: f64,
     /// Vehicles that left during the drive, 1/h.
@@ -203,6 +207,7 @@ impl EpisodeMetrics {
         let hours = traffic.steps() as f64 * traffic.step_s() / 3600.0;
         let per_h = |n: usize| n as f64 / hours.max(f64::MIN_POSITIVE);
         NetworkFlow {
+            space_mean_speed_mps: traffic.space_mean_speed_mps().unwrap_or(0.0),
             inflow_per_h: per_h(traffic.vehicles() - self.at_start),
             outflow_per_h: per_h(traffic.vehicles() - traffic.present()),
             vehicles_present: traffic.mean_present(),
@@ -308,6 +313,8 @@ mod tests {
         let own = found.network.expect("a network");
         assert_eq!((own.inflow_per_h, own.outflow_per_h, found.flow_per_h), (2400.0, 2400.0, None));
         assert_eq!((own.vehicles_present, own.vehicles), (4.0 / 3.0, 2));
+        // 4, 4 and 8, and 0 m/s: 16 over four vehicles and steps (Edie 1963), not the mean of 4, 6 and 0.
+        assert_eq!(own.space_mean_speed_mps, 4.0);
     }
 
     #[test]

@@ -27,6 +27,7 @@ pub const EVALUATED: &[(Measure, EvaluatedValue)] = &[
     (measure("advice_share"), |v| v.conflicts?.advice_share),
     (measure("guard_share"), |v| v.conflicts?.guard_share),
     (measure("distance_share"), |v| v.conflicts?.distance_share),
+    (measure("space_mean_speed_mps"), |v| Some(v.network?.space_mean_speed_mps)),
     (measure("inflow_per_h"), |v| Some(v.network?.inflow_per_h)),
     (measure("outflow_per_h"), |v| Some(v.network?.outflow_per_h)),
     (measure("vehicles_present"), |v| Some(v.network?.vehicles_present)),

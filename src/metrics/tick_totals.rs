@@ -60,6 +60,8 @@ pub struct TickTotals {
     pub min_gap_m: RunningMinimum,
     /// Mean and mean square of the speeds of all vehicles at all ticks, m/s and (m/s)^2.
     all_speeds: [RunningMean; 2],
+    /// Smallest and largest number of vehicles at a tick with any.
+    vehicles: Option<[u64; 2]>,
 }
 
 impl TickTotals {
@@ -78,9 +80,19 @@ impl TickTotals {
             self.all_speeds[0].add(speed_mps);
             self.all_speeds[1].add(speed_mps * speed_mps);
         }
-        if self.all_speeds[0].count() > before {
+        let vehicles = self.all_speeds[0].count() - before;
+        if vehicles > 0 {
             self.mean_speed_mps.add(mean_speed_mps);
+            let [least, most] = self.vehicles.unwrap_or([vehicles; 2]);
+            self.vehicles = Some([least.min(vehicles), most.max(vehicles)]);
         }
+    }
+
+    /// Returns the distance of all vehicles over their time, m/s (Edie 1963); `None` if the number of vehicles never changed,
+    /// because it then equals the mean speed.
+    pub fn space_mean_speed_mps(&self) -> Option<f64> {
+        let [least, most] = self.vehicles?;
+        self.all_speeds[0].get().filter(|_| least < most)
     }
 
     /// Returns the standard deviation of the speeds of all vehicles at all ticks (N, not N-1), m/s.

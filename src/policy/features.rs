@@ -6,9 +6,6 @@ use super::{FAR_M, LaneBeside, NearVehicle, Observation, identification::MOST_LA
 use crate::space::CAR_LENGTH_M;
 use serde::{Deserialize, Serialize};
 
-/// Time constant of [`Feature::MeanSpeed`], s: about the wave's period on the paper's ring (33.5 s, docs/references.md: ring).
-const MEMORY_S: f64 = 30.0;
-
 /// A quantity that a network can take as input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -376,25 +373,6 @@ pub const FIELD_INPUTS: [NetworkInput; 4] = [
     NetworkInput { feature: Feature::Circumference, from: 200.0, to: 300.0 },
 ];
 
-/// Own mean speed: an exponential moving average with time constant `MEMORY_S` that starts at the first speed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MeanSpeed(Option<f64>);
-
-impl MeanSpeed {
-    /// Adds one step of `step_s` seconds and returns the mean, m/s.
-    pub fn watch(&mut self, speed_mps: f64, step_s: f64) -> f64 {
-        let before = self.0.unwrap_or(speed_mps);
-        let mean = before + (speed_mps - before) * Self::share(step_s);
-        self.0 = Some(mean);
-        mean
-    }
-
-    /// Returns the weight of one step of `step_s` seconds in the mean.
-    pub fn share(step_s: f64) -> f64 {
-        step_s / MEMORY_S
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -480,14 +458,6 @@ mod tests {
         assert_eq!(gaps.map(|feature| feature.of(&beside)), [1000.0, 1000.0, 0.0, 0.0]);
         let speeds = [Feature::LeftLeaderSpeed, Feature::RightFollowerSpeed];
         assert_eq!(speeds.map(|feature| feature.of(&beside)), [3.0; 2]);
-    }
-
-    #[test]
-    fn the_mean_speed_begins_with_the_first_and_follows_within_half_a_minute() {
-        let mut mean = MeanSpeed::default();
-        assert_eq!(mean.watch(4.0, 0.1), 4.0);
-        let after = (0..300).map(|_| mean.watch(0.0, 0.1)).last().unwrap();
-        assert!((after - 4.0 / std::f64::consts::E).abs() < 0.01, "{after}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod file_text;
 mod hold;
 pub mod identification;
 mod layers;
+mod mean_speed;
 mod names;
 mod needs;
 mod network;
@@ -32,13 +33,12 @@ pub use controller::{
     FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale, TwoPhase,
 };
 pub use error::{PolicyError, PolicyFileError, PolicyFileFault};
-pub use features::{
-    FEATURES, FIELD_INPUTS, Feature, LARGEST_LENGTH, LATENTS, MeanSpeed, NetworkInput, length_out_of_scale,
-};
+pub use features::{FEATURES, FIELD_INPUTS, Feature, LARGEST_LENGTH, LATENTS, NetworkInput, length_out_of_scale};
 pub use file_text::FORMAT;
 pub use hold::{Hold, HoldError};
 pub use identification::{DriverEstimate, DriverEstimator, DriverTraits, LatentEstimate, WhoDrives};
 pub use layers::{LayerFault, NetworkLayer};
+pub use mean_speed::MeanSpeed;
 pub use names::{AUTO, NAMES, ResolvedPolicy, file_of, is_path, resolve, shipped};
 pub use network::{
     AssistedPolicy, CorrectedAdvice, CorrectionFault, EngagedAdvice, ExpectedGain, ExpectedGainFault, Network,

@@ -30,6 +30,10 @@ pub struct Summary {
     pub window_s: [f64; 2],
     /// Mean speed of all vehicles, the ego included, m/s: mean over ticks of the mean over the vehicles present.
     pub mean_speed_mps: Option<f64>,
+    /// Space-mean speed of all vehicles, m/s: their distance over their time (Edie 1963). `None` if the number of vehicles never
+    /// changed, because it then equals the mean speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub space_mean_speed_mps: Option<f64>,
     /// Standard deviation of speed over vehicles and time, m/s (divisor N, not N-1).
     pub speed_sd_over_vehicles_and_time_mps: Option<f64>,
     /// Mean speed of the ego, m/s.
@@ -169,6 +173,7 @@ impl SummaryAccumulator {
         Summary {
             window_s: [self.window_s[0], self.window_s[1].min(self.duration_s)],
             mean_speed_mps: self.totals.mean_speed_mps.get(),
+            space_mean_speed_mps: self.totals.space_mean_speed_mps(),
             speed_sd_over_vehicles_and_time_mps: self.totals.speed_sd_over_vehicles_and_time_mps(),
             ego_mean_speed_mps: self.totals.ego_mean_speed_mps.get(),
             time_in_range: self.totals.time_in_range.get(),

@@ -160,3 +160,17 @@ fn a_car_beside_the_lane_has_no_gap_to_the_one_that_it_passes() {
     }
     assert_eq!(summary.to_summary().min_gap_m, Some(7.0), "cars are 1.8 m wide");
 }
+
+/// Edie's generalised definition (1963): distance of all vehicles over their time.
+#[test]
+fn the_space_mean_speed_counts_each_vehicles_time() {
+    // The ego alone at 9 m/s, then at 3 m/s with two others that stand: means 9 and 1, and 12 over four vehicles and ticks.
+    let alone = Snapshot { cars: vec![], mean_speed_mps: 9.0, ..snapshot(1, 9.0, 0.0, None, None) };
+    let mut three = snapshot(2, 3.0, 0.0, None, None);
+    three.cars.push(VehicleSnapshot { id: VehicleId(2), ..VehicleSnapshot::default() });
+    three.mean_speed_mps = 1.0;
+    let found = summary([0.0, 1.0], &[alone, three], &[]);
+    assert_eq!((found.mean_speed_mps, found.space_mean_speed_mps), (Some(5.0), Some(3.0)));
+    // With a constant number of vehicles both are equal, and one of them is given.
+    assert_eq!(summary([0.0, 1.0], &drive(), &[]).space_mean_speed_mps, None);
+}

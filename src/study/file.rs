@@ -127,6 +127,9 @@ fn least_frames_per_s() -> f64 {
 pub struct ConditionLevel {
     /// Name in data and figures.
     pub name: String,
+    /// Meaning of the level and reason for it, in whole sentences, which the preregistration prints.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub about: String,
     /// Settings that the level changes (keys of a scenario file).
     #[serde(default)]
     #[schemars(with = "Scenario")]

@@ -49,6 +49,7 @@ pub mod participant_code;
 pub mod places;
 pub mod plan;
 pub mod practice;
+mod preregistered_power;
 mod preregistered_questions;
 mod preregistered_settings;
 pub mod preregistration;

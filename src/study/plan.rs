@@ -7,7 +7,7 @@ use super::{
     reckoning,
     segment::{SegmentKind, StudySegment, short_name},
 };
-use crate::{policy::ResolvedPolicy, scenario::Scenario};
+use crate::{policy::ResolvedPolicy, record::inputs, scenario::Scenario, traffic::RING_STUDY};
 use std::{collections::BTreeMap, fmt::Write};
 
 /// Content of one item of a session.
@@ -304,15 +304,22 @@ impl std::fmt::Display for PlanItem {
                     until_in_range_s.map_or(String::new(), |s| format!(", or until {s} s in range without a break"));
                 write!(
                     f,
-                    "{} s on {}, {} vehicles, {}{sooner}",
+                    "{} s on {}, {} vehicles{}, {}{sooner}",
                     scenario.duration_s,
                     scenario.map,
                     scenario.vehicles,
+                    drivers_text(scenario),
                     advice_text(scenario, policy)
                 )
             }
         }
     }
+}
+
+/// Names the population that drives the other vehicles; empty for the drivers of the ring study.
+fn drivers_text(scenario: &Scenario) -> String {
+    let drivers = &scenario.traffic_drivers;
+    if *drivers == RING_STUDY { String::new() } else { format!(" driven by {}", inputs::last(drivers)) }
 }
 
 /// Describes the advice of a drive.

@@ -1,7 +1,7 @@
 //! Settings and hypotheses as a preregistration states them. In: a study and the plan of its analysis. Out: Markdown. Settings that a
 //! condition or a segment changes are listed with the conditions.
 
-use super::{Study, bids::markdown};
+use super::{Study, bids::markdown, file::ConditionLevel};
 use crate::{
     analysis::{
         MEASURES,
@@ -49,12 +49,8 @@ fn traffic(base: &Scenario) -> String {
         EngineChoice::Sumo => "SUMO",
         EngineChoice::Native => "codrive's own engine",
     };
-    if let Ok(TrafficDrivers::People(population)) = TrafficDrivers::named(&base.traffic_drivers, base.idm) {
-        let (name, words) = (inputs::last(&base.traffic_drivers), markdown(&population.in_words()));
-        return format!(
-            "Traffic: {engine} in steps of {} s. The other vehicles are driven by persons of the population `{name}`, {words}",
-            base.step_s
-        );
+    if let Some(persons) = persons(base, &base.traffic_drivers) {
+        return format!("Traffic: {engine} in steps of {} s. The other vehicles are driven by {persons}", base.step_s);
     }
     format!(
         "Traffic: {engine} in steps of {} s. The other vehicles follow the Intelligent Driver Model (Treiber, Hennecke and Helbing 2000): desired \
@@ -62,6 +58,37 @@ fn traffic(base: &Scenario) -> String {
          noise of the acceleration √Δt · N(0, {}).",
         base.step_s, idm.v0, idm.t, idm.a, idm.b, idm.delta, idm.s0, idm.noise
     )
+}
+
+/// Describes the population that drives the other vehicles; `None` if all are driven alike by the base's model.
+fn persons(base: &Scenario, drivers: &str) -> Option<String> {
+    let Ok(TrafficDrivers::People(population)) = TrafficDrivers::named(drivers, base.idm) else { return None };
+    Some(format!("persons of the population `{}`, {}", inputs::last(drivers), markdown(&population.in_words())))
+}
+
+/// Describes a setting that a condition changes, sham advice and no advice in words.
+pub(super) fn changed(key: &str, value: &str) -> String {
+    match (key, value) {
+        ("sham_advice", "true") => {
+            "sham advice (`sham_advice` = true): the advice that the policy gave to a simulated driver in another drive, which does not \
+             answer this participant's traffic; the speedometer looks as with other advice"
+                .into()
+        }
+        ("policy", "none") => format!("`{key}` = {value}: no speed is advised, and the speedometer shows neither line nor range"),
+        _ => format!("`{key}` = {value}"),
+    }
+}
+
+/// Returns the sentences after the settings of a level: who drives the other vehicles, if the level says so, and what the study's file
+/// says about the level.
+pub(super) fn about_level(study: &Study, level: &ConditionLevel) -> String {
+    let drivers = level.set.get("traffic_drivers").and_then(Value::as_str);
+    let driven = drivers.map(|drivers| match persons(&study.base, drivers) {
+        Some(persons) => format!("The other vehicles are driven by {persons}"),
+        None => "The other vehicles are all driven alike, by the Intelligent Driver Model with the parameters of the settings.".into(),
+    });
+    let about = (!level.about.is_empty()).then(|| markdown(level.about.trim()));
+    driven.into_iter().chain(about).map(|sentences| format!(" {sentences}")).collect()
 }
 
 fn start(base: &Scenario) -> String {
@@ -149,19 +176,27 @@ fn drive(base: &Scenario) -> String {
     )
 }
 
-/// Writes one hypothesis about the primary outcome for each contrast.
+/// Writes one hypothesis about each primary outcome for each contrast.
 pub(super) fn hypotheses(out: &mut String, plan: &AnalysisPlan) {
-    let Some(primary) = MEASURES.iter().find(|measure| measure.name == plan.primary) else { return };
-    out.push_str("## Hypotheses\n\nAbout the primary outcome; all tests are two-sided. A hypothesis with a direction is supported if its p is below \
-         the level after correction and the difference has this direction.\n\n");
-    for (i, contrast) in plan.contrasts.iter().enumerate() {
-        let (condition, reference) = (&contrast.condition, &contrast.reference);
-        let says = match contrast.expected {
-            Some(ExpectedSign::Greater) => format!("is greater in `{condition}` than in `{reference}`"),
-            Some(ExpectedSign::Less) => format!("is less in `{condition}` than in `{reference}`"),
-            None => format!("differs between `{condition}` and `{reference}`; no direction is expected"),
-        };
-        let _ = writeln!(out, "{}. {} {says}.", i + 1, primary.title);
+    let about = if plan.primary.all().len() == 1 { "the primary outcome" } else { "the primary outcomes" };
+    let _ = writeln!(
+        out,
+        "## Hypotheses\n\nAbout {about}; all tests are two-sided. A hypothesis with a direction is supported if its p is below \
+         the level after correction and the difference has this direction.\n"
+    );
+    let mut number = 0;
+    for (place, name) in plan.primary.all().iter().enumerate() {
+        let Some(primary) = MEASURES.iter().find(|measure| measure.name == *name) else { continue };
+        for contrast in &plan.contrasts {
+            let (condition, reference) = (&contrast.condition, &contrast.reference);
+            let says = match contrast.expected_sign(place) {
+                Some(ExpectedSign::Greater) => format!("is greater in `{condition}` than in `{reference}`"),
+                Some(ExpectedSign::Less) => format!("is less in `{condition}` than in `{reference}`"),
+                None => format!("differs between `{condition}` and `{reference}`; no direction is expected"),
+            };
+            number += 1;
+            let _ = writeln!(out, "{number}. {} {says}.", primary.title);
+        }
     }
     out.push('\n');
 }

@@ -2,7 +2,11 @@
 
 use super::*;
 use crate::{
-    analysis::{DriveMeasures, DriveSetup, FoundRecording, data::driver_moments::DriverStretches},
+    analysis::{
+        AnalysedRecording, DriveMeasures, DriveSetup, FoundRecording, StudyParticipants,
+        data::driver_moments::DriverStretches,
+        models::{normality::NormalityTest, plan::PlanHistory, planned::PlannedAnalysis},
+    },
     rng,
 };
 use std::path::Path;
@@ -28,14 +32,14 @@ const PLAN: &str = "[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 
 #[test]
 fn the_text_states_design_order_rules_model_and_power() {
     let study = study(PLAN);
-    let spread = OutcomeSpread::Rehearsed {
-        title: "Rehearsed".into(),
+    let outcome = RehearsedOutcome {
         counts: [12, 36],
-        is_simulated: true,
         deviations: [0.2, 0.4],
         per_place: -0.01,
         residuals: Some(NormalityTest { w: 0.97, p: 0.2 }),
     };
+    let rehearsed = |outcomes| OutcomeSpread::Rehearsed { title: "Rehearsed".into(), is_simulated: true, outcomes };
+    let spread = rehearsed(vec![outcome]);
     let text = written(&study, 12, &spread, 200, &|_| ()).unwrap();
     assert!(!text.contains("far from normal"));
     for part in [
@@ -68,13 +72,38 @@ fn the_text_states_design_order_rules_model_and_power() {
     let row = text.lines().find(|line| line.starts_with("| 48 |")).unwrap();
     let share: f64 = row.split('|').nth(3).unwrap().trim().split(' ').next().unwrap().parse().unwrap();
     assert!((share - 95.3).abs() < 4.6, "{row}");
-    let OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, .. } = spread else {
-        return;
-    };
-    let residuals = Some(NormalityTest { w: 0.81, p: 1e-6 });
-    let skewed = OutcomeSpread::Rehearsed { title, counts, is_simulated, deviations, per_place, residuals };
+    let skewed = rehearsed(vec![RehearsedOutcome { residuals: Some(NormalityTest { w: 0.81, p: 1e-6 }), ..outcome }]);
     let text = written(&study, 12, &skewed, 20, &|_| ()).unwrap();
     assert!(text.contains("far from normal** (Shapiro and Wilk's W = 0.810, p < 0.001)"), "{text}");
+}
+
+#[test]
+fn each_primary_outcome_has_its_hypotheses_effect_and_power() {
+    let plan = PLAN
+        .replace("primary = \"mean_speed_mps\"", "primary = [\"mean_speed_mps\", \"speed_sd_over_vehicles_mps\"]")
+        .replace("smallest_effect = 0.3", "smallest_effect = [0.3, 0.5]")
+        .replace("expected = \"less\"", "expected = [\"greater\", \"less\"]");
+    let outcome =
+        |sd: f64| RehearsedOutcome { counts: [12, 36], deviations: [0.2, sd], per_place: 0.0, residuals: None };
+    let outcomes = vec![outcome(0.4), outcome(5.0)];
+    let spread = OutcomeSpread::Rehearsed { title: "Rehearsed".into(), is_simulated: true, outcomes };
+    let text = written(&study(&plan), 12, &spread, 20, &|_| ()).unwrap();
+    for part in [
+        "About the primary outcomes; all tests are two-sided.",
+        "1. Mean speed of all vehicles is greater in `wide` than in `narrow`.",
+        "3. Standard deviation of speed over vehicles is less in `wide` than in `narrow`.",
+        "* Primary: Standard deviation of speed over vehicles",
+        "* Secondary: Reaction time",
+        "Smallest effect of interest: 0.3 m/s of `mean_speed_mps`; 0.5 m/s of `speed_sd_over_vehicles_mps`.",
+        // Three outcomes and two contrasts.
+        "over all 6 tests of the plan",
+        "| 4 | primary | `speed_sd_over_vehicles_mps` | `middle` | `narrow` |\n| 5 | secondary | `reaction_s` | `wide` |",
+        "### Power for `mean_speed_mps`",
+        "5.000 m/s within participants",
+        "| **12** | 0.5 m/s | ",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
 }
 
 #[test]
@@ -171,7 +200,7 @@ fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
 
 #[test]
 fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
-    for (name, tests, trials) in [("congestion", 21, 16), ("congestion-short", 9, 3)] {
+    for (name, tests, trials) in [("congestion", 21, 16), ("congestion-short", 9, 3), ("congestion-people", 9, 6)] {
         let file = crate::data_folders::root().join(format!("assets/studies/{name}.toml"));
         let study = Study::load(&file).unwrap_or_else(|e| panic!("{e}"));
         let text = written(&study, 12, &OutcomeSpread::Unknown, 2, &|_| ()).unwrap();
@@ -185,6 +214,27 @@ fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
         let fitted = found.outcomes.iter().map(|outcome| outcome.fitted.as_ref().unwrap());
         let made = fitted.flat_map(|fitted| &fitted.contrasts).filter(|tested| tested.found.is_some()).count();
         assert_eq!((found.tests, made), (tests, tests), "{name}");
+    }
+}
+
+#[test]
+fn each_world_of_the_people_study_is_named_with_its_reason() {
+    let study = Study::load(&crate::data_folders::root().join("assets/studies/congestion-people.toml"));
+    let study = study.unwrap_or_else(|e| panic!("{e}"));
+    let text = written(&study, 30, &OutcomeSpread::Unknown, 2, &|_| ()).unwrap();
+    for part in [
+        "* `ring-study` of world: `traffic_drivers` = ring-study. The other vehicles are all driven alike, by the Intelligent Driver Model",
+        // Experiment A had 20 people (docs/references.md: people).
+        "* `safe-followers` of world: `traffic_drivers` = safe-followers, `vehicles` = 20. The other vehicles are driven by persons of the \
+         population `safe-followers`, \"People who follow safely",
+        "Reason: 20 people were told to follow safely in experiment A of the Arizona ring",
+        "persons of the population `gap-closers`, ",
+        "its results are the least certain.",
+        "a closed route of 260 m, with 21 vehicles (the participant's included)",
+        "| 1 | primary | `mean_speed_mps` | `advice+ring-study` | `none+ring-study` |",
+        "| 6 | primary | `speed_sd_over_vehicles_mps` | `advice+gap-closers` | `none+gap-closers` |",
+    ] {
+        assert!(text.contains(part), "{part}\n{text}");
     }
 }
 

@@ -102,7 +102,7 @@ fn evaluated() -> [ColumnValue<DriveRow>; EVALUATED.len()] {
     macro_rules! at {
         ($($k:literal)*) => { [$(Number(|row: &DriveRow| EVALUATED[$k].1(&row.result))),*] };
     }
-    at!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23)
+    at!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24)
 }
 
 /// Returns the columns of drives and rings.

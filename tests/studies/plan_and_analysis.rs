@@ -1,10 +1,10 @@
-//! The analysis that a preregistration announces, against the analysis of a rehearsal's data.
+//! The analysis that a preregistration announces, against the analysis of a rehearsal's data: numbers, and each test line by line.
 
 use super::{
     bids::root,
     common::{codrive, table, text},
 };
-use std::fs;
+use std::{collections::BTreeMap, fs};
 
 /// Returns a shipped study with short drives that begin at once on the native engine; plan and conditions stay.
 fn short(name: &str) -> String {
@@ -36,30 +36,99 @@ fn number_before(text: &str, words: &str) -> usize {
     before.parse().unwrap_or_else(|e| panic!("{before}: {e}"))
 }
 
-/// Returns tests and trials of the preregistration, tests of the report, and rows of contrasts in its table.
-fn counted(study: &str) -> [usize; 4] {
+/// Preregistration, report and table of the contrasts of a rehearsed study.
+struct Rehearsed {
+    plan: String,
+    report: String,
+    contrasts: Vec<BTreeMap<String, String>>,
+}
+
+/// Preregisters a study, rehearses it with this number of participants, and analyses the data.
+fn rehearsed(study: &str, participants: &str) -> Rehearsed {
     let place = tempfile::tempdir().unwrap();
     let [file, data, plan] =
         ["study.toml", "data", "plan.md"].map(|name| place.path().join(name).to_str().unwrap().to_owned());
     fs::write(&file, study).unwrap();
     for arguments in [
-        vec!["study", "preregister", &file, "--participants", "4", "--out", &plan],
-        vec!["study", "rehearse", &file, "--participants", "4", "--out", &data],
+        vec!["study", "preregister", &file, "--participants", participants, "--out", &plan],
+        vec!["study", "rehearse", &file, "--participants", participants, "--out", &data],
         vec!["analyse", &data],
     ] {
         let output = codrive(&arguments, "warn");
         assert!(output.status.success(), "{arguments:?}: {}", text(&output));
     }
-    let plan = fs::read_to_string(plan).unwrap();
     let results = place.path().join("data/derivatives/codrive");
-    let report = fs::read_to_string(results.join("report.html")).unwrap();
-    let rows = table(&results.join("models.csv")).into_iter().filter(|row| row["kind"] == "contrast").count();
+    Rehearsed {
+        plan: fs::read_to_string(plan).unwrap(),
+        report: fs::read_to_string(results.join("report.html")).unwrap(),
+        contrasts: table(&results.join("models.csv")).into_iter().filter(|row| row["kind"] == "contrast").collect(),
+    }
+}
+
+/// Returns tests and trials of the preregistration, tests of the report, and rows of contrasts in its table.
+fn counted(study: &str) -> [usize; 4] {
+    let Rehearsed { plan, report, contrasts } = rehearsed(study, "4");
     [
         number_before(&plan, "tests of the plan"),
         number_before(&plan, "trials, one in each"),
         number_before(&report, "tests by Holm"),
-        rows,
+        contrasts.len(),
     ]
+}
+
+/// Returns the tests that a preregistration lists: role, outcome, condition and reference.
+fn planned_tests(plan: &str) -> Vec<[String; 4]> {
+    let begins = "| test | role | outcome | condition | reference |\n";
+    let rows = plan.split_once(begins).unwrap_or_else(|| panic!("{plan}")).1.lines().skip(1);
+    let cells = |row: &str| -> Vec<String> { row.split('|').map(|cell| cell.trim().replace('`', "")).collect() };
+    let rows = rows.take_while(|row| row.starts_with('|')).map(cells);
+    rows.enumerate()
+        .map(|(i, row)| {
+            assert_eq!(row[1], (i + 1).to_string());
+            [2, 3, 4, 5].map(|k| row[k].clone())
+        })
+        .collect()
+}
+
+/// Returns p by Holm (1979) for a family of tests: sorted from the smallest, the k-th of n times n - k + 1, never below one before it.
+fn holm(p: &[f64]) -> Vec<f64> {
+    let mut order: Vec<usize> = (0..p.len()).collect();
+    order.sort_by(|a, b| p[*a].total_cmp(&p[*b]));
+    let (mut corrected, mut most) = (vec![0.0; p.len()], 0.0_f64);
+    for (rank, test) in order.into_iter().enumerate() {
+        most = most.max((p[test] * (p.len() - rank) as f64).min(1.0));
+        corrected[test] = most;
+    }
+    corrected
+}
+
+#[test]
+fn each_shipped_study_is_analysed_by_the_tests_of_its_preregistration() {
+    let studies: Vec<_> =
+        fs::read_dir(root().join("assets/studies")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let studies = studies.iter().filter(|path| path.extension().is_some_and(|end| end == "toml"));
+    let names: Vec<&str> = studies.map(|path| path.file_stem().unwrap().to_str().unwrap()).collect();
+    assert!(names.len() >= 3, "{names:?}");
+    for name in names {
+        // Three participants are enough for a model with the conditions as terms and the participant as random intercept.
+        let Rehearsed { plan, contrasts, .. } = rehearsed(&short(name), "3");
+        let made: Vec<[String; 4]> = contrasts
+            .iter()
+            .map(|row| ["role", "outcome", "condition", "reference"].map(|key| row[key].clone()))
+            .collect();
+        let planned = planned_tests(&plan);
+        assert_eq!(planned.len(), made.len(), "{name}: {made:?}");
+        for (line, (planned, made)) in planned.iter().zip(&made).enumerate() {
+            assert_eq!(planned, made, "{name}: test {}", line + 1);
+        }
+        // All of these tests are one family of Holm's correction.
+        let number = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<f64>().unwrap();
+        let corrected = holm(&contrasts.iter().map(|row| number(row, "p")).collect::<Vec<_>>());
+        for (row, corrected) in contrasts.iter().zip(corrected) {
+            assert_eq!(row["holm_tests"], planned.len().to_string(), "{name}: {row:?}");
+            assert!((number(row, "p_holm") - corrected).abs() <= 1e-9, "{name}: {row:?} {corrected}");
+        }
+    }
 }
 
 #[test]

@@ -59,14 +59,48 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham() {
     assert!(study.file.participants.is_multiple_of(16), "every order as often");
     // A visit is booked for two hours: twenty minutes are for arrival, the information sheet and problems.
     assert!(study.plan(0).minutes() < 100.0, "{} min", study.plan(0).minutes());
-    for study in [study, load("congestion-short")] {
+    for study in [study, load("congestion-short"), load("congestion-people")] {
         study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
     }
 }
 
 #[test]
-fn both_studies_begin_with_consent_and_ask_about_conditions_and_sickness() {
-    for name in ["congestion", "congestion-short"] {
+fn the_people_study_compares_advice_with_none_in_three_worlds() {
+    let study = load("congestion-people");
+    let drives = drives(&study);
+    assert_eq!(drives.len(), 1 + 2 * 3);
+    for (world, vehicles) in [("ring-study", 21), ("safe-followers", 20), ("gap-closers", 21)] {
+        let of: Vec<&Scenario> =
+            drives.iter().filter(|(name, _)| name.ends_with(world)).map(|(_, drive)| drive).collect();
+        assert_eq!(of.iter().filter(|drive| drive.policy == "none").count(), 1, "{world}");
+        assert_eq!(of.len(), 2, "{world}");
+        // The rings of the field experiments: 260 m with 20 and 21 people (docs/references.md: people).
+        let is_as_measured = |drive: &&Scenario| {
+            (drive.map.as_str(), drive.vehicles, drive.traffic_drivers.as_str()) == ("ring-260", vehicles, world)
+        };
+        assert!(of.iter().all(is_as_measured), "{world}");
+    }
+    let plan = study.file.analysis.as_ref().unwrap();
+    for contrast in &plan.contrasts {
+        let world = |name: &str| name.split_once('+').unwrap().1.to_owned();
+        assert_eq!(world(&contrast.condition), world(&contrast.reference), "{}", contrast.label());
+    }
+    assert!(study.file.participants.is_multiple_of(6), "every order as often");
+    // A visit is booked for two hours: twenty minutes are for arrival, the information sheet and problems.
+    assert!(study.plan(0).minutes() < 100.0, "{} min", study.plan(0).minutes());
+}
+
+#[test]
+fn mean_speed_and_its_deviation_are_primary_in_each_shipped_study() {
+    for name in ["congestion", "congestion-short", "congestion-people"] {
+        let plan = load(name).file.analysis.unwrap();
+        assert_eq!(plan.primary.all(), ["mean_speed_mps", "speed_sd_over_vehicles_mps"], "{name}");
+    }
+}
+
+#[test]
+fn all_studies_begin_with_consent_and_ask_about_conditions_and_sickness() {
+    for name in ["congestion", "congestion-short", "congestion-people"] {
         let study = load(name);
         let plan = study.plan(0);
         let begin: Vec<&str> = plan.items.iter().take(3).map(|planned| planned.name.as_str()).collect();

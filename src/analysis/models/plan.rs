@@ -3,6 +3,7 @@
 
 pub use crate::analysis::data::statements::CHANGED;
 
+use super::{exclusion_rules::ExclusionRules, one_or_more::OneOrMore};
 use crate::analysis::{data::statements::BEGUN, error::AnalysisError, measures::MEASURES};
 use crate::metrics::{Measure, RoadKinds};
 use crate::{
@@ -19,10 +20,11 @@ use std::{collections::BTreeMap, path::Path};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AnalysisPlan {
-    /// Primary measure, by its name in the table of trials.
-    pub primary: String,
-    /// Smallest difference of interest between two conditions, in the unit of the primary measure, above 0.
-    pub smallest_effect: f64,
+    /// Primary measure, by its name in the table of trials, or a list of them.
+    pub primary: OneOrMore<String>,
+    /// Smallest difference of interest between two conditions, in the unit of the primary measure, above 0; with several primary
+    /// measures a list, one for each.
+    pub smallest_effect: OneOrMore<f64>,
     /// Differences to test: a condition less its reference.
     pub contrasts: Vec<PlannedContrast>,
     /// Secondary measures, by their names.
@@ -52,9 +54,10 @@ pub struct PlannedContrast {
     pub condition: String,
     /// Condition that it is compared with, by its name.
     pub reference: String,
-    /// Sign that the difference of the primary measure is expected to have; the test is two-sided in any case.
+    /// Sign that the difference of the primary measure is expected to have; with several primary measures a list, one for each.
+    /// The test is two-sided in any case.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expected: Option<ExpectedSign>,
+    pub expected: Option<OneOrMore<ExpectedSign>>,
 }
 
 /// Expected sign of a difference, condition less reference.
@@ -72,56 +75,10 @@ impl PlannedContrast {
     pub fn label(&self) -> String {
         format!("{} − {}", self.condition, self.reference)
     }
-}
 
-/// Rules that leave out trials and participants; a rule that is not given leaves nothing out.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct ExclusionRules {
-    /// Smallest recorded share of a trial's planned length, 0 to 1; trials below it are left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub least_recorded_share: Option<f64>,
-    /// Largest number of contacts with other vehicles in a trial; trials above it are left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub most_contacts: Option<u32>,
-    /// Largest share of a trial's length given up because frames came too late (`dropped_s`), 0 to 1; trials above it are left
-    /// out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 1.0))]
-    pub most_dropped_share: Option<f64>,
-    /// Smallest number of remaining trials of a participant; participants below it are left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub least_trials: Option<u32>,
-    /// Leave out participants whose session was not completed.
-    pub only_complete_sessions: bool,
-}
-
-impl ExclusionRules {
-    /// Returns a sentence for each rule that is given.
-    pub fn sentences(&self) -> Vec<String> {
-        let share = self.least_recorded_share.map(|share| {
-            format!("A trial is left out if less than {} % of its planned length was recorded.", 100.0 * share)
-        });
-        let contacts = self.most_contacts.map(|most| match most {
-            0 => "A trial is left out if there was a contact with another vehicle.".into(),
-            1 => "A trial is left out if there was more than one contact with other vehicles.".into(),
-            most => format!("A trial is left out if there were more than {most} contacts with other vehicles."),
-        });
-        let dropped = self.most_dropped_share.map(|share| {
-            format!(
-                "A trial is left out if more than {} % of its length was given up because pictures came too late.",
-                100.0 * share
-            )
-        });
-        let trials = self.least_trials.map(|least| match least {
-            1 => "A participant is left out if no trial remains after these rules.".into(),
-            least => format!("A participant is left out if fewer than {least} trials remain after these rules."),
-        });
-        let complete = self
-            .only_complete_sessions
-            .then(|| "A participant is left out if the session was not completed.".to_owned());
-        [share, contacts, dropped, complete, trials].into_iter().flatten().collect()
+    /// Returns the expected sign of the difference of a primary measure, by its place among them.
+    pub fn expected_sign(&self, primary: usize) -> Option<ExpectedSign> {
+        self.expected.as_ref()?.all().get(primary).copied()
     }
 }
 
@@ -130,6 +87,8 @@ impl ExclusionRules {
 pub struct PlannedTest<'a> {
     /// Outcome, by the name of its measure.
     pub outcome: &'a str,
+    /// True for a primary outcome.
+    pub is_primary: bool,
     /// Difference that is tested.
     pub contrast: &'a PlannedContrast,
 }
@@ -190,10 +149,7 @@ impl AnalysisPlan {
     pub fn check(&self, conditions: &[&str]) -> Result<(), PlanFault> {
         let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
         self.check_outcomes()?;
-        if !(self.smallest_effect.is_finite() && self.smallest_effect > 0.0) {
-            let text = format!("smallest_effect is {}; allowed: a number above 0", self.smallest_effect);
-            return fault("smallest_effect".into(), text);
-        }
+        self.check_effects()?;
         if !(0.001..=0.2).contains(&self.alpha) {
             return fault("alpha".into(), format!("alpha is {}; allowed: a number from 0.001 to 0.2", self.alpha));
         }
@@ -242,18 +198,47 @@ impl AnalysisPlan {
         Ok(())
     }
 
+    /// Checks that each primary outcome has a smallest effect, and each contrast as many expected signs or none.
+    fn check_effects(&self) -> Result<(), PlanFault> {
+        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
+        let primary = self.primary.all().len();
+        let s = if primary == 1 { "" } else { "s" };
+        let one_each = format!("one for each of the {primary} primary measure{s}");
+        let effects = self.smallest_effect.all();
+        if effects.len() != primary {
+            let text = format!("smallest_effect has the wrong length, {}; allowed: {one_each}", effects.len());
+            return fault("smallest_effect".into(), text);
+        }
+        if let Some(effect) = effects.iter().find(|effect| !(effect.is_finite() && **effect > 0.0)) {
+            return fault("smallest_effect".into(), format!("smallest_effect is {effect}; allowed: a number above 0"));
+        }
+        for (i, contrast) in self.contrasts.iter().enumerate() {
+            let signs = contrast.expected.as_ref().map_or(primary, |signs| signs.all().len());
+            if signs != primary {
+                let text = format!("expected has the wrong length, {signs}; allowed: {one_each}");
+                return fault(format!("contrasts.{i}.expected"), text);
+            }
+        }
+        Ok(())
+    }
+
     /// Checks that outcomes and covariates are measures, each named once.
     fn check_outcomes(&self) -> Result<(), PlanFault> {
         let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
         let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
+        let primary = self.primary.all().len();
+        if primary == 0 {
+            return fault("primary".into(), "there is no primary measure; name one or more".into());
+        }
         let mut all = self.outcomes();
         let outcomes = all.len();
         all.extend(self.covariates.iter().map(String::as_str));
         for (i, name) in all.iter().enumerate() {
-            let key = match i {
-                0 => "primary".into(),
-                i if i < outcomes => format!("secondary.{}", i - 1),
-                i => format!("covariates.{}", i - outcomes),
+            let key = match (i, &self.primary) {
+                (_, OneOrMore::One(_)) if i == 0 => "primary".into(),
+                _ if i < primary => format!("primary.{i}"),
+                _ if i < outcomes => format!("secondary.{}", i - primary),
+                _ => format!("covariates.{}", i - outcomes),
             };
             if !names.contains(name) {
                 let near = did_you_mean(name, &names);
@@ -278,17 +263,30 @@ impl AnalysisPlan {
         format!("measure ~ condition + place{covariates} + (1 | participant)")
     }
 
-    /// Returns all outcomes, the primary one first.
+    /// Returns all outcomes, the primary ones first.
     pub fn outcomes(&self) -> Vec<&str> {
-        [self.primary.as_str()].into_iter().chain(self.secondary.iter().map(String::as_str)).collect()
+        self.primary.all().iter().chain(&self.secondary).map(String::as_str).collect()
+    }
+
+    /// Returns true for the name of a primary outcome.
+    pub fn is_primary(&self, outcome: &str) -> bool {
+        self.primary.all().iter().any(|name| name == outcome)
+    }
+
+    /// Returns the smallest difference of interest of a primary outcome, by its place among them.
+    pub fn effect(&self, primary: usize) -> f64 {
+        self.smallest_effect.all().get(primary).copied().unwrap_or(f64::NAN)
     }
 
     /// Returns all outcomes with all contrasts: first the tests that can be made in conditions of these kinds, then those that
     /// cannot, because no trial of one of the two conditions has the measure. A condition of unknown kind may have every
-    /// measure.
+    /// measure. The preregistration lists these tests, and the analysis makes them, in this order.
     pub fn tests(&self, kinds: &BTreeMap<String, ConditionKind>) -> [Vec<PlannedTest<'_>>; 2] {
         let each = self.outcomes().into_iter();
-        let all = each.flat_map(|outcome| self.contrasts.iter().map(move |contrast| PlannedTest { outcome, contrast }));
+        let all = each.flat_map(|outcome| {
+            let is_primary = self.is_primary(outcome);
+            self.contrasts.iter().map(move |contrast| PlannedTest { outcome, is_primary, contrast })
+        });
         let (made, impossible) = all.partition(|test| {
             let measure = MEASURES.iter().find(|measure| measure.name == test.outcome);
             let names = [&test.contrast.condition, &test.contrast.reference];
@@ -414,6 +412,20 @@ mod tests {
             ),
             ("= 0.2", "= 0.2\ncovariates = [\"reaction_s\"]", "analysis.covariates.0", "comes twice"),
             ("= 0.2", "= 0.0", "analysis.smallest_effect", "a number above 0"),
+            ("= 0.2", "= [0.2, 0.2]", "analysis.smallest_effect", "length, 2; allowed: one for each of the 1 primary"),
+            (
+                "\"narrow\" }",
+                "\"narrow\", expected = [\"less\", \"less\"] }",
+                "analysis.contrasts.0.expected",
+                "length, 2; allowed: one for each",
+            ),
+            ("\"mean_speed_mps\"", "[]", "analysis.primary", "there is no primary measure"),
+            (
+                "\"mean_speed_mps\"",
+                "[\"mean_speed_mps\", \"mean_speed_mps\"]",
+                "analysis.primary.1",
+                "comes twice; name it once",
+            ),
             ("= 0.2", "= 0.2\nalpha = 0.5", "analysis.alpha", "allowed: a number from 0.001 to 0.2"),
             (
                 "reference = \"narrow\"",

@@ -76,7 +76,7 @@ pub struct FittedOutcome {
 pub struct PlannedOutcome {
     /// Index of the measure in [`MEASURES`].
     pub measure: usize,
-    /// True for the primary outcome.
+    /// True for a primary outcome.
     pub is_primary: bool,
     /// Model, or the reason why there is none.
     pub fitted: Result<FittedOutcome, ModelFault>,
@@ -93,7 +93,7 @@ pub struct PlannedAnalysis {
     pub left_out: Vec<LeftOut>,
     /// Participant of each trial that the rules kept.
     pub kept: Vec<String>,
-    /// Primary outcome, then the others.
+    /// Primary outcomes, then the others.
     pub outcomes: Vec<PlannedOutcome>,
     /// Number of tests of the plan that can be made.
     pub tests: usize,
@@ -114,12 +114,11 @@ impl PlannedAnalysis {
         let mut outcomes: Vec<PlannedOutcome> = plan
             .outcomes()
             .into_iter()
-            .enumerate()
-            .filter_map(|(i, name)| {
+            .filter_map(|name| {
                 let measure = place(name)?;
                 let tested = tests.iter().filter(|test| test.outcome == name).map(|test| test.contrast).collect();
                 let fitted = OutcomeFit { measure, tested, covariates: &covariates }.fit(&plan, &kept);
-                Some(PlannedOutcome { measure, is_primary: i == 0, fitted })
+                Some(PlannedOutcome { measure, is_primary: plan.is_primary(name), fitted })
             })
             .collect();
         correct(&mut outcomes);
@@ -127,9 +126,16 @@ impl PlannedAnalysis {
         Some(Self { plan, changes: history.changes(), left_out, kept: participants, outcomes, tests, impossible })
     }
 
+    /// Returns the number of tests with a result: the family that Holm's correction counts.
+    fn tests_made(&self) -> usize {
+        let fitted = self.outcomes.iter().filter_map(|outcome| outcome.fitted.as_ref().ok());
+        fitted.flat_map(|fitted| &fitted.contrasts).filter(|tested| tested.found.is_some()).count()
+    }
+
     /// Returns `models.csv`: for each outcome a row per contrast, one for the place, and one per covariate.
     pub fn models_csv(&self) -> String {
         let mut text = line(COLUMNS.map(|column| column.0.to_owned()));
+        let family = self.tests_made() as f64;
         for outcome in &self.outcomes {
             let Ok(fitted) = &outcome.fitted else { continue };
             let model = &fitted.model;
@@ -146,6 +152,7 @@ impl PlannedAnalysis {
                     Some(found.t),
                     Some(found.p),
                     p_holm,
+                    p_holm.map(|_| family),
                     Some(low),
                     Some(high),
                     Some(model.sd_participant),
@@ -183,7 +190,7 @@ impl PlannedAnalysis {
 }
 
 /// Columns of `models.csv`: name, quantity, unit, definition.
-const COLUMNS: [ColumnTexts; 21] = [
+const COLUMNS: [ColumnTexts; 22] = [
     ("outcome", "Outcome", "", "name of the measure, as the column of the table of trials"),
     ("role", "Role", "", "primary or secondary, as planned"),
     (
@@ -203,6 +210,12 @@ const COLUMNS: [ColumnTexts; 21] = [
     ("t", "t", "", "estimate over standard error"),
     ("p", "p", "", "two-sided probability of such a t if there is no difference"),
     ("p_holm", "p by Holm", "", "p by Holm's correction over all tests of the plan; empty without a test"),
+    (
+        "holm_tests",
+        "Tests of Holm's correction",
+        "",
+        "number of tests of the plan that the correction counts; empty without a test",
+    ),
     ("low", "Interval, lower end", "", "lower end of the 95 % confidence interval (t), not corrected"),
     ("high", "Interval, upper end", "", "upper end of the 95 % confidence interval (t), not corrected"),
     (

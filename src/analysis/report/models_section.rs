@@ -49,15 +49,18 @@ fn plan(page: &mut ReportPage, planned: &PlannedAnalysis) {
         |name: &str| MEASURES.iter().find(|measure| measure.name == name).map_or(name.to_owned(), Measure::label);
     let secondary: Vec<String> = plan.secondary.iter().map(|name| title(name)).collect();
     let secondary = if secondary.is_empty() { "none".into() } else { secondary.join("; ") };
+    let primary: Vec<String> = plan.primary.all().iter().map(|name| title(name)).collect();
+    let effects: Vec<String> = plan.smallest_effect.all().iter().map(f64::to_string).collect();
+    let s = if primary.len() == 1 { "" } else { "s" };
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
     let text = format!(
-        "Planned in the study's file: primary outcome {}; secondary outcomes: {secondary}; contrasts: {}; two-sided level {} over all {} \
-         tests by Holm's correction; smallest effect of interest {}.",
-        title(&plan.primary),
+        "Planned in the study's file: primary outcome{s} {}; secondary outcomes: {secondary}; contrasts: {}; two-sided level {} over all {} \
+         tests by Holm's correction; smallest effect{s} of interest {}.",
+        primary.join("; "),
         contrasts.join("; "),
         plan.alpha,
         planned.tests,
-        plan.smallest_effect
+        effects.join("; ")
     );
     page.paragraph("", &escaped(&text));
     if !planned.impossible.is_empty() {
@@ -126,9 +129,13 @@ fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&Plann
         &format!(
             "Planned contrasts (condition minus reference) by one linear mixed model per outcome, {}, by restricted \
              maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
-             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests made. The \
-             first outcome is the primary one. *: below the planned level of {}. N is the number of participants.",
+             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests made. {} *: \
+             below the planned level of {}. N is the number of participants.",
             planned.plan.formula(),
+            match planned.plan.primary.all().len() {
+                1 => "The first outcome is the primary one.".to_owned(),
+                n => format!("The first {n} outcomes are the primary ones."),
+            },
             planned.plan.alpha
         ),
         &head.map(str::to_owned).to_vec(),
@@ -295,14 +302,18 @@ pub(super) fn paragraph(planned: &PlannedAnalysis) -> String {
     } else {
         format!("The plan of the analysis was changed after the first session. {}", planned.changes.join(" "))
     };
-    let title = measure_title(&plan.primary);
+    let primary: Vec<String> = plan.primary.all().iter().map(|name| measure_title(name).to_owned()).collect();
+    let primary = match &primary[..] {
+        [one] => format!("The primary outcome was: {one}."),
+        all => format!("The primary outcomes were: {}.", all.join("; ")),
+    };
     let contrasts: Vec<String> = plan.contrasts.iter().map(PlannedContrast::label).collect();
     let covariates = plan.covariates.iter().map(|name| measure_title(name).to_lowercase());
     let covariates: Vec<String> = std::iter::once("place among the trials".to_owned()).chain(covariates).collect();
     let rules = plan.exclude.sentences();
     let rules = if rules.is_empty() { String::new() } else { format!(" {}", rules.join(" ")) };
     format!(
-        "{changed} The primary outcome was: {title}. Each outcome was fitted by a linear mixed model with the condition as a factor, the \
+        "{changed} {primary} Each outcome was fitted by a linear mixed model with the condition as a factor, the \
          {} as covariates and the participant as a random intercept (restricted maximum likelihood). Contrasts ({}) \
          have t tests with Satterthwaite's degrees of freedom; the two-sided level was {} over all {} tests by Holm's correction.{rules} {} \
          left out.",

@@ -100,7 +100,8 @@ fn network_text(row: &EvaluationRow) -> String {
     let Some(first) = row.results.iter().find_map(network) else { return String::new() };
     let refused = value(|v| v.network?.vehicles_refused).map_or(String::new(), |n| format!(", {n:.0} found no room"));
     format!(
-        "\n          in {:.0}, out {:.0} vehicles/h; {:.1} there{refused}; {} of {} advised in the first drive",
+        "\n          space-mean speed {:.3} m/s; in {:.0}, out {:.0} vehicles/h; {:.1} there{refused}; {} of {} advised in the first drive",
+        value(|v| Some(v.network?.space_mean_speed_mps)).unwrap_or(0.0),
         value(|v| Some(v.network?.inflow_per_h)).unwrap_or(0.0),
         value(|v| Some(v.network?.outflow_per_h)).unwrap_or(0.0),
         value(|v| Some(v.network?.vehicles_present)).unwrap_or(0.0),

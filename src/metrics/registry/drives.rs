@@ -11,7 +11,10 @@ pub(super) const MEASURES: &[Measure] = &[
         "speed of all vehicles, the ego vehicle included: mean over vehicles and ticks (100 a second; over \
          steps of 0.1 s, as in published figures, it differs by up to about 0.001 m/s)",
     )
-    .on_networks("mean over ticks of the mean over the vehicles present"),
+    .on_networks(
+        "mean over ticks of the mean over the vehicles present, so that moments with few vehicles count as much as others; the \
+         space-mean speed counts each vehicle's time",
+    ),
     all_vehicles(
         "baseline_speed_mps",
         "Mean speed of all vehicles without advice",

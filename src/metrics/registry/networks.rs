@@ -8,8 +8,8 @@ pub(super) const MEASURES: &[Measure] = &[
         "space_mean_speed_mps",
         "Space-mean speed of all vehicles",
         "m/s",
-        "distance driven by all vehicles over their time on the network (Edie 1963), at full seconds, at which all \
-         vehicles are recorded",
+        "distance driven by all vehicles over their time on the network (Edie 1963); in recorded drives at full seconds, \
+         at which all vehicles are recorded; equal to the mean speed if the number of vehicles never changes",
     )
     .on_networks_alone()
     .by("Edie 1963"),
