@@ -95,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn no_gap_lets_a_driver_overshoot_the_leaders_speed_in_a_tenth_of_a_second() {
+    fn a_driver_overshoots_the_leaders_speed_in_a_step_at_no_gap() {
         let model = OptimalVelocityParams::default();
         for gap_m in [0.0, 1e-6, 0.01, 0.5, 1.4] {
             let after_mps = 0.1 * model.acceleration(0.0, 2.0, gap_m, 30.0);

@@ -230,7 +230,7 @@ impl Feature {
         matches!(self, Reaction | SpeedBias | TrackingError | TimeGapFactor | Willingness) || self.is_latent()
     }
 
-    /// Returns true for features of the whole ring and of the driver's present state, which nobody on a road knows.
+    /// Returns true for features of the whole ring and of the driver's present state, unknown on real roads.
     pub fn is_of_whole_ring(self) -> bool {
         use Feature::{Deviation, RingMeanSpeed, RingSpeedSd, WaveCos1, WaveCos2, WaveSin1, WaveSin2};
         matches!(self, Deviation | RingMeanSpeed | RingSpeedSd | WaveCos1 | WaveSin1 | WaveCos2 | WaveSin2)

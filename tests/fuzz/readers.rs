@@ -177,6 +177,7 @@ const MOMENT: Observation = Observation {
     driver: None,
     latents: [0.0; 4],
     corrected_mps: None,
+    ring: None,
     road: RoadAhead {
         speed_limit_mps: 8.0,
         bend_per_m: 0.0,
