@@ -65,7 +65,7 @@ flat_settings! {
             #[schemars(range(min = 0.0, max = 1000.0), extend("unit" = "m"))]
             least_spacing_m: f64 = 0.0,
             /// Drivers of the other vehicles: ring-study (all alike, with the model `idm`), people as they were measured (safe-followers,
-            /// gap-closers), or a population's FILE.toml; of several, with commas, each block of sixteen rings has the next one
+            /// gap-closers), or a population's FILE.toml
             traffic_drivers: String = traffic::RING_STUDY.into(),
             /// Car-following model of the other vehicles with ring-study drivers: v0=30,T=1,a=1,b=1.5,delta=4,s0=2,noise=0.2
             idm: IdmParams = IdmParams::default(),
