@@ -65,6 +65,17 @@ pub enum PolicyError {
         /// Policy name as the user gave it.
         name: String,
     },
+    /// The policy sees the whole ring or the driver's deviation. A drive does not supply them.
+    #[error(
+        "policy {name} sees `{feature}`, which is known only while training and in codrive evaluate on fast rings\n  remedy: name \
+         another policy"
+    )]
+    SeesWholeRing {
+        /// Policy name as the user gave it.
+        name: String,
+        /// Name of the first such input.
+        feature: &'static str,
+    },
     /// The policy needs more of the road than training and evaluation rings have.
     #[error(
         "policy {name} needs whole drives: it {why} on rings of training and evaluation\n  remedy: use codrive run, or \

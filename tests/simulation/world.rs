@@ -425,3 +425,12 @@ fn a_policy_that_needs_driver_traits_is_refused_without_them() {
     // With its estimator, the policy infers the driver by itself.
     assert!(asked("ring-250-personal".into()).is_ok());
 }
+
+#[test]
+fn a_policy_that_sees_the_whole_ring_is_refused_in_a_drive() {
+    let policy = "assets/benchmarks/worlds/limit/gap-closers-people-1.toml";
+    let drive = World::new(&Scenario { policy: policy.into(), ..scenario("native") });
+    let printed = drive.map(|_| ()).unwrap_err().to_string();
+    let words = "sees `ring_mean_speed`, which is known only while training and in codrive evaluate on fast rings";
+    assert!(printed.contains(words) && printed.contains("remedy: "), "{printed}");
+}

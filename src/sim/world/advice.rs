@@ -199,6 +199,11 @@ fn read(
     settings: &PolicySettings,
 ) -> Result<PolicySource, WorldError> {
     let source = PolicySource::read(name, settings)?;
+    let policy = source.engage();
+    let inputs = policy.as_deref().map_or(&[][..], Policy::inputs);
+    if let Some(input) = inputs.iter().find(|input| input.feature.is_of_whole_ring()) {
+        return Err(PolicyError::SeesWholeRing { name: name.into(), feature: input.feature.name() }.into());
+    }
     // Without a set speed these controllers aim for a ring's equilibrium speed.
     let aims =
         matches!(name, "constant" | "follower-stopper" | "linear-feedback") && drive.scenario().policy_speed_mps <= 0.0;
