@@ -243,7 +243,7 @@ impl SimulatedDriver {
             let off_mps = wanted_mps - now.speed_mps;
             reach(wanted_mps - off_mps.clamp(-p.deadband_mps, p.deadband_mps))
         });
-        // The line is treated as a standing leader, whatever the rule for leaders is; no measured model has seen lines.
+        // The line is treated as a standing leader, whatever the rule for leaders is. Measured models know no lines.
         let stop = stop_ahead_m.map_or(f64::INFINITY, |gap_m| by(&CarFollowing::Idm(p.idm), gap_m, 0.0));
         behind.min(advised).min(road).min(stop)
     }

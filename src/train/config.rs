@@ -177,8 +177,8 @@ flat_settings! {
         group network: NetworkConfig {
             /// Inputs of the policy. Traffic: speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
             /// log_hold, controller_speed, advised. Whole ring (only while training, and in evaluations on fast rings): ring_mean_speed,
-            /// ring_speed_sd, wave_cos_1, wave_sin_1, wave_cos_2, wave_sin_2, deviation. Driver: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or latent_1 to
-            /// latent_4 (estimator "variational")
+            /// ring_speed_sd, wave_cos_1, wave_sin_1, wave_cos_2, wave_sin_2, deviation. Driver: reaction, speed_bias, tracking_error,
+            /// time_gap_factor, willingness, or latent_1 to latent_4 (estimator "variational")
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// Scaling of the inputs
             scaling: Scaling = Scaling::default(),

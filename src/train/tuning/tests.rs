@@ -130,6 +130,7 @@ fn a_penalty_is_part_of_the_objective_and_of_the_files_head() {
     let results = evaluate(&task.config.held(1.0), STREAM, 16, || Some(task.start.policy(0.1)));
     let mean = |of: fn(&crate::metrics::EvaluationResult) -> f64| results.iter().map(of).sum::<f64>() / 16.0;
     let sd_mps = mean(|drive| drive.speed_sd_over_vehicles_mps);
+    // The deviation must be far above rounding, or the next line would hold without the penalty.
     assert!((plain - mean(|drive| drive.mean_speed_mps)).abs() < 1e-12 && sd_mps > 0.05, "{plain} {sd_mps}");
     assert!((task.value_mps(&task.start) - (plain - 0.25 * sd_mps)).abs() < 1e-12);
     let file = task.file(&run(&task));
