@@ -12,7 +12,7 @@ use crate::controls::{STEERING_LOCK_RAD, STEERING_RATIO};
 use std::{
     io,
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
     thread::JoinHandle,
@@ -53,13 +53,42 @@ impl SharedAngle {
     }
 }
 
-/// Exchange between the drive loop and the force thread: the last input with its time, the last torque, and the request
-/// to stop.
+/// Torques that were sent since the drive loop last asked.
+#[derive(Debug, Default)]
+struct SentTorques {
+    sum_nm: f64,
+    count: u32,
+    last_nm: f64,
+}
+
+impl SentTorques {
+    fn add(&mut self, torque_nm: f64) {
+        self.sum_nm += torque_nm;
+        self.count += 1;
+        self.last_nm = torque_nm;
+    }
+
+    /// Returns the mean and begins anew; without a torque since then, the last one is still in force.
+    fn take_mean_nm(&mut self) -> f64 {
+        let mean_nm = if self.count == 0 { self.last_nm } else { self.sum_nm / f64::from(self.count) };
+        *self = Self { last_nm: self.last_nm, ..Self::default() };
+        mean_nm
+    }
+}
+
+/// Exchange between the drive loop and the force thread: the last input with its time, the torques sent, and the
+/// request to stop.
 #[derive(Debug, Default)]
 struct LoggedMessage {
     force_input: Mutex<(ForceInput, TimeStamp)>,
-    torque: SharedAngle,
+    torques: Mutex<SentTorques>,
     stop: AtomicBool,
+}
+
+impl LoggedMessage {
+    fn torques(&self) -> MutexGuard<'_, SentTorques> {
+        self.torques.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Handle of the running thread; dropping it ends the thread.
@@ -131,7 +160,7 @@ impl ForceThread {
             while !of_thread.stop.load(Ordering::Relaxed) {
                 let (force_input, at) = *of_thread.force_input.lock().unwrap_or_else(PoisonError::into_inner);
                 match force.turn(TimeStamp::now(), angle.get(), &force_input, at) {
-                    Ok(torque_nm) => of_thread.torque.set(torque_nm),
+                    Ok(torque_nm) => of_thread.torques().add(torque_nm),
                     Err(error) => {
                         // ENODEV means an unplugged wheel, which the reading thread reports.
                         log::warn!("the wheel accepts no more force ({error}); the drive continues without force");
@@ -142,7 +171,7 @@ impl ForceThread {
                 next = turn_after(next, now);
                 std::thread::sleep(now.until(next));
             }
-            of_thread.torque.set(0.0);
+            of_thread.torques().add(0.0);
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -152,9 +181,10 @@ impl ForceThread {
         *self.shared.force_input.lock().unwrap_or_else(PoisonError::into_inner) = (force_input, TimeStamp::now());
     }
 
-    /// Returns the torque that was last sent, N m, positive to the left.
-    pub fn torque_nm(&self) -> f64 {
-        self.shared.torque.get()
+    /// Returns the mean torque that was sent since the last call, N m, positive to the left. The last value alone would
+    /// miss the pushes on a slow display: the force fades out before each late picture.
+    pub fn take_torque_nm(&self) -> f64 {
+        self.shared.torques().take_mean_nm()
     }
 }
 
@@ -225,6 +255,20 @@ mod tests {
                 [planned_us, now_us, expected_us].map(|us| TimeStamp(Duration::from_micros(us)));
             assert_eq!(turn_after(planned, now), expected, "planned for {planned_us} us, asked at {now_us} us");
         }
+    }
+
+    #[test]
+    fn the_torque_of_a_frame_is_the_mean_since_the_frame_before() {
+        let mut torques = SentTorques::default();
+        assert_eq!(torques.take_mean_nm(), 0.0);
+        // A push that has faded out when the next picture comes.
+        for torque_nm in [-0.5, -0.7, -0.3, 0.0, 0.0] {
+            torques.add(torque_nm);
+        }
+        assert!((torques.take_mean_nm() + 0.3).abs() < 1e-12);
+        torques.add(-0.2);
+        assert_eq!(torques.take_mean_nm(), -0.2);
+        assert_eq!(torques.take_mean_nm(), -0.2, "the level is held until the next one");
     }
 
     #[test]

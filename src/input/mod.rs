@@ -120,9 +120,10 @@ impl Devices {
         self.pads.set_force_input(force_input);
     }
 
-    /// Returns the torque that was last sent to the wheel, N m, positive to the left; `None` without force feedback.
-    pub fn torque_nm(&self) -> Option<f64> {
-        self.rig.torque_nm().or_else(|| self.pads.torque_nm())
+    /// Returns the mean torque that was sent to the wheel since the last call, N m, positive to the left; `None` without
+    /// force feedback.
+    pub fn take_torque_nm(&self) -> Option<f64> {
+        self.rig.take_torque_nm().or_else(|| self.pads.take_torque_nm())
     }
 
     /// Checks whether the horn is held, on the keyboard or on the wheel.

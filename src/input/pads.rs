@@ -137,9 +137,9 @@ impl Pads {
         }
     }
 
-    /// Returns the torque that was last sent, N m, positive to the left; `None` without force feedback.
-    pub fn torque_nm(&self) -> Option<f64> {
-        Some(self.force.as_ref()?.thread.torque_nm())
+    /// Returns the mean torque that was sent since the last call, N m, positive to the left; `None` without force feedback.
+    pub fn take_torque_nm(&self) -> Option<f64> {
+        Some(self.force.as_ref()?.thread.take_torque_nm())
     }
 
     /// Returns the actions of buttons pressed since the last call: d-pad, south button and shoulder buttons.
@@ -405,10 +405,12 @@ mod tests {
         let axes = known_wheel(Some(0x046d), Some(0xc24f), "G29").unwrap();
         let kind = PadDeviceKind::Wheel { axes, state: GilrsWheelState::default() };
         pads.devices.insert(7, PadDevice { name: "G29".into(), kind });
-        assert_eq!(pads.torque_nm(), None);
+        assert_eq!(pads.take_torque_nm(), None);
+        let mut torque_nm = None;
         pads.push(7, Box::new(log.clone()), &profiles::named("g29").unwrap());
         for _ in 0..100 {
             assert!(!pads.poll());
+            torque_nm = pads.take_torque_nm();
             pads.set_force_input(ForceInput {
                 aligning_nm: 4.0,
                 speed_mps: 10.0,
@@ -418,12 +420,12 @@ mod tests {
             });
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
-        assert!(pads.torque_nm().unwrap() > 1.3);
+        assert!(torque_nm.unwrap() > 1.3);
         let strongest = log.0.lock().unwrap().iter().flatten().min().copied();
         assert!(strongest.is_some_and(|level| level < -20_000), "to the left, against the axis: {strongest:?}");
         pads.disconnect(7);
         assert_eq!(log.0.lock().unwrap().last(), Some(&None));
-        assert!(pads.force.is_none() && pads.torque_nm().is_none());
+        assert!(pads.force.is_none() && pads.take_torque_nm().is_none());
     }
 
     #[test]
@@ -452,7 +454,7 @@ mod tests {
         pads.strengthen(1, (0x046d, 0xcffe), "Some wheel");
         assert_eq!(pads.take_troubles(), [""; 0]);
         pads.disconnect(1);
-        assert!(pads.torque_nm().is_some(), "the force is that of 7");
+        assert!(pads.take_torque_nm().is_some(), "the force is that of 7");
     }
 
     #[test]

@@ -188,9 +188,9 @@ impl Rig {
         }
     }
 
-    /// Returns the torque that was last sent, N m, positive to the left; `None` without force feedback.
-    pub fn torque_nm(&self) -> Option<f64> {
-        Some(self.wheel.as_ref()?.force.as_ref()?.torque_nm())
+    /// Returns the mean torque that was sent since the last call, N m, positive to the left; `None` without force feedback.
+    pub fn take_torque_nm(&self) -> Option<f64> {
+        Some(self.wheel.as_ref()?.force.as_ref()?.take_torque_nm())
     }
 
     /// Puts the selector into drive.

@@ -196,12 +196,12 @@ fn a_new_profile_reopens_the_wheel_after_the_old_force_has_ended() {
     };
     until(&mut rig, "Logitech G29");
     rig.calibrate().unwrap();
-    assert!(rig.calibration().is_some() && rig.torque_nm().is_some());
+    assert!(rig.calibration().is_some() && rig.take_torque_nm().is_some());
     rig.take(WheelProfile { name: "Rig 1".into(), ..profiles::named("g29").unwrap() });
-    assert!(rig.calibration().is_none() && rig.torque_nm().is_none());
+    assert!(rig.calibration().is_none() && rig.take_torque_nm().is_none());
     assert_eq!(log.0.lock().unwrap().last(), Some(&None), "the old force has ended before the new one begins");
     until(&mut rig, "Rig 1");
-    assert!(rig.torque_nm().is_some());
+    assert!(rig.take_torque_nm().is_some());
     rig.calibrate().unwrap();
     rig.end_calibration();
     assert!(rig.calibration().is_none());

@@ -259,6 +259,7 @@ impl LiveDrive {
     /// The traffic engine failed, or the recording cannot be written.
     pub fn advance(&mut self, elapsed: Duration, mut watch: impl FnMut(&World)) -> Result<DueTicks, RunError> {
         self.poll_devices();
+        let torque_nm = self.devices.take_torque_nm();
         self.contacts.pass(elapsed);
         if self.drive.world.is_stopped() {
             self.update_rig();
@@ -267,7 +268,7 @@ impl LiveDrive {
         let Self { drive, devices, summary, contacts, lane_help, recording, lab, sound, picture, .. } = self;
         lab.begin_frame();
         let mut recorded = Ok(());
-        recording.force(devices.torque_nm());
+        recording.force(torque_nm);
         let ticked = TimeStamp::now();
         let due = drive.frame(
             elapsed,

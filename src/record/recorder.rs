@@ -151,7 +151,7 @@ impl Recorder {
         }
     }
 
-    /// Sets the torque sent to the wheel's motor, N m, for all ticks from here on; `None` without force feedback.
+    /// Sets the mean torque sent to the wheel's motor, N m, for all ticks from here on; `None` without force feedback.
     pub fn force(&mut self, wheel_force_nm: Option<f64>) {
         self.wheel_force_nm = wheel_force_nm;
     }

@@ -203,7 +203,7 @@ fn a_wheel_that_is_held_to_one_side_is_pushed_to_the_other() {
         seat.frames(40);
         let sent = seat.sent();
         assert!(sent.iter().all(|sent| matches!(sent, Sent::Level(level) if level.signum() != -to_the)), "{sent:?}");
-        let torque_nm = seat.live.devices.torque_nm().unwrap();
+        let torque_nm = seat.live.devices.take_torque_nm().unwrap();
         assert_eq!(torque_nm.signum(), -f64::from(to_the), "{torque_nm}: positive turns to the left");
     }
 }
@@ -221,7 +221,7 @@ fn no_force_during_a_pause_even_if_the_wheel_is_turned() {
         seat.frames(15);
     }
     assert!(!seat.sent().iter().any(is_force), "{:?}", seat.sent());
-    assert_eq!(seat.live.devices.torque_nm(), Some(0.0));
+    assert_eq!(seat.live.devices.take_torque_nm(), Some(0.0));
     seat.live.toggle_pause();
     seat.bend();
 }
@@ -230,10 +230,10 @@ fn no_force_during_a_pause_even_if_the_wheel_is_turned() {
 fn time_stops_while_the_wheel_is_unplugged_and_force_fades_in_afterwards() {
     let mut seat = Seat::new();
     seat.bend();
-    let full = seat.live.devices.torque_nm().unwrap().abs();
+    let full = seat.live.devices.take_torque_nm().unwrap().abs();
     seat.plugged.store(false, Ordering::Relaxed);
     seat.until("the pause", |seat| seat.live.waits_for_wheel());
-    assert_eq!((seat.last(), seat.live.devices.torque_nm()), (Some(Sent::End), None), "{:?}", seat.sent());
+    assert_eq!((seat.last(), seat.live.devices.take_torque_nm()), (Some(Sent::End), None), "{:?}", seat.sent());
     let stood = seat.live.drive.world.snapshot().tick;
     seat.forget();
     seat.frames(30);

@@ -278,7 +278,7 @@ fn a_drive_pushes_against_the_hand_but_not_in_a_pause_or_after_a_panic() {
             sleep(Duration::from_millis(10));
         }
     };
-    while live.devices.torque_nm().is_none() {
+    while live.devices.take_torque_nm().is_none() {
         frames(&mut live, 1);
     }
     // Held to the left, with the accelerator pressed, the wheel is pushed to the right.

@@ -35,12 +35,13 @@ pub struct EgoRow {
     pub advice: Option<Advice>,
     /// Mean speed of all vehicles, m/s.
     pub mean_speed_mps: f64,
-    /// Torque sent to the wheel's motor, N m, positive to the left; `None` without force feedback.
+    /// Mean torque sent to the wheel's motor since the frame before, N m, positive to the left; `None` without force
+    /// feedback.
     pub wheel_force_nm: Option<f64>,
 }
 
 impl EgoRow {
-    /// Returns the row of a snapshot; `wheel_force_nm` is the torque sent to the wheel's motor.
+    /// Returns the row of a snapshot; `wheel_force_nm` is the mean torque sent to the wheel's motor.
     pub fn of(snapshot: &Snapshot, controls: &Controls, wheel_force_nm: Option<f64>, hash: u64) -> Self {
         Self {
             tick: snapshot.tick,
