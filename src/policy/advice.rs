@@ -118,6 +118,11 @@ pub trait Policy: Send {
         false
     }
 
+    /// Returns true if the policy needs the driver as observed from their own history.
+    fn observes_driver(&self) -> bool {
+        self.inputs().iter().any(|input| input.feature.is_observed())
+    }
+
     /// Inputs of a trained policy with their scales; empty for controllers.
     fn inputs(&self) -> &[NetworkInput] {
         &[]

@@ -1,6 +1,9 @@
 //! Source of advice: asks the policy, or takes advice from outside. In: an observation each step. Out: a new advice each hold.
 
-use super::{Action, Advice, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives, length_out_of_scale};
+use super::{
+    Action, Advice, DriverObserver, Hold, MeanSpeed, Observation, ObservedDriver, OutsideAdvice, Policy, WhoDrives,
+    length_out_of_scale,
+};
 use crate::time::Tick;
 
 /// Largest difference between the shown speed, before the new hold is added, and the driver's speed, m/s.
@@ -30,6 +33,8 @@ pub struct Advisor {
     range_mps: f64,
     steps: u64,
     mean_speed: MeanSpeed,
+    /// Observer of the driver; `None` if the policy does not need one.
+    observer: Option<DriverObserver>,
     standing: Option<Advice>,
 }
 
@@ -66,8 +71,13 @@ impl Advisor {
     }
 
     fn of(origin: AdviceOrigin, hold: Hold, range_mps: f64) -> Self {
-        let mean_speed = MeanSpeed::default();
-        Self { origin, hold, range_mps, steps: 0, mean_speed, standing: None }
+        let is_observed = match &origin {
+            AdviceOrigin::Nobody => false,
+            AdviceOrigin::Policy(policy) => policy.observes_driver(),
+            AdviceOrigin::Outside(_) => true,
+        };
+        let (mean_speed, observer) = (MeanSpeed::default(), is_observed.then(DriverObserver::default));
+        Self { origin, hold, range_mps, steps: 0, mean_speed, observer, standing: None }
     }
 
     /// Sets the action to advise from the next step on; no effect if a policy is asked.
@@ -77,13 +87,27 @@ impl Advisor {
         }
     }
 
-    /// Completes an observation with the hold, the mean speed and the current advice, as the policy gets it in this step.
+    /// Completes an observation with the hold, the mean speed, the current advice and the observed driver, as the policy gets it in
+    /// this step.
     pub fn complete_observation(&self, observation: &Observation) -> Observation {
-        let mut mean_speed = self.mean_speed;
+        self.completed(observation, &mut self.mean_speed.clone(), &mut self.observer.clone())
+    }
+
+    fn completed(
+        &self,
+        observation: &Observation,
+        mean_speed: &mut MeanSpeed,
+        observer: &mut Option<DriverObserver>,
+    ) -> Observation {
+        let step_s = self.hold.step_s();
+        let advised_mps = self.standing.map(|advice| advice.target_mps);
         Observation {
             hold_s: self.hold.seconds(),
-            mean_speed_mps: mean_speed.watch(observation.speed_mps, self.hold.step_s()),
-            advised_mps: self.standing.map(|advice| advice.target_mps),
+            mean_speed_mps: mean_speed.watch(observation.speed_mps, step_s),
+            advised_mps,
+            observed: observer
+                .as_mut()
+                .map_or(ObservedDriver::default(), |o| o.watch(observation, advised_mps, step_s)),
             ..*observation
         }
     }
@@ -93,8 +117,9 @@ impl Advisor {
         if matches!(self.origin, AdviceOrigin::Nobody) {
             return None;
         }
-        let observation = &self.complete_observation(observation);
-        self.mean_speed.watch(observation.speed_mps, self.hold.step_s());
+        let (mut mean_speed, mut observer) = (self.mean_speed, self.observer.take());
+        let observation = &self.completed(observation, &mut mean_speed, &mut observer);
+        (self.mean_speed, self.observer) = (mean_speed, observer);
         let due = self.steps.is_multiple_of(u64::from(self.hold.steps()));
         let time_s = self.steps as f64 * self.hold.step_s();
         self.steps += 1;

@@ -73,6 +73,12 @@ pub enum Feature {
     ControllerSpeed,
     /// Target of the current advice, m/s; own speed without any.
     Advised,
+    /// Driver's present deviation from the advised speed, observed from their own history, m/s.
+    ObservedDeviation,
+    /// Driver's time from a new advice to the first response, observed likewise, s.
+    ObservedReaction,
+    /// Driver's time gap as a multiple of the other vehicles' time gap, observed likewise.
+    ObservedTimeGapFactor,
     /// Driver's present deviation from the speed that they seek, m/s; like all features of the whole ring known on simulated rings only.
     Deviation,
     /// Mean speed of all vehicles, m/s.
@@ -116,7 +122,7 @@ pub enum Feature {
 }
 
 /// All features in the order in which messages list them.
-pub const FEATURES: [Feature; 45] = [
+pub const FEATURES: [Feature; 48] = [
     Feature::Speed,
     Feature::LeaderSpeed,
     Feature::RelativeSpeed,
@@ -146,6 +152,9 @@ pub const FEATURES: [Feature; 45] = [
     Feature::PathLeft,
     Feature::ControllerSpeed,
     Feature::Advised,
+    Feature::ObservedDeviation,
+    Feature::ObservedReaction,
+    Feature::ObservedTimeGapFactor,
     Feature::Deviation,
     Feature::RingMeanSpeed,
     Feature::RingSpeedSd,
@@ -168,6 +177,11 @@ pub const FEATURES: [Feature; 45] = [
 pub const LATENTS: [Feature; MOST_LATENTS] = [Feature::Latent1, Feature::Latent2, Feature::Latent3, Feature::Latent4];
 
 impl Feature {
+    /// Returns true for features that [`DriverObserver`](super::DriverObserver) observes.
+    pub fn is_observed(self) -> bool {
+        matches!(self, Self::ObservedDeviation | Self::ObservedReaction | Self::ObservedTimeGapFactor)
+    }
+
     /// Returns the name used in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -200,6 +214,9 @@ impl Feature {
             Self::PathLeft => "path_left",
             Self::ControllerSpeed => "controller_speed",
             Self::Advised => "advised",
+            Self::ObservedDeviation => "observed_deviation",
+            Self::ObservedReaction => "observed_reaction",
+            Self::ObservedTimeGapFactor => "observed_time_gap_factor",
             Self::Deviation => "deviation",
             Self::RingMeanSpeed => "ring_mean_speed",
             Self::RingSpeedSd => "ring_speed_sd",
@@ -272,6 +289,9 @@ impl Feature {
             Self::PathLeft => o.road.path_left_m.unwrap_or(FAR_M),
             Self::ControllerSpeed => o.corrected_mps.unwrap_or(o.speed_mps),
             Self::Advised => o.advised_mps.unwrap_or(o.speed_mps),
+            Self::ObservedDeviation => o.observed.deviation_mps,
+            Self::ObservedReaction => o.observed.reaction_s,
+            Self::ObservedTimeGapFactor => o.observed.time_gap_factor,
             Self::Deviation => o.ring.unwrap_or_default().deviation_mps,
             Self::RingMeanSpeed => o.ring.unwrap_or_default().mean_speed_mps,
             Self::RingSpeedSd => o.ring.unwrap_or_default().speed_sd_mps,
@@ -376,8 +396,8 @@ pub const FIELD_INPUTS: [NetworkInput; 4] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::policy::WholeRing;
     use crate::policy::{DriverTraits, RoadAhead, SignalAhead};
+    use crate::policy::{ObservedDriver, WholeRing};
 
     #[test]
     fn the_default_is_the_scaling_of_the_field() {
@@ -404,6 +424,7 @@ mod tests {
             hold_s: 10.0,
             mean_speed_mps: 2.5,
             advised_mps: Some(4.0),
+            observed: ObservedDriver { deviation_mps: 0.35, reaction_s: 0.7, time_gap_factor: 1.3 },
             driver: Some(DriverTraits::of([1.2, -0.5, 0.4, 1.1, 0.8])),
             latents: [0.3, -1.3, 0.7, 2.1],
             corrected_mps: Some(3.5),
@@ -436,7 +457,7 @@ mod tests {
         let beside = [-2.0, 3.6, 21.0, 3.7, 22.0, 3.8, 23.0, 3.9];
         let of_traffic =
             [&of_traffic[..], &[13.9, -0.02, 8.0, 3.3], &beside, &[80.0, 0.0, 81.0, 82.0, 83.0, 400.0, 3.5]].concat();
-        let whole_ring = [4.0, -0.45, 2.9, 1.9, 0.6, -0.9, 0.15, -0.2];
+        let whole_ring = [4.0, 0.35, 0.7, 1.3, -0.45, 2.9, 1.9, 0.6, -0.9, 0.15, -0.2];
         let expected = [&of_traffic[..], &whole_ring, &[1.2, -0.5, 0.4, 1.1, 0.8, 0.3, -1.3, 0.7, 2.1]].concat();
         assert_eq!(FEATURES.len(), expected.len());
         for (feature, expected) in FEATURES.into_iter().zip(expected) {

@@ -4,6 +4,7 @@
 mod advice;
 mod advisor;
 mod controller;
+mod driver_observer;
 mod error;
 mod features;
 mod file_text;
@@ -21,6 +22,7 @@ pub mod onnx;
 #[path = "without_onnx.rs"]
 pub mod onnx;
 mod outside;
+mod probe;
 mod replayed;
 mod road_ahead;
 mod settings;
@@ -32,6 +34,7 @@ pub use controller::{
     CONTROLLERS, ConstantSpeed, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
     FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale, TwoPhase,
 };
+pub use driver_observer::{DriverObserver, ObservedDriver};
 pub use error::{PolicyError, PolicyFileError, PolicyFileFault};
 pub use features::{FEATURES, FIELD_INPUTS, Feature, LARGEST_LENGTH, LATENTS, NetworkInput, length_out_of_scale};
 pub use file_text::FORMAT;
@@ -47,6 +50,7 @@ pub use network::{
 pub use observation::{Observation, WholeRing};
 pub use onnx::OnnxPolicy;
 pub use outside::OutsideAdvice;
+pub use probe::Probe;
 pub use replayed::ReplayedAdvice;
 pub use road_ahead::{FAR_M, LaneBeside, LanesBeside, NearVehicle, RoadAhead, RoadKind, SignalAhead};
 pub use settings::{AUTOMATIC_SHARE, PolicySettings};

@@ -1,7 +1,7 @@
 //! Input of a policy at each step: the traffic around the ego, the advice in force, the driver and the road ahead. In: plain numbers, SI.
 //! Out: an [`Observation`].
 
-use super::{DriverTraits, RoadAhead, identification::MOST_LATENTS};
+use super::{DriverTraits, ObservedDriver, RoadAhead, identification::MOST_LATENTS};
 use std::f64::consts::TAU;
 
 /// Inputs available to a policy; the first four are HC22's.
@@ -23,6 +23,8 @@ pub struct Observation {
     pub mean_speed_mps: f64,
     /// Target of the current advice, m/s; set by [`Advisor`](super::Advisor).
     pub advised_mps: Option<f64>,
+    /// Driver as observed from their own history; set by [`Advisor`](super::Advisor) for policies that need it.
+    pub observed: ObservedDriver,
     /// Traits of the driver, if known or estimated.
     pub driver: Option<DriverTraits>,
     /// Latents of the driver from a variational encoder, dimensionless; 0 if unknown.

@@ -6,7 +6,7 @@ use crate::{
     driver::Population,
     idm::IdmParams,
     metrics::EvaluationResult,
-    policy::{Hold, NetworkInput, PolicySettings},
+    policy::{Hold, NetworkInput, PolicySettings, Probe},
     settings::flat_settings,
     space::CAR_LENGTH_M,
     traffic::{self, TrafficDrivers},
@@ -45,6 +45,16 @@ flat_settings! {
             /// Longest hold: blocks of rings have holds from hold_s to this in a geometric series; 0: hold_s
             #[schemars(range(min = 0.0, max = 600.0), extend("unit" = "s"))]
             hold_max_s: f64 = 0.0,
+            /// Amplitude of a square wave that is added to the advised speed at first, so that the driver's response tells who drives; 0: no
+            /// such probe
+            #[schemars(range(min = 0.0, max = 2.0), extend("unit" = "m/s"))]
+            probe_mps: f64 = 0.0,
+            /// Period of the probe; with long holds, two holds
+            #[schemars(range(min = 0.2, max = 60.0), extend("unit" = "s"))]
+            probe_period_s: f64 = 4.0,
+            /// Time for which the driver is probed, from the first advice on
+            #[schemars(range(min = 1.0, max = 3600.0), extend("unit" = "s"))]
+            probe_time_s: f64 = 60.0,
         }
         /// Distribution of the rings, and an episode on one of them.
         group ring: RingConfig {
@@ -176,9 +186,10 @@ flat_settings! {
         /// Inputs of the policy and its network.
         group network: NetworkConfig {
             /// Inputs of the policy. Traffic: speed, leader_speed, relative_speed, gap, headway, circumference, spacing, mean_speed,
-            /// log_hold, controller_speed, advised. Whole ring (only while training, and in evaluations on fast rings): ring_mean_speed,
-            /// ring_speed_sd, wave_cos_1, wave_sin_1, wave_cos_2, wave_sin_2, deviation. Driver: reaction, speed_bias, tracking_error,
-            /// time_gap_factor, willingness, or latent_1 to latent_4 (estimator "variational")
+            /// log_hold, controller_speed, advised. Driver, observed: observed_deviation, observed_reaction, observed_time_gap_factor.
+            /// Driver, estimated: reaction, speed_bias, tracking_error, time_gap_factor, willingness, or latent_1 to latent_4 (estimator
+            /// "variational"). Whole ring (only while training, and in evaluations on fast rings): ring_mean_speed, ring_speed_sd,
+            /// wave_cos_1, wave_sin_1, wave_cos_2, wave_sin_2, deviation
             sees: String = "speed,leader_speed,gap,circumference".into(),
             /// Scaling of the inputs
             scaling: Scaling = Scaling::default(),
@@ -380,6 +391,13 @@ impl TrainConfig {
     /// Returns a copy with this single hold, s.
     pub fn held(&self, hold_s: f64) -> Self {
         Self { advice: AdviceConfig { hold_s, hold_max_s: 0.0, ..self.advice.clone() }, ..self.clone() }
+    }
+
+    /// Returns the probe of the driver, if they are probed.
+    pub fn probe(&self) -> Option<Probe> {
+        let advice = &self.advice;
+        let (amplitude_mps, period_s, duration_s) = (advice.probe_mps, advice.probe_period_s, advice.probe_time_s);
+        (amplitude_mps > 0.0).then_some(Probe { amplitude_mps, period_s, duration_s })
     }
 
     /// Returns the shortest hold.

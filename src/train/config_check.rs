@@ -30,6 +30,10 @@ impl Settings for TrainConfig {
             let text = "residual_over is set; allowed: empty if action is \"acceleration\"";
             return Err(("residual_over", text.into()));
         }
+        if self.probe().is_some() && self.advice.action == ActionKind::Acceleration {
+            let text = format!("probe_mps is {}; allowed: 0 if action is \"acceleration\"", self.advice.probe_mps);
+            return Err(("probe_mps", text));
+        }
         if !self.is_residual() && self.inputs().iter().any(|input| input.feature == Feature::ControllerSpeed) {
             return Err(("sees", "sees names `controller_speed`; allowed: only if residual_over is set".into()));
         }

@@ -24,5 +24,6 @@ fn the_file_has_no_groups() {
         )
         .starts_with("train.toml:2:10: step_s is 0.025; allowed: a multiple of 0.01 s")
     );
+    assert!(refused("probe_mps = 0.2").starts_with("train.toml:1:13: probe_mps is 0.2; allowed: 0 if action is"));
     assert!(refused("\nhold_s = 0.25").starts_with("train.toml:2:10: hold_s is 0.25; allowed: a whole number"));
 }

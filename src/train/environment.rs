@@ -16,8 +16,8 @@ use super::{
 use crate::{
     metrics::DrivenBy,
     policy::{
-        Action, CorrectedAdvice, DriverTraits, Hold, MeanSpeed, Observation, WholeRing, identification::SAMPLE_S,
-        residual,
+        Action, CorrectedAdvice, DriverObserver, DriverTraits, Hold, MeanSpeed, NetworkInput, Observation,
+        ObservedDriver, Probe, WholeRing, identification::SAMPLE_S, residual,
     },
     rng::{self, Stream},
 };
@@ -84,6 +84,10 @@ pub struct VecEnv {
     rings: usize,
     /// Advice that the policy corrects; `None` if the policy corrects no other advice.
     corrected: Option<CorrectedLanes>,
+    /// Observers of the drivers, if the policy sees what they observe.
+    observers: Option<Vec<DriverObserver>>,
+    /// Probe of the drivers, if they are probed.
+    probe: Option<Probe>,
     /// True if observations have the state of the whole ring.
     is_whole_shown: bool,
 }
@@ -117,8 +121,11 @@ impl VecEnv {
             unsampled_steps: 0,
             rings: LANES,
             corrected: None,
+            observers: None,
+            probe: config.probe(),
             is_whole_shown: config.inputs().iter().any(|input| input.feature.is_of_whole_ring()),
         };
+        block.observe_drivers_for(&config.inputs());
         (0..LANES).for_each(|l| block.begin_episode(l));
         block
     }
@@ -158,6 +165,7 @@ impl VecEnv {
             hold_s: self.hold_length().seconds(),
             mean_speed_mps: f64::from(self.mean_ego_mps[l]),
             advised_mps: self.follower.advised_mps(l),
+            observed: self.observed(l),
             ..Observation::default()
         }
     }
@@ -165,6 +173,9 @@ impl VecEnv {
     /// Sets the advice that actions correct from now on.
     pub fn correct(&mut self, advice: &CorrectedAdvice) {
         self.corrected = Some(CorrectedLanes::new(advice, self.config.ring.step_s));
+        if let CorrectedAdvice::Network(network) = advice {
+            self.observe_drivers_for(&network.inputs);
+        }
         (0..LANES).for_each(|l| self.tell_corrected(l, CorrectedLanes::engage));
     }
 
@@ -244,7 +255,10 @@ impl VecEnv {
         let (steps, hold) = (self.hold_steps, self.hold_length());
         for (l, action) in actions.iter().enumerate() {
             let corrected_mps = self.corrected.as_ref().map(|lanes| lanes.advised_mps(l));
-            self.advise(l, Some(residual(corrected_mps, *action)), hold);
+            let advice = residual(corrected_mps, *action);
+            let time_s = f64::from(self.elapsed[l]) * hold.seconds();
+            let probed = self.probe.map_or(advice, |probe| probe.added_to(advice, time_s, hold.seconds()));
+            self.advise(l, Some(probed), hold);
         }
         let range_mps = self.config.range_mps() as f32;
         let fresh = MeanSpeed::share(self.config.ring.step_s) as f32;
@@ -271,6 +285,37 @@ impl VecEnv {
         std::array::from_fn(|l| self.follower.traits(l))
     }
 
+    /// Starts the observers of the drivers if these inputs need them.
+    fn observe_drivers_for(&mut self, inputs: &[NetworkInput]) {
+        if inputs.iter().any(|input| input.feature.is_observed()) {
+            self.observers = Some(vec![DriverObserver::default(); LANES]);
+            (0..LANES).for_each(|l| self.begin_observing(l));
+        }
+    }
+
+    /// Starts the observer of ring `l`, if there is one, for a new driver.
+    fn begin_observing(&mut self, l: usize) {
+        let seen = self.traffic(l);
+        if let Some(lanes) = &mut self.observers {
+            lanes[l] = DriverObserver::default();
+            lanes[l].watch(&seen, None, self.config.ring.step_s);
+        }
+    }
+
+    /// Passes the step just driven to the observers of the drivers.
+    fn watch_drivers(&mut self) {
+        let Some(mut lanes) = self.observers.take() else { return };
+        for (l, observer) in lanes.iter_mut().enumerate() {
+            observer.watch(&self.traffic(l), self.follower.advised_mps(l), self.config.ring.step_s);
+        }
+        self.observers = Some(lanes);
+    }
+
+    /// Returns the driver of ring `l` as observed.
+    fn observed(&self, l: usize) -> ObservedDriver {
+        self.observers.as_ref().map_or(ObservedDriver::default(), |lanes| lanes[l].observed())
+    }
+
     fn sample(&mut self) {
         self.unsampled_steps += 1;
         if self.unsampled_steps < (SAMPLE_S / self.config.ring.step_s).round().max(1.0) as u32 {
@@ -278,7 +323,10 @@ impl VecEnv {
         }
         self.unsampled_steps = 0;
         let advised = lane(|l| self.follower.advised_mps(l).map_or(-1.0, |advised| advised as f32));
-        let now = [*self.ring.ego_mps(), *self.ring.leader_mps(), *self.ring.gap_m(), advised];
+        let reaction_s = lane(|l| self.observed(l).reaction_s as f32);
+        let time_gap_factor = lane(|l| self.observed(l).time_gap_factor as f32);
+        let now =
+            [*self.ring.ego_mps(), *self.ring.leader_mps(), *self.ring.gap_m(), advised, reaction_s, time_gap_factor];
         if let Some(samples) = &mut self.samples {
             samples.push(now);
         }
@@ -334,6 +382,7 @@ impl VecEnv {
         self.equilibrium_mps[l] = self.stock_equilibrium_mps[self.used];
         self.elapsed[l] = 0;
         self.mean_ego_mps[l] = self.ring.ego_mps()[l];
+        self.begin_observing(l);
         self.tell_corrected(l, CorrectedLanes::engage);
         self.used += 1;
     }
@@ -414,6 +463,7 @@ impl VectorWork for AdvisedHold<'_> {
             for (mean, now) in block.mean_ego_mps.iter_mut().zip(&ego_mps) {
                 *mean += (now - *mean) * fresh;
             }
+            block.watch_drivers();
             if block.samples.is_some() {
                 block.sample();
             }

@@ -123,10 +123,10 @@ fn a_corrected_network_advises_in_training_as_in_a_drive() {
         driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
         ..config()
     };
-    // Its advice depends on everything that moves, on the hold, and on the mean speed, which the drive computes itself.
+    // Its advice depends on everything that moves, on the hold, and on the mean speed and the deviation, which the drive computes itself.
     let alone = TrainConfig {
         network: NetworkConfig {
-            sees: "speed,leader_speed,gap,spacing,mean_speed,log_hold".into(),
+            sees: "speed,leader_speed,gap,spacing,mean_speed,log_hold,observed_deviation".into(),
             ..NetworkConfig::default()
         },
         ..config.clone()
@@ -176,6 +176,37 @@ fn a_corrected_network_advises_in_training_as_in_a_drive() {
         }
     }
     assert!((0..LANES).any(|l| outcomes[l].last_seen.corrected_mps != training.observe(l).corrected_mps));
+}
+
+#[test]
+fn drivers_are_probed_in_training_as_in_a_drive() {
+    let config = TrainConfig {
+        advice: AdviceConfig { action: ActionKind::Speed, hold_s: 2.0, probe_mps: 0.25, ..config().advice },
+        driver: DriverConfig { follow: FollowKind::Driver, ..config().driver },
+        ..config()
+    };
+    let mut constant = Learner::new(&config).best().0;
+    let weights = vec![vec![0.0]; constant.inputs.len()];
+    // The limits are 0 and 10 m/s, and an output of -0.25 is 3.75 m/s.
+    constant.layers = vec![NetworkLayer { bias: vec![-0.25], weights }];
+    let (mut training, mut drive) = (block(&config), block(&config));
+    let advisor = |_| Advisor::new(Some(constant.clone().policy(config.ring.step_s)), config.hold(), 0.4);
+    let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+    for decision in 0..29 {
+        for step in 0..20 {
+            for (l, advisor) in advisors.iter_mut().enumerate() {
+                let now = Tick((decision * 20 + step) * 10);
+                if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
+                    // The period of 4 s is two holds.
+                    assert_eq!(advice.target_mps, if decision % 2 == 0 { 4.0 } else { 3.5 }, "{decision}");
+                    drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
+                }
+            }
+            drive.step();
+        }
+        training.hold(&all(Action::Speed(3.75)));
+        assert_eq!(training.rings().ego_mps(), drive.rings().ego_mps(), "{decision}");
+    }
 }
 
 /// Returns a policy that always adds `correction_mps` to the corrected advice.

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
-    policy::{Action, Advice, Advisor, DriverEstimate, DriverTraits, Hold, Policy, WhoDrives},
+    policy::{Action, Advice, Advisor, DriverEstimate, DriverTraits, Hold, Observation, Policy, WhoDrives},
     space::CAR_LENGTH_M,
     time::Tick,
 };
@@ -192,6 +192,11 @@ impl Advisors {
     /// Returns the current estimate of the driver by the policy of ring `l`, if it has an estimator.
     pub fn who_drives(&self, l: usize) -> Option<WhoDrives> {
         self.of[l].who_drives()
+    }
+
+    /// Returns the observation that the advisor of ring `l` is about to give its policy.
+    pub fn complete_observation(&self, l: usize, observation: &Observation) -> Observation {
+        self.of[l].complete_observation(observation)
     }
 
     /// Begins step number `step`: issues due advice.

@@ -73,9 +73,10 @@ fn input(feature: Feature, s: &Scaling) -> NetworkInput {
         | Feature::LaneEndDistance
         | Feature::PathLeft => (0.0, LINE_AHEAD_S * s.speed_to_mps),
         Feature::SignalGreen => (0.0, 1.0),
-        Feature::Reaction => (0.0, LONGEST_REACTION_S),
+        Feature::Reaction | Feature::ObservedReaction => (0.0, LONGEST_REACTION_S),
+        Feature::ObservedTimeGapFactor => (0.5, 1.5),
         // PeRP's drivers exceed this range; people do not.
-        Feature::Deviation | Feature::SpeedBias => (-2.0, 2.0),
+        Feature::ObservedDeviation | Feature::Deviation | Feature::SpeedBias => (-2.0, 2.0),
         Feature::TrackingError | Feature::Willingness => (0.0, 1.0),
         Feature::TimeGapFactor => (0.5, 1.5),
         // Covers 19 of 20 drivers: latents are distributed about as N(0, 1).

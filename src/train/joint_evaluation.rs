@@ -9,63 +9,51 @@ use super::{
 };
 use crate::{
     metrics::EvaluationResult,
-    policy::{Action, MeanSpeed, Observation, Policy},
+    policy::{Action, Observation, Policy},
 };
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// State of one ring shared between the joint call and the ring's advisor.
-#[derive(Clone, Copy, Debug, Default)]
-struct Answer {
-    mean_speed: MeanSpeed,
-    action: Option<Action>,
-}
+/// Action of one ring, shared between the joint call and the ring's advisor.
+type SharedAction = Arc<Mutex<Option<Action>>>;
 
 /// A policy that returns the action of the joint call.
 struct Answered {
-    answer: Arc<Mutex<Answer>>,
-    step_s: f64,
+    answer: SharedAction,
 }
 
 impl Policy for Answered {
-    fn watch(&mut self, seen: &Observation) {
-        self.answer.lock().unwrap_or_else(PoisonError::into_inner).mean_speed.watch(seen.speed_mps, self.step_s);
-    }
-
     fn act(&mut self, _time_s: f64, _observation: &Observation) -> Action {
-        let answer = self.answer.lock().unwrap_or_else(PoisonError::into_inner).action;
+        let answer = *self.answer.lock().unwrap_or_else(PoisonError::into_inner);
         // A missing action counts as NaN, for which the advisor has its own rule.
         answer.unwrap_or(Action::Speed(f64::NAN))
+    }
+
+    fn observes_driver(&self) -> bool {
+        true
     }
 }
 
 /// A block with the actions for its rings.
 struct AskedBlock {
     driven: EvaluatedBlock,
-    answers: Vec<Arc<Mutex<Answer>>>,
+    answers: Vec<SharedAction>,
 }
 
 impl AskedBlock {
     fn new(config: &TrainConfig, stream: &str, index: usize) -> Self {
-        let answers: Vec<Arc<Mutex<Answer>>> = (0..LANES).map(|_| Arc::default()).collect();
+        let answers: Vec<SharedAction> = (0..LANES).map(|_| Arc::default()).collect();
         let mut next = answers.iter();
         let policy = || {
             let answer = Arc::clone(next.next()?);
-            Some(Box::new(Answered { answer, step_s: config.ring.step_s }) as Box<dyn Policy>)
+            Some(Box::new(Answered { answer }) as Box<dyn Policy>)
         };
         Self { driven: EvaluatedBlock::new(config, stream, index, config.hold(), policy), answers }
     }
 
     /// Returns the observation that the advisor of ring `l` is about to give its policy.
-    fn observation(&self, l: usize, config: &TrainConfig) -> Observation {
-        let seen = self.driven.env.observe(l);
-        let mut mean_speed = self.answers[l].lock().unwrap_or_else(PoisonError::into_inner).mean_speed;
-        Observation {
-            hold_s: config.hold().seconds(),
-            mean_speed_mps: mean_speed.watch(seen.speed_mps, config.ring.step_s),
-            advised_mps: self.driven.advisors.standing(l).map(|advice| advice.target_mps),
-            ..seen
-        }
+    fn observation(&self, l: usize) -> Observation {
+        self.driven.advisors.complete_observation(l, &self.driven.env.observe(l))
     }
 }
 
@@ -84,12 +72,12 @@ pub fn evaluate_jointly<E>(
         (0..rings.div_ceil(LANES)).into_par_iter().map(|index| AskedBlock::new(config, stream, index)).collect();
     let mut left = steps(config, config.ring.horizon_s);
     while left > 0 {
-        let seen = |block: &AskedBlock| (0..LANES).map(|l| block.observation(l, config)).collect::<Vec<_>>();
+        let seen = |block: &AskedBlock| (0..LANES).map(|l| block.observation(l)).collect::<Vec<_>>();
         let seen: Vec<Observation> = blocks.iter().flat_map(seen).take(rings).collect();
         let actions = ask(&seen)?;
         let answers = blocks.iter().flat_map(|block| &block.answers);
         for (answer, action) in answers.zip(&actions) {
-            answer.lock().unwrap_or_else(PoisonError::into_inner).action = Some(*action);
+            *answer.lock().unwrap_or_else(PoisonError::into_inner) = Some(*action);
         }
         let steps = left.min(config.hold().steps().into());
         blocks.par_iter_mut().for_each(|block| (0..steps).for_each(|_| block.driven.step()));
@@ -107,7 +95,10 @@ mod tests {
     /// A policy whose action depends on everything that an advisor adds to the observation of traffic.
     fn answer(seen: &Observation) -> Action {
         let advised_mps = seen.advised_mps.unwrap_or(2.0);
-        Action::Speed(0.4 * seen.mean_speed_mps + 0.3 * seen.leader_speed_mps + 0.2 * advised_mps + 0.1 * seen.hold_s)
+        Action::Speed(
+            0.4 * seen.mean_speed_mps + 0.3 * seen.leader_speed_mps + 0.2 * advised_mps + 0.1 * seen.hold_s
+                - 0.1 * seen.observed.deviation_mps,
+        )
     }
 
     struct OneByOne;
@@ -115,6 +106,10 @@ mod tests {
     impl Policy for OneByOne {
         fn act(&mut self, _time_s: f64, seen: &Observation) -> Action {
             answer(seen)
+        }
+
+        fn observes_driver(&self) -> bool {
+            true
         }
     }
 

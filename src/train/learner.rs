@@ -406,6 +406,7 @@ pub fn network_of(config: &TrainConfig, layers: Vec<NetworkLayer>) -> Network {
         inputs: config.inputs(),
         layers,
         corrected: None,
+        probe: config.probe(),
         estimator: None,
         expected_gain: None,
     }

@@ -59,6 +59,8 @@ mod environment_tests;
 #[cfg(test)]
 mod learner_tests;
 #[cfg(test)]
+mod observed_driver_tests;
+#[cfg(test)]
 mod ring_tests;
 #[cfg(test)]
 mod trpo_tests;

@@ -39,6 +39,7 @@ fn network(levels: u32) -> Network {
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 64), layer(64, 64), layer(64, if levels == 0 { 1 } else { levels as usize })],
         corrected: None,
+        probe: None,
         estimator: None,
         expected_gain: None,
     }

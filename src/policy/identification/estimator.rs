@@ -1,7 +1,9 @@
 //! Parameters of the estimator as stored in a policy's file, and its arithmetic. In: the samples of one second. Out: the state of the
 //! recurrent unit and its readout.
 
-use super::{DriverEstimate, DriverTraits, INPUTS, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name};
+use super::{
+    DriverEstimate, DriverTraits, INPUTS, INPUTS_WITH_OBSERVED, LatentEstimate, MOST_LATENTS, WhoDrives, latent_name,
+};
 use crate::policy::{Feature, NetworkLayer, file_text::row};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -122,6 +124,16 @@ impl DriverEstimator {
         self.state_weights.len()
     }
 
+    /// Returns the number of inputs: [`INPUTS`], or [`INPUTS_WITH_OBSERVED`].
+    pub fn inputs(&self) -> usize {
+        if self.observes_driver() { INPUTS_WITH_OBSERVED } else { INPUTS }
+    }
+
+    /// Returns true if the inputs include the observed reaction time and time gap.
+    pub fn observes_driver(&self) -> bool {
+        self.weights.len() == INPUTS_WITH_OBSERVED
+    }
+
     /// Returns the length of the readout: a mean and a logarithm of a standard deviation per trait or latent.
     pub fn outputs(&self) -> usize {
         2 * self.traits.len()
@@ -167,7 +179,7 @@ impl DriverEstimator {
         for (part, rows, needed_rows, needed_columns) in [
             ("bias", biases(&self.bias), 1, GATES * units),
             ("state_bias", biases(&self.state_bias), 1, GATES * units),
-            ("weights", self.weights.clone(), INPUTS, GATES * units),
+            ("weights", self.weights.clone(), self.inputs(), GATES * units),
             ("state_weights", self.state_weights.clone(), units.max(1), GATES * units),
             ("readout.bias", biases(&self.readout.bias), 1, self.outputs()),
             ("readout.weights", self.readout.weights.clone(), units, self.outputs()),
@@ -190,7 +202,7 @@ impl DriverEstimator {
         Recurrent { state: vec![0.0; self.units()], from_input: vec![0.0; gates], from_state: vec![0.0; gates] }
     }
 
-    /// Updates the state with one second of input: [`INPUTS`] numbers.
+    /// Updates the state with one second of input: [`Self::inputs`] numbers.
     pub fn step(&self, inputs: &[f32], unit: &mut Recurrent) {
         let n = self.units();
         let Recurrent { state, from_input, from_state, .. } = unit;

@@ -14,7 +14,7 @@ mod traits;
 pub use estimate::{DriverEstimate, LatentEstimate, WhoDrives};
 pub use estimator::{DriverEstimator, EstimatedTrait, EstimatorFault, GATES, LOG_SD, Recurrent};
 pub use running::Identification;
-pub use sample::{INPUTS, SAMPLE_NUMBERS, SAMPLE_S, SAMPLES, sample};
+pub use sample::{INPUTS, INPUTS_WITH_OBSERVED, SAMPLE_NUMBERS, SAMPLE_S, SAMPLES, observed_inputs, sample};
 pub use traits::{DriverTraits, MOST_LATENTS, TRAITS, latent_name};
 
 #[cfg(test)]

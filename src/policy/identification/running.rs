@@ -1,6 +1,9 @@
 //! A running estimator for one driver. In: an [`Observation`] each step. Out: a [`WhoDrives`] once a second.
 
-use super::{DriverEstimator, INPUTS, Recurrent, SAMPLE_NUMBERS, SAMPLE_S, SAMPLES, WhoDrives, sample};
+use super::{
+    DriverEstimator, INPUTS_WITH_OBSERVED, Recurrent, SAMPLE_NUMBERS, SAMPLE_S, SAMPLES, WhoDrives, observed_inputs,
+    sample,
+};
 use crate::policy::Observation;
 
 /// A running estimator for one driver.
@@ -20,7 +23,7 @@ impl Identification {
         let unit = estimator.begin();
         let read = estimator.read(unit.state());
         let who_drives = estimator.of_readout(&read);
-        Self { estimator, steps: 0, inputs: Vec::with_capacity(INPUTS), unit, read, who_drives }
+        Self { estimator, steps: 0, inputs: Vec::with_capacity(INPUTS_WITH_OBSERVED), unit, read, who_drives }
     }
 
     /// Observes one step of `step_s` seconds.
@@ -37,10 +40,19 @@ impl Identification {
             return;
         }
         self.inputs.push(f32::from(u8::from(advised.is_some())));
+        if self.estimator.observes_driver() {
+            let [reaction_s, time_gap_factor] = [seen.observed.reaction_s, seen.observed.time_gap_factor];
+            self.inputs.extend(observed_inputs(reaction_s as f32, time_gap_factor as f32));
+        }
         self.estimator.step(&self.inputs, &mut self.unit);
         self.inputs.clear();
         self.estimator.read_into(self.unit.state(), &mut self.read);
         self.who_drives = self.estimator.of_readout(&self.read);
+    }
+
+    /// Returns true if the estimator needs the driver as observed.
+    pub fn observes_driver(&self) -> bool {
+        self.estimator.observes_driver()
     }
 
     /// Returns the current estimate.

@@ -12,6 +12,14 @@ pub const SAMPLES: usize = 5;
 /// Inputs of the recurrent unit: the samples, and 1 if an advice is in force, else 0.
 pub const INPUTS: usize = SAMPLE_NUMBERS * SAMPLES + 1;
 
+/// Inputs of the recurrent unit of a policy that observes its driver: those, and [`observed_inputs`].
+pub const INPUTS_WITH_OBSERVED: usize = INPUTS + 2;
+
+/// Returns the scaled reaction time and time gap of an observed driver, both given in s.
+pub fn observed_inputs(reaction_s: f32, time_gap_factor: f32) -> [f32; 2] {
+    [(reaction_s - 1.0) / 0.5, (time_gap_factor - 1.0) / 0.3]
+}
+
 /// Returns one scaled sample of a driver; speeds in m/s, the gap in m.
 pub fn sample(speed_mps: f32, leader_mps: f32, gap_m: f32, advised_mps: Option<f32>) -> [f32; SAMPLE_NUMBERS] {
     let short_mps = advised_mps.map_or(0.0, |advised| advised - speed_mps);

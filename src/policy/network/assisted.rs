@@ -1,23 +1,24 @@
-//! A network with helpers: an estimator of the driver, an advice that it corrects, and a predictor of gain that withholds advice. In: an
-//! [`Observation`] each step. Out: an [`Action`] each hold.
+//! A network with helpers: an estimator of the driver, an advice that it corrects, a probe, and a predictor of gain that withholds advice.
+//! In: an [`Observation`] each step. Out: an [`Action`] each hold.
 //!
 //! A network that corrects a controller or another network is a residual policy (Silver 2018; PeRP 2023 has one over a piecewise-constant
 //! policy). Its output is added to the other's speed, so that an untrained network is as good as the advice that it corrects.
 
 use super::{CorrectedAdvice, EngagedAdvice, ExpectedGain, Network};
 use crate::policy::{
-    Action, DriverEstimator, NetworkInput, Observation, Policy, WhoDrives, identification::Identification,
+    Action, DriverEstimator, NetworkInput, Observation, Policy, Probe, WhoDrives, identification::Identification,
 };
 
 /// Time for which withheld advice stays withheld, s. Without advice the driver reveals nothing, the estimate of the driver decays, and
 /// advice that returns too soon does its harm again.
 const SILENCE_STANDS_S: f64 = 600.0;
 
-/// A policy with its estimator, corrected advice and predictor of gain.
+/// A policy with its estimator, corrected advice, probe and predictor of gain.
 pub struct AssistedPolicy {
     network: Box<dyn Policy>,
     driver: Option<Identification>,
     corrected: Option<EngagedAdvice>,
+    probe: Option<Probe>,
     expected_gain: Option<ExpectedGain>,
     silent_until_s: f64,
     step_s: f64,
@@ -29,6 +30,7 @@ impl AssistedPolicy {
         network: Box<dyn Policy>,
         estimator: Option<DriverEstimator>,
         corrected: Option<CorrectedAdvice>,
+        probe: Option<Probe>,
         expected_gain: Option<ExpectedGain>,
         step_s: f64,
     ) -> Self {
@@ -37,6 +39,7 @@ impl AssistedPolicy {
             network,
             driver: estimator.map(Identification::new),
             corrected,
+            probe,
             expected_gain,
             silent_until_s: 0.0,
             step_s,
@@ -63,7 +66,8 @@ impl Policy for AssistedPolicy {
 
     fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
         let seen = self.assisted(time_s, observation);
-        residual(seen.corrected_mps, self.network.act(time_s, &seen))
+        let action = residual(seen.corrected_mps, self.network.act(time_s, &seen));
+        self.probe.map_or(action, |probe| probe.added_to(action, time_s, observation.hold_s))
     }
 
     fn abstains(&mut self, time_s: f64, observation: &Observation) -> bool {
@@ -80,6 +84,12 @@ impl Policy for AssistedPolicy {
 
     fn needs_driver_traits(&self) -> bool {
         self.driver.is_none() && self.network.needs_driver_traits()
+    }
+
+    fn observes_driver(&self) -> bool {
+        self.network.observes_driver()
+            || self.corrected.as_ref().is_some_and(EngagedAdvice::observes_driver)
+            || self.driver.as_ref().is_some_and(Identification::observes_driver)
     }
 
     fn inputs(&self) -> &[NetworkInput] {
@@ -99,12 +109,10 @@ impl Network {
     /// Returns a newly engaged policy with steps of `step_s` seconds.
     pub fn policy(self, step_s: f64) -> Box<dyn Policy> {
         let (estimator, gain) = (self.estimator.clone(), self.expected_gain.clone());
-        match (&estimator, &self.corrected, &gain) {
-            (None, None, None) => Box::new(self),
-            (_, corrected, _) => {
-                let corrected = corrected.clone();
-                Box::new(AssistedPolicy::new(Box::new(self), estimator, corrected, gain, step_s))
-            }
+        let (corrected, probe) = (self.corrected.clone(), self.probe);
+        match (&estimator, &corrected, &probe, &gain) {
+            (None, None, None, None) => Box::new(self),
+            _ => Box::new(AssistedPolicy::new(Box::new(self), estimator, corrected, probe, gain, step_s)),
         }
     }
 }

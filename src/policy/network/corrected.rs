@@ -74,6 +74,9 @@ pub(in crate::policy) fn stands_alone(network: &Network) -> Result<(), NotCorrec
     if network.estimator.is_some() || network.needs_driver_traits() {
         return Err(NotCorrectable::AsksWhoDrives);
     }
+    if network.probe.is_some() {
+        return Err(NotCorrectable::Probes);
+    }
     if network.expected_gain.is_some() { Err(NotCorrectable::IsSilent) } else { Ok(()) }
 }
 
@@ -123,6 +126,11 @@ impl EngagedAdvice {
             CorrectedAdvice::Controller(controller) => Self::Controller(EngagedController::new(controller, step_s)),
             CorrectedAdvice::Network(network) => Self::Network(network.clone()),
         }
+    }
+
+    /// Returns true if the advice needs the driver as observed.
+    pub fn observes_driver(&self) -> bool {
+        matches!(self, Self::Network(network) if network.observes_driver())
     }
 
     /// Observes one step; networks have no memory and ignore it.

@@ -3,6 +3,7 @@
 use super::*;
 use crate::policy::{
     Action, DriverEstimator, ExpectedGain, FORMAT, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings,
+    Probe,
 };
 
 /// Returns a network that advises half of the leader's speed, within 0 to 10 m/s.
@@ -19,6 +20,7 @@ fn half_the_leaders() -> Network {
         // Maps the leader's -1..1 to -1..0 of the advice.
         layers: vec![NetworkLayer { bias: vec![-0.5], weights: vec![vec![0.5]] }],
         corrected: None,
+        probe: None,
         estimator: None,
         expected_gain: None,
     }
@@ -109,6 +111,8 @@ fn a_network_that_does_not_stand_alone_is_refused_by_name_with_the_remedy() {
     let of_acceleration = Network { action: NetworkOutput::Acceleration, ..over(alone()) };
     let refused = Network::from_toml(&of_acceleration.to_toml()).unwrap_err().to_string();
     assert_eq!(refused, "only a policy whose action is \"speed\" can correct a controller or a network");
+    let probe = Some(Probe { amplitude_mps: 0.2, period_s: 4.0, duration_s: 60.0 });
+    assert_eq!(stands_alone(&Network { probe, ..alone() }), Err(NotCorrectable::Probes));
     let estimator: Option<DriverEstimator> = Network::from_file(&shipped_file("ring-250-personal")).unwrap().estimator;
     let asks = Network { estimator, ..alone() };
     assert_eq!(stands_alone(&asks), Err(NotCorrectable::AsksWhoDrives));

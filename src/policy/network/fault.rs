@@ -70,6 +70,9 @@ pub enum NotCorrectable {
     /// The network needs the driver's traits or latents.
     #[error("needs the driver's traits{}", REMEDY)]
     AsksWhoDrives,
+    /// The network probes its driver.
+    #[error("probes the driver by itself{}", REMEDY)]
+    Probes,
     /// The network withholds advice where it expects no gain.
     #[error("withholds advice where it expects no gain{}", REMEDY)]
     IsSilent,
@@ -116,6 +119,9 @@ pub enum SettingFault {
     /// The least spacing is negative or not finite.
     #[error("least_spacing_m must be 0 or more")]
     LeastSpacing,
+    /// The probe has a number that is not positive, or the policy advises an acceleration.
+    #[error("the probe's numbers must be above 0, and the policy's action \"speed\"")]
+    Probe,
     /// The bound on the expected gain is not finite.
     #[error("silent_below_mps must be a finite number")]
     SilentBelow,

@@ -14,6 +14,9 @@ impl Network {
         if let Some(corrected) = &self.corrected {
             corrected.write(&mut text);
         }
+        if let Some(probe) = &self.probe {
+            probe.write(&mut text);
+        }
         if let Some(estimator) = &self.estimator {
             estimator.write(&mut text);
         }
@@ -23,10 +26,17 @@ impl Network {
         text
     }
 
-    /// Appends the network without its corrected advice, estimator and expected gain. `path` is the enclosing table with a trailing dot,
+    /// Appends the network without its corrected advice, probe, estimator and expected gain. `path` is the enclosing table with a trailing dot,
     /// or empty.
     pub(super) fn write_alone(&self, text: &mut String, path: &str) {
-        let head = Self { layers: Vec::new(), corrected: None, estimator: None, expected_gain: None, ..self.clone() };
+        let head = Self {
+            layers: Vec::new(),
+            corrected: None,
+            probe: None,
+            estimator: None,
+            expected_gain: None,
+            ..self.clone()
+        };
         let mut table = toml::Table::try_from(head).unwrap_or_default();
         table.remove("layer");
         table.remove("inputs");

@@ -15,6 +15,7 @@ pub use fault::{CorrectionFault, ExpectedGainFault, NotCorrectable, PolicyNetwor
 
 use super::{
     Action, DriverEstimator, FORMAT, NetworkInput, NetworkLayer, Observation, Policy, PolicyFileError, PolicyFileFault,
+    Probe,
     features::withholds_advice,
     file_text::is_zero,
     layers::{check_layers, run_layers},
@@ -64,6 +65,9 @@ pub struct Network {
     /// Advice that the policy corrects, if any; the action is then added to that speed, m/s.
     #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
     pub corrected: Option<CorrectedAdvice>,
+    /// Probe of the driver, if the policy probes them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Probe>,
     /// Estimator of the driver's traits or latents, if the policy uses them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub estimator: Option<DriverEstimator>,
@@ -137,6 +141,7 @@ impl Network {
             return Err(PolicyNetworkFault::LevelsOrHolds);
         }
         self.corrected.as_ref().map_or(Ok(()), |advice| advice.check(self.action, self.least_spacing_m))?;
+        self.probe.as_ref().map_or(Ok(()), |probe| probe.check(self.action))?;
         if let Some(estimator) = &self.estimator {
             estimator.check()?;
             let expects = self.expected_gain.iter().flat_map(|gain| &gain.inputs);
@@ -246,6 +251,7 @@ mod tests {
                 NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
             ],
             corrected: None,
+            probe: None,
             estimator: None,
             expected_gain: None,
         }
@@ -261,7 +267,11 @@ mod tests {
     #[test]
     fn a_policy_survives_the_round_trip_through_its_file() {
         let with_gain = Network { expected_gain: Some(gain(1.0 / 3.0)), ..small(0, 1) };
-        for network in [small(0, 1), small(5, 5), with_gain] {
+        let probe = Some(Probe { amplitude_mps: 0.2, period_s: 4.0, duration_s: 60.0 });
+        let probing = Network { action: NetworkOutput::Speed, probe, ..small(0, 1) };
+        let of_acceleration = Network { probe, ..small(0, 1) };
+        assert_eq!(of_acceleration.check(), Err(SettingFault::Probe.into()));
+        for network in [small(0, 1), small(5, 5), with_gain, probing] {
             assert_eq!(Network::from_toml(&network.to_toml()).unwrap(), network);
         }
     }

@@ -31,6 +31,7 @@ fn network() -> Network {
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 16), layer(16, 1)],
         corrected: None,
+        probe: None,
         estimator: None,
         expected_gain: None,
     }

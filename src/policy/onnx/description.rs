@@ -2,7 +2,7 @@
 
 use super::DescriptionFault;
 use crate::{
-    policy::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, SettingFault, file_text::is_zero},
+    policy::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, Probe, SettingFault, file_text::is_zero},
     toml_text,
 };
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,9 @@ pub struct NetworkDescription {
     /// Advice that the network corrects, if any; the action is then added to that speed, m/s.
     #[serde(default, rename = "controller", skip_serializing_if = "Option::is_none")]
     pub corrected: Option<CorrectedAdvice>,
+    /// Probe of the driver, if the policy probes them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probe: Option<Probe>,
     /// Predictor of the gain from advice, used to withhold advice, if trained.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected_gain: Option<ExpectedGain>,
@@ -90,6 +93,7 @@ impl NetworkDescription {
             return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
         }
         d.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?;
+        d.probe.as_ref().map_or(Ok(()), |probe| probe.check(d.action))?;
         d.corrected.as_ref().map_or(Ok(()), |advice| advice.check(d.action, d.least_spacing_m))?;
         match d.inputs.iter().find(|input| !input.is_sound()) {
             Some(input) => Err(SettingFault::Input(input.feature).into()),

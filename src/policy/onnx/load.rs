@@ -61,9 +61,10 @@ impl OnnxPolicy {
     pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
         let policy = Box::new(self.clone());
         let (corrected, gain) = (self.description.corrected.clone(), self.description.expected_gain.clone());
-        match (&corrected, &gain) {
-            (None, None) => policy,
-            _ => Box::new(AssistedPolicy::new(policy, None, corrected, gain, step_s)),
+        let probe = self.description.probe;
+        match (&corrected, &probe, &gain) {
+            (None, None, None) => policy,
+            _ => Box::new(AssistedPolicy::new(policy, None, corrected, probe, gain, step_s)),
         }
     }
 

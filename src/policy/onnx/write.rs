@@ -82,6 +82,7 @@ fn description(network: &Network) -> NetworkDescription {
         output_name: Some(OUTPUT.into()),
         inputs: network.inputs.clone(),
         corrected: network.corrected.clone(),
+        probe: network.probe,
         expected_gain: network.expected_gain.clone(),
     }
 }

@@ -4,7 +4,7 @@
 use super::write::{file, node, rows_of, tensor};
 use crate::policy::{
     DriverEstimator,
-    identification::{GATES, INPUTS, SAMPLE_S, SAMPLES},
+    identification::{GATES, SAMPLE_S, SAMPLES},
 };
 use serde::Serialize;
 use tract_onnx::pb::GraphProto;
@@ -68,7 +68,7 @@ pub fn write_estimator(estimator: &DriverEstimator) -> Vec<u8> {
         graph.node.push(node(kind, &inputs, output));
     }
     product(&mut graph, NEXT, &estimator.readout.weights, &estimator.readout.bias, READ);
-    graph.input = vec![rows_of(SECOND, INPUTS), rows_of(STATE, units)];
+    graph.input = vec![rows_of(SECOND, estimator.inputs()), rows_of(STATE, units)];
     graph.output = vec![rows_of(READ, estimator.outputs()), rows_of(NEXT, units)];
     let description = Description {
         sample_s: SAMPLE_S,

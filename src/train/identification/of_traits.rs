@@ -11,7 +11,7 @@ use super::{
 use crate::{
     policy::{
         DriverEstimator,
-        identification::{DriverTraits, EstimatedTrait, INPUTS, TRAITS},
+        identification::{DriverTraits, EstimatedTrait, INPUTS, INPUTS_WITH_OBSERVED, TRAITS},
     },
     rng,
     train::{TrainConfig, adam::Adam, simd::LANES},
@@ -28,6 +28,7 @@ const LEAST_SPREAD: f64 = 0.05;
 /// An estimator of traits in training.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TraitLearner {
+    inputs: usize,
     units: usize,
     traits: Vec<EstimatedTrait>,
     theta: Vec<f32>,
@@ -39,13 +40,15 @@ impl TraitLearner {
     pub fn new(config: &TrainConfig) -> Self {
         let units = config.student.estimator_units as usize;
         let mut stream = rng::stream(config.seed, "train/estimator");
-        let theta: Vec<f32> = shape(units).first(&mut stream);
-        Self { units, traits: traits(config), adam: Adam::new(theta.len()), theta }
+        let is_observed = config.inputs().iter().any(|input| input.feature.is_observed());
+        let inputs = if is_observed { INPUTS_WITH_OBSERVED } else { INPUTS };
+        let theta: Vec<f32> = GruShape { inputs, units, outputs: 2 * TRAITS }.first(&mut stream);
+        Self { inputs, units, traits: traits(config), adam: Adam::new(theta.len()), theta }
     }
 
     /// Returns the shape of the recurrent unit.
     pub fn shape(&self) -> GruShape {
-        shape(self.units)
+        GruShape { inputs: self.inputs, units: self.units, outputs: 2 * TRAITS }
     }
 
     /// Returns the parameters of the recurrent unit.
@@ -99,10 +102,6 @@ impl TraitLearner {
     pub fn estimator(&self) -> DriverEstimator {
         estimator(self.shape(), &self.theta, &self.traits)
     }
-}
-
-fn shape(units: usize) -> GruShape {
-    GruShape { inputs: INPUTS, units, outputs: 2 * TRAITS }
 }
 
 /// Returns the mean and spread of each trait among the drivers of a configuration.

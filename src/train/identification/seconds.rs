@@ -5,8 +5,9 @@ use crate::{
     train::simd::{LANES, SimdLanes},
 };
 
-/// State of a block's egos at one instant: speed, leader's speed, gap, advice (negative: none); m/s and m.
-pub type BlockSample = [SimdLanes; 4];
+/// State of a block's egos at one instant: speed, leader's speed, gap, advice (negative: none), and the driver's observed reaction time,
+/// s, and time gap factor; m/s and m.
+pub type BlockSample = [SimdLanes; 6];
 
 /// Consecutive seconds of a block's rings.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,7 @@ use crate::{
     driver::Population,
     metrics::correlation,
     policy::{
-        DriverTraits, LatentEstimate, Observation,
+        DriverTraits, LatentEstimate, Observation, ObservedDriver,
         identification::{Identification, SAMPLES},
     },
     train::{
@@ -97,26 +97,31 @@ fn new_drivers_are_distinguished_by_their_bias_after_a_minute() {
 
 #[test]
 fn the_student_estimates_the_same_beside_the_rings_and_in_a_drive() {
-    let config = biased();
-    let learner = EstimatorLearner::new(&config);
+    for also_sees in ["", ",observed_reaction"] {
+        let mut config = biased();
+        config.network.sees += also_sees;
+        student_beside_the_rings_and_in_a_drive(&config);
+    }
+}
+
+fn student_beside_the_rings_and_in_a_drive(config: &TrainConfig) {
+    let learner = EstimatorLearner::new(config);
     let mut watcher = Watcher::new(&learner);
     let mut alone = Identification::new(learner.estimator());
     let number = |k: usize, salt: usize| 3.0 + ((k * 13 + salt * 7) % 10) as f32 / 5.0;
-    let seen = |k: usize| [number(k, 1), number(k, 2), number(k, 3), if k < 7 { -1.0 } else { number(k, 4) }];
+    let advised = |k: usize| if k < 7 { -1.0 } else { number(k, 4) };
     // The first step of a drive has no past.
     alone.watch(&Observation::default(), 0.2);
     for k in 0..SAMPLES * 12 {
-        let [speed, leader, gap, advised] = seen(k);
-        watcher.watch(
-            &[[[speed; LANES], [leader; LANES], [gap; LANES], [advised; LANES]]],
-            &[DriverTraits::default(); LANES],
-            None,
-        );
+        let seen = [number(k, 1), number(k, 2), number(k, 3), advised(k), number(k, 5), number(k, 6)];
+        watcher.watch(&[seen.map(|number| [number; LANES])], &[DriverTraits::default(); LANES], None);
+        let [speed_mps, leader_speed_mps, gap_m, advised, reaction_s, time_gap_factor] = seen.map(f64::from);
         let observation = Observation {
-            speed_mps: speed.into(),
-            leader_speed_mps: leader.into(),
-            gap_m: gap.into(),
-            advised_mps: (advised >= 0.0).then_some(advised.into()),
+            speed_mps,
+            leader_speed_mps,
+            gap_m,
+            advised_mps: (advised >= 0.0).then_some(advised),
+            observed: ObservedDriver { deviation_mps: 0.0, reaction_s, time_gap_factor },
             ..Observation::default()
         };
         alone.watch(&observation, 0.2);

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     policy::{
         DriverEstimator, DriverTraits, WhoDrives,
-        identification::{INPUTS, SAMPLE_NUMBERS, SAMPLES, sample},
+        identification::{INPUTS_WITH_OBSERVED, SAMPLE_NUMBERS, SAMPLES, observed_inputs, sample},
     },
     train::simd::LANES,
 };
@@ -107,15 +107,19 @@ impl Watcher {
 
     /// Returns the inputs of the second just completed, one row per ring.
     fn inputs(&self) -> Vec<f32> {
-        let mut inputs = Vec::with_capacity(LANES * INPUTS);
+        let mut inputs = Vec::with_capacity(LANES * INPUTS_WITH_OBSERVED);
         for l in 0..LANES {
-            for [speed, leader, gap, advised] in &self.partial {
+            for [speed, leader, gap, advised, ..] in &self.partial {
                 let numbers: [f32; SAMPLE_NUMBERS] =
                     sample(speed[l], leader[l], gap[l], (advised[l] >= 0.0).then_some(advised[l]));
                 inputs.extend(numbers);
             }
-            let is_advised = self.partial.last().is_some_and(|[.., advised]| advised[l] >= 0.0);
-            inputs.push(f32::from(u8::from(is_advised)));
+            if let Some([.., advised, reaction_s, time_gap_factor]) = self.partial.last() {
+                inputs.push(f32::from(u8::from(advised[l] >= 0.0)));
+                if self.estimator.observes_driver() {
+                    inputs.extend(observed_inputs(reaction_s[l], time_gap_factor[l]));
+                }
+            }
         }
         inputs
     }
