@@ -187,6 +187,10 @@ mod tests {
         fn act(&mut self, _: f64, _: &Observation) -> Action {
             Action::Acceleration(-0.5)
         }
+
+        fn observes_driver(&self) -> bool {
+            true
+        }
     }
 
     fn at(speed_mps: f64) -> Observation {

@@ -4,7 +4,7 @@ use super::*;
 
 const STEP_S: f64 = 0.1;
 
-/// Returns what is observed of a driver with nobody ahead after 60 s of a square wave of 0.2 m/s around 4 m/s, and the largest error of the
+/// Returns what is observed of a driver on a free road after 60 s of a square wave of 0.2 m/s around 4 m/s, and the largest error of the
 /// deviation in the last 30 s, m/s. The deviation is a sine of 40 s.
 fn probed(reaction_s: f64, mean_mps: f64) -> (ObservedDriver, f64) {
     let (mut observer, mut advised) = (DriverObserver::default(), VecDeque::new());

@@ -9,6 +9,7 @@ use super::{
     corrected::CorrectedLanes,
     drawn_ring::{draw_ring, episode_stream},
     driver::AdviceFollower,
+    hold_totals::Totals,
     identification::BlockSample,
     ring::VectorizedRing,
     simd::{LANES, SimdLanes, VectorWork, in_wide_vectors, lane, splat},
@@ -411,17 +412,6 @@ impl VecEnv {
     }
 }
 
-/// Sums over a hold for each lane.
-struct Totals {
-    mean_mps: SimdLanes,
-    ego_mps: SimdLanes,
-    least_gap_m: SimdLanes,
-    short_headway: SimdLanes,
-    missed_mps: SimdLanes,
-    /// Standard deviation of speed over the vehicles; 0 where no reward depends on it.
-    speed_sd_mps: SimdLanes,
-}
-
 /// One step of a block under the current advice.
 struct AdvisedStep<'a>(&'a mut VecEnv);
 
@@ -472,34 +462,5 @@ impl VectorWork for AdvisedHold<'_> {
             }
         }
         totals
-    }
-}
-
-impl Default for Totals {
-    fn default() -> Self {
-        Self {
-            mean_mps: splat(0.0),
-            ego_mps: splat(0.0),
-            least_gap_m: splat(f32::MAX),
-            short_headway: splat(0.0),
-            missed_mps: splat(0.0),
-            speed_sd_mps: splat(0.0),
-        }
-    }
-}
-
-impl Totals {
-    /// Adds one step. Only the ego can hit its leader and be hit by its follower: the model keeps all other vehicles apart.
-    #[inline(always)]
-    fn add(&mut self, ring: &VectorizedRing, missed_mps: &SimdLanes) {
-        for (l, missed) in missed_mps.iter().enumerate() {
-            let (gap_m, ego_mps) = (ring.gap_m()[l], ring.ego_mps()[l]);
-            self.mean_mps[l] += ring.mean_mps()[l];
-            self.ego_mps[l] += ego_mps;
-            self.missed_mps[l] += missed;
-            self.least_gap_m[l] = self.least_gap_m[l].min(gap_m).min(ring.gap_behind_m()[l]);
-            // The missing part of a time gap of 1 s, as in Flow's environments.
-            self.short_headway[l] += (1.0 - gap_m / ego_mps.max(0.1)).max(0.0);
-        }
     }
 }

@@ -15,6 +15,7 @@ pub mod driver;
 pub mod environment;
 pub mod evaluation;
 pub mod fitted_network;
+mod hold_totals;
 pub mod identification;
 pub mod inputs;
 mod joint_evaluation;

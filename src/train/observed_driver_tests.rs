@@ -1,5 +1,5 @@
-//! What is observed of drivers on fast rings: reaction time and time gap of simulated people after a minute of probed advice, in the three
-//! worlds, against their true traits.
+//! Observers of drivers on fast rings: reaction time and time gap of simulated people after a minute of probed advice, in the three worlds,
+//! against their true traits.
 
 use super::{
     AdviceConfig, DriverConfig, FollowKind, NetworkConfig, RingConfig, TrainConfig, environment::VecEnv, simd::LANES,
