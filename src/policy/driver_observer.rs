@@ -93,7 +93,7 @@ impl DriverObserver {
         let now = [traffic.speed_mps, traffic.leader_speed_mps, traffic.gap_m];
         let late = |time_s: f64| (time_s / step_s).round() as usize;
         self.traffic.push_front(now);
-        self.traffic.truncate(late(LEADER_REACTION_S) + late(JUDGED_S) + 2);
+        self.traffic.truncate(late(LEADER_REACTION_S) + late(JUDGED_S).max(1) + 2);
         self.steps += 1;
         let before = *self.traffic.get(1).unwrap_or(&now);
         let accel_mps2 = (now[0] - before[0]) / step_s;
