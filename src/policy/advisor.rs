@@ -1,8 +1,7 @@
 //! Source of advice: asks the policy, or takes advice from outside. In: an observation each step. Out: a new advice each hold.
 
 use super::{
-    Action, Advice, DriverObserver, Hold, MeanSpeed, Observation, ObservedDriver, OutsideAdvice, Policy, WhoDrives,
-    length_out_of_scale,
+    Action, Advice, DriverObserver, Hold, MeanSpeed, Observation, OutsideAdvice, Policy, WhoDrives, length_out_of_scale,
 };
 use crate::time::Tick;
 
@@ -26,15 +25,36 @@ enum AdviceOrigin {
     Outside(OutsideAdvice),
 }
 
+/// Past of the ego and its driver that a policy sees.
+#[derive(Clone)]
+struct EgoHistory {
+    mean_speed: MeanSpeed,
+    /// Observer of the driver; `None` if the policy does not need one.
+    observer: Option<DriverObserver>,
+}
+
+impl EgoHistory {
+    /// Adds a step and completes its observation with the hold, the standing advice and what the past tells.
+    fn completed(&mut self, observation: &Observation, hold: Hold, standing: Option<Advice>) -> Observation {
+        let advised_mps = standing.map(|advice| advice.target_mps);
+        let observed = self.observer.as_mut().map(|observer| observer.watch(observation, advised_mps, hold.step_s()));
+        Observation {
+            hold_s: hold.seconds(),
+            mean_speed_mps: self.mean_speed.watch(observation.speed_mps, hold.step_s()),
+            advised_mps,
+            observed: observed.unwrap_or_default(),
+            ..*observation
+        }
+    }
+}
+
 /// Asks a policy once a hold and turns its action into advice.
 pub struct Advisor {
     origin: AdviceOrigin,
     hold: Hold,
     range_mps: f64,
     steps: u64,
-    mean_speed: MeanSpeed,
-    /// Observer of the driver; `None` if the policy does not need one.
-    observer: Option<DriverObserver>,
+    history: EgoHistory,
     standing: Option<Advice>,
 }
 
@@ -76,8 +96,9 @@ impl Advisor {
             AdviceOrigin::Policy(policy) => policy.observes_driver(),
             AdviceOrigin::Outside(_) => true,
         };
-        let (mean_speed, observer) = (MeanSpeed::default(), is_observed.then(DriverObserver::default));
-        Self { origin, hold, range_mps, steps: 0, mean_speed, observer, standing: None }
+        let history =
+            EgoHistory { mean_speed: MeanSpeed::default(), observer: is_observed.then(DriverObserver::default) };
+        Self { origin, hold, range_mps, steps: 0, history, standing: None }
     }
 
     /// Sets the action to advise from the next step on; no effect if a policy is asked.
@@ -90,26 +111,7 @@ impl Advisor {
     /// Completes an observation with the hold, the mean speed, the current advice and the observed driver, as the policy gets it in
     /// this step.
     pub fn complete_observation(&self, observation: &Observation) -> Observation {
-        self.completed(observation, &mut self.mean_speed.clone(), &mut self.observer.clone())
-    }
-
-    fn completed(
-        &self,
-        observation: &Observation,
-        mean_speed: &mut MeanSpeed,
-        observer: &mut Option<DriverObserver>,
-    ) -> Observation {
-        let step_s = self.hold.step_s();
-        let advised_mps = self.standing.map(|advice| advice.target_mps);
-        Observation {
-            hold_s: self.hold.seconds(),
-            mean_speed_mps: mean_speed.watch(observation.speed_mps, step_s),
-            advised_mps,
-            observed: observer
-                .as_mut()
-                .map_or(ObservedDriver::default(), |o| o.watch(observation, advised_mps, step_s)),
-            ..*observation
-        }
+        self.history.clone().completed(observation, self.hold, self.standing)
     }
 
     /// Advances by one step that begins at `now`. Returns the advice if one was issued in this step.
@@ -117,9 +119,7 @@ impl Advisor {
         if matches!(self.origin, AdviceOrigin::Nobody) {
             return None;
         }
-        let (mut mean_speed, mut observer) = (self.mean_speed, self.observer.take());
-        let observation = &self.completed(observation, &mut mean_speed, &mut observer);
-        (self.mean_speed, self.observer) = (mean_speed, observer);
+        let observation = &self.history.completed(observation, self.hold, self.standing);
         let due = self.steps.is_multiple_of(u64::from(self.hold.steps()));
         let time_s = self.steps as f64 * self.hold.step_s();
         self.steps += 1;
