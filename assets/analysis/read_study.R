@@ -87,7 +87,7 @@ if (file.exists(models) && requireNamespace("lmerTest", quietly = TRUE)) {
   }
   contrasts <- found$kind == "contrast"
   found$p_holm <- NA
-  found$p_holm[contrasts] <- p.adjust(found$p[contrasts], "holm")
+  found$p_holm[contrasts] <- p.adjust(found$p[contrasts], "holm", n = planned$holm_tests[planned$kind == "contrast"][1])
   write.csv(found, file.path(tables, "models_r.csv"), row.names = FALSE, na = "")
   cat("\n== planned ==\n")
   print(found[c("outcome", "condition", "reference", "estimate", "se", "df", "p", "p_holm")])

@@ -44,7 +44,7 @@ pub struct TestedContrast {
     pub contrast: PlannedContrast,
     /// Estimate; `None` if one of the conditions has no observation.
     pub found: Option<ContrastEstimate>,
-    /// Value of p by Holm's correction over all tests of the plan that could be made.
+    /// Value of p by Holm's correction over all tests of the plan.
     pub p_holm: f64,
 }
 
@@ -95,7 +95,7 @@ pub struct PlannedAnalysis {
     pub kept: Vec<String>,
     /// Primary outcomes, then the others.
     pub outcomes: Vec<PlannedOutcome>,
-    /// Number of tests of the plan that can be made.
+    /// Number of tests of the plan: the family that Holm's correction counts.
     pub tests: usize,
     /// Outcomes and contrasts of the plan that cannot be tested, in words: no trial of one of the conditions can have the
     /// measure.
@@ -121,21 +121,14 @@ impl PlannedAnalysis {
                 Some(PlannedOutcome { measure, is_primary: plan.is_primary(name), fitted })
             })
             .collect();
-        correct(&mut outcomes);
         let (tests, impossible) = (tests.len(), PlannedTest::list(&impossible));
+        correct(&mut outcomes, tests);
         Some(Self { plan, changes: history.changes(), left_out, kept: participants, outcomes, tests, impossible })
-    }
-
-    /// Returns the number of tests with a result: the family that Holm's correction counts.
-    fn tests_made(&self) -> usize {
-        let fitted = self.outcomes.iter().filter_map(|outcome| outcome.fitted.as_ref().ok());
-        fitted.flat_map(|fitted| &fitted.contrasts).filter(|tested| tested.found.is_some()).count()
     }
 
     /// Returns `models.csv`: for each outcome a row per contrast, one for the place, and one per covariate.
     pub fn models_csv(&self) -> String {
         let mut text = line(COLUMNS.map(|column| column.0.to_owned()));
-        let family = self.tests_made() as f64;
         for outcome in &self.outcomes {
             let Ok(fitted) = &outcome.fitted else { continue };
             let model = &fitted.model;
@@ -152,7 +145,7 @@ impl PlannedAnalysis {
                     Some(found.t),
                     Some(found.p),
                     p_holm,
-                    p_holm.map(|_| family),
+                    p_holm.map(|_| self.tests as f64),
                     Some(low),
                     Some(high),
                     Some(model.sd_participant),
@@ -214,7 +207,7 @@ const COLUMNS: [ColumnTexts; 22] = [
         "holm_tests",
         "Tests of Holm's correction",
         "",
-        "number of tests of the plan that the correction counts; empty without a test",
+        "number of planned tests, which the correction counts; empty without a test",
     ),
     ("low", "Interval, lower end", "", "lower end of the 95 % confidence interval (t), not corrected"),
     ("high", "Interval, upper end", "", "upper end of the 95 % confidence interval (t), not corrected"),
@@ -415,15 +408,18 @@ impl OutcomeFit<'_> {
     }
 }
 
-/// Applies Holm's correction over all tests.
-fn correct(outcomes: &mut [PlannedOutcome]) {
+/// Applies Holm's correction over all planned tests. One without a result, such as that of an outcome without variation, counts as one with
+/// p = 1: the level of the others does not depend on the data.
+fn correct(outcomes: &mut [PlannedOutcome], planned: usize) {
     let mut tested: Vec<(&mut f64, f64)> = outcomes
         .iter_mut()
         .filter_map(|outcome| outcome.fitted.as_mut().ok())
         .flat_map(|fitted| &mut fitted.contrasts)
         .filter_map(|tested| Some((&mut tested.p_holm, tested.found?.p)))
         .collect();
-    let corrected = holm(&tested.iter().map(|test| test.1).collect::<Vec<_>>());
+    let mut p: Vec<f64> = tested.iter().map(|test| test.1).collect();
+    p.resize(planned.max(p.len()), 1.0);
+    let corrected = holm(&p);
     tested.iter_mut().zip(corrected).for_each(|(test, p)| *test.0 = p);
 }
 

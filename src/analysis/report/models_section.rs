@@ -129,7 +129,7 @@ fn contrasts(page: &mut ReportPage, planned: &PlannedAnalysis, fitted: &[(&Plann
         &format!(
             "Planned contrasts (condition minus reference) by one linear mixed model per outcome, {}, by restricted \
              maximum likelihood: estimate with its 95 % confidence interval (not corrected), standard error, \
-             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all tests made. {} *: \
+             Satterthwaite's degrees of freedom, two-sided p, and p by Holm's correction over all planned tests. {} *: \
              below the planned level of {}. N is the number of participants.",
             planned.plan.formula(),
             match planned.plan.primary.all().len() {
