@@ -4,6 +4,7 @@
 // println! panics if its reader has gone; `cli::out` prints instead.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
+pub mod anticipation;
 pub mod controls;
 pub mod data_folders;
 pub mod driver;

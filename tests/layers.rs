@@ -25,6 +25,7 @@ const ROWS: [&[&str]; 19] = [
         "units",
         "rng",
         "idm",
+        "anticipation",
         "optimal_velocity",
         "controls",
         "plot",

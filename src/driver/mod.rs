@@ -32,7 +32,7 @@ use crate::{
     policy::Advice,
     rng,
     space::wrap_angle,
-    traffic::{CarFollowing, TrafficDrivers},
+    traffic::{AccelNoise, CarFollowing, TrafficDrivers},
 };
 use compliance::AdviceTaken;
 use glam::{DVec2, dvec2};
@@ -121,6 +121,8 @@ pub struct SimulatedDriver {
     pedals: PedalModel,
     steering: SteeringModel,
     speed_wander: OrnsteinUhlenbeck,
+    /// Noise of the acceleration with which the driver keeps the distance, m/s2.
+    following_noise: OrnsteinUhlenbeck,
     lane_wander: OrnsteinUhlenbeck,
 }
 
@@ -144,18 +146,24 @@ impl SimulatedDriver {
             ),
             lane_wander: OrnsteinUhlenbeck::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
             following: CarFollowing::Idm(params.idm),
+            following_noise: OrnsteinUhlenbeck::new(0.0, 1.0, rng::stream(seed, "driver/following")),
             params: params.clone(),
         })
     }
 
     /// Lets the driver follow as the average person of this traffic, if its drivers are measured people: with their model and without a
     /// further reaction time to the leader, because the measured lag is that of the model (docs/references.md: people). A driver with
-    /// another time gap than usual keeps it in proportion.
+    /// another time gap than usual keeps it in proportion. One who errs has the noise of the average person, too.
     pub fn among(mut self, traffic: &TrafficDrivers) -> Self {
         if !traffic.are_alike() {
             let factor = self.params.idm.t / IdmParams::default().t;
             self.following = traffic.typical().model.with_time_gap(factor);
             self.senses = DelayedPerception::new(self.params.reaction_s, 0.0);
+            if let (true, AccelNoise::OrnsteinUhlenbeck { sd_mps2, memory_s }) =
+                (self.params.errs(), traffic.typical().noise)
+            {
+                self.following_noise.scale(sd_mps2, memory_s);
+            }
         }
         self
     }
@@ -220,13 +228,15 @@ impl SimulatedDriver {
         let (target_mps, leader) = self.senses.see(now, seen_mps);
         let stop_ahead_m = self.senses.see_stop(now);
         let wander_mps = self.speed_wander.next();
+        // Like every error, the noise fades below 1 m/s.
+        let noise_mps2 = self.following_noise.next() * now.speed_mps.clamp(0.0, 1.0);
         let p = &self.params;
         let reach =
             |speed_mps: f64| ((speed_mps - now.speed_mps) / p.speed_relaxation_s).clamp(-p.decel_mps2, p.accel_mps2);
         let by = |model: &CarFollowing, gap_m: f64, speed_mps: f64| {
             model.acceleration(now.speed_mps.max(0.0), speed_mps, gap_m, now.speed_limit_mps.max(1.0))
         };
-        let follow = |gap_m: f64, speed_mps: f64| by(&self.following, gap_m, speed_mps);
+        let follow = |gap_m: f64, speed_mps: f64| noise_mps2 + by(&self.following, gap_m, speed_mps);
         let target_mps = target_mps.filter(|_| p.follows_advice && self.advice.follows());
         let rule = if target_mps.is_some() { p.leader_rule } else { LeaderRule::Model };
         let behind = match (rule, leader) {
@@ -266,7 +276,7 @@ fn guarded_mps2(p: &DriverParams, speed_mps: f64, leader: &SeenLeader) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::traffic::TrafficDrivers;
+    use crate::{time::TICK_S, traffic::TrafficDrivers};
 
     #[test]
     fn among_measured_people_a_driver_follows_by_their_model() {
@@ -291,10 +301,46 @@ mod tests {
             let wanted = driver.wanted_mps2(&seen);
             assert!((wanted - expected).abs() < 1e-9, "{name}: {wanted} of {expected}");
         }
+    }
+
+    #[test]
+    fn a_driver_who_errs_has_the_noise_of_measured_people() {
+        let people = TrafficDrivers::named("safe-followers", IdmParams::default()).expect("a shipped population");
+        let AccelNoise::OrnsteinUhlenbeck { sd_mps2, memory_s } = people.typical().noise else { panic!("noise") };
+        let mut driver =
+            SimulatedDriver::new(&DriverParams::default(), &CarParams::default(), 1).unwrap().among(&people);
+        let mut noise_mps2 = |speed_mps: f64| {
+            let leader = Some(SeenLeader { gap_m: 12.0, speed_mps });
+            let seen = Perception { speed_mps, leader, speed_limit_mps: 30.0, ..Perception::default() };
+            let limit_mps = 30.0;
+            driver.wanted_mps2(&seen) - people.typical().model.acceleration(speed_mps, speed_mps, 12.0, limit_mps)
+        };
+        assert_eq!(noise_mps2(0.0), 0.0, "a queue does not creep");
+        let all: Vec<f64> = (0..1_000_000).map(|_| noise_mps2(5.0)).collect();
+        let moment = |lag: usize| {
+            let count = (all.len() - lag) as f64;
+            all.iter().zip(&all[lag..]).map(|(a, b)| a * b).sum::<f64>() / count
+        };
+        // 10,000 s are 8,000 time constants: a statistical error of 1.6 % of the variance.
+        assert!((moment(0).sqrt() / sd_mps2 - 1.0).abs() < 0.05, "{} of {sd_mps2}", moment(0).sqrt());
+        // The smoothing over a fifth of the time constant raises the correlation after one of them from 0.37 to 0.46.
+        let later = moment((memory_s / TICK_S) as usize) / moment(0);
+        assert!((later - 0.46).abs() < 0.06, "{later}");
+    }
+
+    #[test]
+    fn among_the_ring_studys_vehicles_a_driver_keeps_their_own_model() {
+        let seen = Perception {
+            speed_mps: 5.0,
+            leader: Some(SeenLeader { gap_m: 8.0, speed_mps: 4.0 }),
+            speed_limit_mps: 30.0,
+            ..Perception::default()
+        };
+        let car = CarParams::default();
         let study = TrafficDrivers::named("ring-study", IdmParams { t: 2.0, ..IdmParams::default() }).expect("a name");
         let params = preset("perfect").expect("a preset");
         let mut driver = SimulatedDriver::new(&params, &car, 1).expect("a driver").among(&study);
         let own = params.idm.acceleration(5.0, 4.0, 8.0);
-        assert!((driver.wanted_mps2(&seen) - own).abs() < 1e-9, "the presets keep their own model there");
+        assert!((driver.wanted_mps2(&seen) - own).abs() < 1e-9);
     }
 }

@@ -221,6 +221,11 @@ impl DriverParams {
         }
     }
 
+    /// Returns true for a driver who errs. One who does not follows advice and leaders exactly.
+    pub fn errs(&self) -> bool {
+        self.error_mps > 0.0
+    }
+
     /// Checks every number.
     ///
     /// # Errors

@@ -1,17 +1,17 @@
 //! Delayed perception and tracking error of a simulated driver. In: the present scene. Out: the scene that the driver
 //! acts upon. The advice is delayed by the reaction time. The leader is extrapolated from its motion a reaction time
-//! ago (the anticipation of Treiber, Kesting, Helbing 2006, "Delays, inaccuracies and anticipation in microscopic
-//! traffic models").
+//! ago ([`crate::anticipation`]).
 
 use super::{Perception, SeenLeader};
 use crate::{
+    anticipation::{JUDGED_S, LateSight, brake_mps2},
     rng::Stream,
     time::{TICK_S, TICKS_PER_S},
 };
 use std::collections::VecDeque;
 
 /// Span over which the leader's deceleration is estimated, ticks.
-const JUDGE_TICKS: usize = 20;
+const JUDGE_TICKS: usize = (JUDGED_S * TICKS_PER_S as f64) as usize;
 
 /// Memory as long as the reaction time: it returns the value from that many ticks ago, or the oldest one at the start
 /// of a drive.
@@ -77,24 +77,25 @@ impl DelayedPerception {
         seen_m.map(|seen_m| seen_m - (self.way_m - way_m)).filter(|ahead_m| *ahead_m >= 0.0)
     }
 
-    /// Returns the present state of the leader of index `index`, extrapolated with its deceleration; an acceleration is
-    /// not extrapolated.
+    /// Returns the present state of the leader of index `index`, as the driver anticipates it.
     fn anticipate(&self, index: usize, leader: SeenLeader) -> SeenLeader {
         let moments = &self.leader.moments;
         let back = index.saturating_sub(JUDGE_TICKS);
         let brake_mps2 = match moments[back].0 {
             Some(earlier) if back < index => {
-                ((earlier.speed_mps - leader.speed_mps) / ((index - back) as f64 * TICK_S)).clamp(0.0, 9.0)
+                brake_mps2(earlier.speed_mps, leader.speed_mps, (index - back) as f64 * TICK_S)
             }
             _ => 0.0,
         };
-        let late_s = (moments.len() - 1 - index) as f64 * TICK_S;
-        // The leader brakes until now, or until it stops.
-        let braked_s = if brake_mps2 > 0.0 { late_s.min(leader.speed_mps / brake_mps2) } else { late_s };
-        let speed_mps = (leader.speed_mps - brake_mps2 * braked_s).max(0.0);
-        let his_way_m = (leader.speed_mps + speed_mps) / 2.0 * braked_s;
-        let own_way_m = self.way_m - moments[index].1;
-        SeenLeader { gap_m: leader.gap_m + his_way_m - own_way_m, speed_mps }
+        let [gap_m, speed_mps] = LateSight {
+            gap_m: leader.gap_m,
+            leader_mps: leader.speed_mps,
+            brake_mps2,
+            late_s: (moments.len() - 1 - index) as f64 * TICK_S,
+            own_way_m: self.way_m - moments[index].1,
+        }
+        .anticipated();
+        SeenLeader { gap_m, speed_mps }
     }
 }
 
@@ -117,6 +118,11 @@ impl OrnsteinUhlenbeck {
     pub fn new(deviation: f64, time_s: f64, mut stream: Stream) -> Self {
         let raw = stream.normal();
         Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
+    }
+
+    /// Changes standard deviation and time constant, s.
+    pub fn scale(&mut self, deviation: f64, time_s: f64) {
+        (self.deviation, self.time_s) = (deviation, time_s);
     }
 
     /// Advances by one tick and returns the value.

@@ -212,6 +212,7 @@ mod tests {
             range_mps: 0.447_04,
             is_fallback: false,
             driver: None,
+            observed: None,
         };
         let (low, high) = advice.band_mps();
         for speed in [low.next_down(), low, low.next_up(), 4.4, high.next_down(), high, high.next_up(), -low, 0.0, 9.0]

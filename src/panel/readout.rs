@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::{PanelState, SpeedHistory, theme};
 use crate::{
-    policy::{Advice, DriverEstimate},
+    policy::{Advice, DriverEstimate, ObservedDriver},
     sim::Snapshot,
     units::SpeedUnit,
 };
@@ -121,6 +121,16 @@ pub fn driver(ui: &mut Ui, estimate: &DriverEstimate) {
         ] {
             row(ui, name, &value, theme::TEXT);
         }
+    });
+}
+
+/// Shows the driver as observed from their own history.
+pub fn observed_driver(ui: &mut Ui, observed: &ObservedDriver) {
+    let ObservedDriver { deviation_mps, reaction_s, time_gap_factor } = observed;
+    egui::Grid::new("observed").num_columns(2).spacing([10.0, 3.0]).striped(true).show(ui, |ui| {
+        row(ui, "Reaction", &format!("{reaction_s:5.2} s"), theme::TEXT);
+        row(ui, "To advice", &format!("{deviation_mps:+5.2} m/s now"), theme::TEXT);
+        row(ui, "Time gap", &format!("{time_gap_factor:5.2} × the others"), theme::TEXT);
     });
 }
 

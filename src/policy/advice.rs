@@ -1,6 +1,6 @@
 //! Advice and its source. In: an [`Observation`] each step. Out: an [`Action`] from a [`Policy`] each hold, shown as [`Advice`].
 
-use super::{DriverEstimate, Hold, NetworkInput, Observation, WhoDrives};
+use super::{DriverEstimate, Hold, NetworkInput, Observation, ObservedDriver, WhoDrives};
 use crate::time::Tick;
 
 /// Output of a policy.
@@ -31,6 +31,7 @@ pub enum Action {
 ///     range_mps: 0.5,
 ///     is_fallback: false,
 ///     driver: None,
+///     observed: None,
 /// };
 /// assert_eq!(advice.band_mps(), (4.0, 5.0));
 /// assert!(advice.accepts(4.0) && !advice.accepts(5.1));
@@ -51,6 +52,8 @@ pub struct Advice {
     pub is_fallback: bool,
     /// Estimate of the driver's traits at the issue time, if the policy has an estimator.
     pub driver: Option<DriverEstimate>,
+    /// Driver as observed from their own history up to the issue time, if the policy needs it.
+    pub observed: Option<ObservedDriver>,
 }
 
 impl Advice {

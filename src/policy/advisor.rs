@@ -37,7 +37,10 @@ impl EgoHistory {
     /// Adds a step and completes its observation with the hold, the standing advice and what the past tells.
     fn completed(&mut self, observation: &Observation, hold: Hold, standing: Option<Advice>) -> Observation {
         let advised_mps = standing.map(|advice| advice.target_mps);
-        let observed = self.observer.as_mut().map(|observer| observer.watch(observation, advised_mps, hold.step_s()));
+        let observed = self.observer.as_mut().map(|observer| {
+            observer.watch(observation, advised_mps, hold.step_s());
+            observer.observed()
+        });
         Observation {
             hold_s: hold.seconds(),
             mean_speed_mps: self.mean_speed.watch(observation.speed_mps, hold.step_s()),
@@ -159,7 +162,9 @@ impl Advisor {
         };
         let target_mps = speed_mps.clamp(0.0, speed_limit_mps.max(0.0));
         let (hold, range_mps) = (self.hold, self.range_mps);
-        self.standing = Some(Advice { issued: now, hold, action, target_mps, range_mps, is_fallback, driver });
+        let observed = self.history.observer.is_some().then_some(observation.observed);
+        self.standing =
+            Some(Advice { issued: now, hold, action, target_mps, range_mps, is_fallback, driver, observed });
         self.standing
     }
 

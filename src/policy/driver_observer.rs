@@ -4,16 +4,20 @@
 //! A driver approaches the speed that they seek with a time constant of [`RELAXATION_S`], so that they seek `v + RELAXATION_S dv/dt`. If
 //! they seek the advice of a reaction time ago plus a slow deviation, that difference changes least for their own reaction time; each
 //! candidate is held against the others by its sum of squared changes (a bank of models, [Magill 1965]). The time gap is told in the same
-//! way from the acceleration, which never exceeds that of the car-following model with the driver's own time gap. The models are those of the
-//! three populations (docs/references.md: drivers, people).
+//! way from the acceleration: that of the car-following model with the driver's own time gap, or less where the advice holds them back. The
+//! models are those of the three populations, each with the noise of its people (docs/references.md: drivers, people).
 
 use super::Observation;
-use crate::{idm::IdmParams, optimal_velocity::OptimalVelocityParams};
+use crate::{
+    anticipation::{JUDGED_S, LateSight, brake_mps2},
+    idm::IdmParams,
+    optimal_velocity::OptimalVelocityParams,
+};
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
+use std::{collections::VecDeque, f64::consts::TAU};
 
 /// Time constant with which a driver approaches the speed that they seek, s.
-const RELAXATION_S: f64 = 1.5;
+pub(crate) const RELAXATION_S: f64 = 1.5;
 /// Time constant of the smoothing of speeds and advice, s: longer than the distance of two candidates, so that near ones look alike.
 const SMOOTH_S: f64 = 0.35;
 /// Largest deviation, m/s. A larger difference is a driver who does not follow the advice or is held back.
@@ -36,19 +40,18 @@ const FACTOR_SD: f64 = 0.2;
 /// Models of the ring study's drivers, of people who follow safely, and of people who close the gap.
 const MODELS: usize = 3;
 /// Time gap, s, and acceleration, m/s2, of people who follow safely (docs/references.md: people).
-const SAFE_FOLLOWERS: (f64, f64) = (1.867, 1.167);
-/// Delay with which drivers see their leader among the ring study's vehicles, s, and the span over which they judge that it brakes.
-const LEADER_REACTION_S: f64 = 0.7;
-const JUDGED_S: f64 = 0.2;
-/// Largest deceleration assumed for a leader, m/s2.
-const HARDEST_MPS2: f64 = 9.0;
+pub(crate) const SAFE_FOLLOWERS: (f64, f64) = (1.867, 1.167);
+/// Delay with which drivers see their leader among the ring study's vehicles, s.
+pub(crate) const LEADER_REACTION_S: f64 = 0.7;
 /// Time between two looks at the acceleration, s.
 const LOOK_S: f64 = 0.4;
-/// Error of a model's acceleration, m/s2, and the largest differences that count: of a driver who is slower than the model, as advice makes
-/// them, and of one who is faster, which rules the candidate out.
-const ACCEL_ERROR_MPS2: f64 = 0.2;
-const SLOWER_MPS2: f64 = 0.15;
-const FASTER_MPS2: f64 = 0.5;
+/// Standard deviation of the acceleration around that of each model, m/s2, and around that with which a person approaches the advised speed.
+const ERRORS_MPS2: [f64; MODELS] = [0.1, 0.4, 0.2];
+const ADVICE_ERROR_MPS2: f64 = 0.5;
+/// Density of an acceleration that no candidate explains, s2/m.
+const UNEXPLAINED: f64 = 0.01;
+/// Least weight of a candidate, so that it can gain again.
+const LEAST_WEIGHT: f64 = 1e-9;
 
 /// Observed state and traits of a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -82,51 +85,86 @@ pub struct DriverObserver {
     deviations_mps: [Option<f64>; REACTIONS],
     changes: [f64; REACTIONS],
     change_count: u32,
-    /// Sum of squared differences from the acceleration of each model with each factor, m2/s4.
-    differences: [[f64; FACTORS]; MODELS],
-    observed: ObservedDriver,
+    /// Probability of each model with each factor.
+    weights: Weights,
+    step_s: f64,
+}
+
+/// Probabilities of each model with each factor for the time gap; their sum is 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Weights([[f64; FACTORS]; MODELS]);
+
+impl Default for Weights {
+    /// Returns the distribution of people; every model is as likely.
+    fn default() -> Self {
+        let usual = |k: usize| (-0.5 * ((factor(k) - 1.0) / FACTOR_SD).powi(2)).exp();
+        let mut weights = Self([std::array::from_fn(usual); MODELS]);
+        weights.normalise();
+        weights
+    }
+}
+
+impl Weights {
+    fn normalise(&mut self) {
+        let sum: f64 = self.0.iter().flatten().sum();
+        self.0.iter_mut().flatten().for_each(|weight| *weight = (*weight / sum).max(LEAST_WEIGHT));
+    }
+
+    /// Returns the mean of the factors.
+    fn mean_factor(&self) -> f64 {
+        let each = self.0.iter().flat_map(|weights| weights.iter().enumerate());
+        let [sum, weights] =
+            each.fold([0.0, 0.0], |[sum, weights], (k, weight)| [sum + weight * factor(k), weights + weight]);
+        sum / weights
+    }
 }
 
 impl DriverObserver {
     /// Adds one step of `step_s` seconds that ended in this traffic, with the advice that was in force in it.
-    pub fn watch(&mut self, traffic: &Observation, advised_mps: Option<f64>, step_s: f64) -> ObservedDriver {
+    pub fn watch(&mut self, traffic: &Observation, advised_mps: Option<f64>, step_s: f64) {
+        self.step_s = step_s;
         let now = [traffic.speed_mps, traffic.leader_speed_mps, traffic.gap_m];
-        let late = |time_s: f64| (time_s / step_s).round() as usize;
         self.traffic.push_front(now);
-        self.traffic.truncate(late(LEADER_REACTION_S) + late(JUDGED_S).max(1) + 2);
+        self.traffic.truncate(self.late(LEADER_REACTION_S) + self.late(JUDGED_S).max(1) + 2);
         self.steps += 1;
         let before = *self.traffic.get(1).unwrap_or(&now);
         let accel_mps2 = (now[0] - before[0]) / step_s;
-        self.watch_response(before[0] + RELAXATION_S * accel_mps2, advised_mps, step_s);
-        if (self.steps as usize).is_multiple_of(late(LOOK_S).max(1)) {
-            self.watch_following(accel_mps2, step_s);
-            self.observed.reaction_s = self.reaction_s();
-            self.observed.time_gap_factor = self.time_gap_factor();
+        self.watch_response(before[0] + RELAXATION_S * accel_mps2, advised_mps);
+        if (self.steps as usize).is_multiple_of(self.late(LOOK_S).max(1)) {
+            self.watch_following(accel_mps2);
         }
-        self.observed
     }
 
-    /// Returns the driver as observed up to the last step.
+    /// Returns the driver as observed up to the last step. Without advice in force there is no deviation.
     pub fn observed(&self) -> ObservedDriver {
-        self.observed
+        let reaction_s = self.reaction_s();
+        let deviation_mps = self.deviation_mps(reaction_s).unwrap_or(0.0).clamp(-LARGEST_MPS, LARGEST_MPS);
+        ObservedDriver { deviation_mps, reaction_s, time_gap_factor: self.weights.mean_factor() }
     }
 
-    fn watch_response(&mut self, sought_mps: f64, advised_mps: Option<f64>, step_s: f64) {
-        let fresh = 1.0 - (-step_s / SMOOTH_S).exp();
+    /// Returns a time in steps.
+    fn late(&self, time_s: f64) -> usize {
+        (time_s / self.step_s).round() as usize
+    }
+
+    /// Returns the deviation from the advice of a reaction time ago, m/s, if there was advice then.
+    fn deviation_mps(&self, reaction_s: f64) -> Option<f64> {
+        Some(self.sought_mps? - self.advised_mps.get(self.late(reaction_s))?)
+    }
+
+    /// Holds each candidate for the reaction time against the speed that the driver seeks now.
+    fn watch_response(&mut self, sought_mps: f64, advised_mps: Option<f64>) {
+        let fresh = 1.0 - (-self.step_s / SMOOTH_S).exp();
         let smoothed = |before: Option<f64>, now: f64| before.map_or(now, |before| before + (now - before) * fresh);
-        let sought_mps = smoothed(self.sought_mps, sought_mps);
-        self.sought_mps = Some(sought_mps);
+        self.sought_mps = Some(smoothed(self.sought_mps, sought_mps));
         let Some(advised_mps) = advised_mps else {
             self.advised_mps.clear();
             self.deviations_mps = [None; REACTIONS];
-            self.observed.deviation_mps *= 1.0 - fresh;
             return;
         };
-        let late = |reaction_s: f64| (reaction_s / step_s).round() as usize;
         self.advised_mps.push_front(smoothed(self.advised_mps.front().copied(), advised_mps));
-        self.advised_mps.truncate(late(REACTION_STEP_S * (REACTIONS - 1) as f64) + 1);
-        let deviation_mps = |reaction_s: f64| Some(sought_mps - self.advised_mps.get(late(reaction_s))?);
-        let now: [Option<f64>; REACTIONS] = std::array::from_fn(|k| deviation_mps(REACTION_STEP_S * k as f64));
+        self.advised_mps.truncate(self.late(REACTION_STEP_S * (REACTIONS - 1) as f64) + 1);
+        let now: [Option<f64>; REACTIONS] = std::array::from_fn(|k| self.deviation_mps(REACTION_STEP_S * k as f64));
         // A candidate that saw an earlier change than others would be blamed for it.
         if now.iter().chain(&self.deviations_mps).all(Option::is_some) {
             self.change_count += 1;
@@ -137,8 +175,6 @@ impl DriverObserver {
             }
         }
         self.deviations_mps = now;
-        let now_mps = deviation_mps(self.observed.reaction_s).unwrap_or(0.0);
-        self.observed.deviation_mps = now_mps.clamp(-LARGEST_MPS, LARGEST_MPS);
     }
 
     /// Returns the mean of the candidates for the reaction time, weighted by their likelihood and by how people are.
@@ -146,17 +182,19 @@ impl DriverObserver {
         let least = self.changes.iter().copied().fold(f64::INFINITY, f64::min);
         let variance = (least / f64::from(self.change_count.max(1))).max(1e-6);
         let [mean_s, sd_s] = REACTION_S;
-        weighted_mean((0..REACTIONS).map(|k| {
+        let [sum, weights] = (0..REACTIONS).fold([0.0, 0.0], |[sum, weights], k| {
             let reaction_s = REACTION_STEP_S * k as f64;
             let usual = ((reaction_s - mean_s) / sd_s).powi(2);
-            (reaction_s, (self.changes[k] - least) / variance + usual)
-        }))
+            let weight = (-0.5 * ((self.changes[k] - least) / variance + usual)).exp();
+            [sum + weight * reaction_s, weights + weight]
+        });
+        sum / weights
     }
 
     /// Compares the last acceleration with those of the models for the traffic before it.
-    fn watch_following(&mut self, accel_mps2: f64, step_s: f64) {
+    fn watch_following(&mut self, accel_mps2: f64) {
         let Some(&[speed_mps, leader_mps, gap_m]) = self.traffic.get(1) else { return };
-        let Some([seen_mps, seen_m]) = self.seen_late(step_s) else { return };
+        let Some([seen_m, seen_mps]) = self.seen_late() else { return };
         // A driver who stands keeps no time gap, and one who is far behind is free.
         if speed_mps < 0.5 || gap_m > 100.0 || gap_m <= 0.0 {
             return;
@@ -169,56 +207,52 @@ impl DriverObserver {
             let held_share = IdmParams { t: idm.t * factor, ..idm }.desired_gap_m(speed_mps, leader_mps) / gap_m;
             idm.a * (free_share - held_share * held_share)
         };
-        for (k, factor) in factors().enumerate() {
-            let models = [
-                by_idm(ring_study, factor, seen_mps, seen_m),
-                by_idm(safe, factor, leader_mps, gap_m),
-                optimal.acceleration(speed_mps, leader_mps, gap_m / factor, f64::INFINITY),
+        let late = self.late(REACTION_S[0]);
+        let advised_mps2 = self.advised_mps.get(late).map(|advised_mps| (advised_mps - speed_mps) / RELAXATION_S);
+        let density =
+            |off_mps2: f64, sd_mps2: f64| (-0.5 * (off_mps2 / sd_mps2).powi(2)).exp() / (sd_mps2 * TAU.sqrt());
+        let by_advice = advised_mps2.map_or(0.0, |advised| density(accel_mps2 - advised, ADVICE_ERROR_MPS2));
+        for k in 0..FACTORS {
+            let models_mps2 = [
+                by_idm(ring_study, factor(k), seen_mps, seen_m),
+                by_idm(safe, factor(k), leader_mps, gap_m),
+                optimal.acceleration(speed_mps, leader_mps, gap_m / factor(k), f64::INFINITY),
             ];
-            for (sums, model_mps2) in self.differences.iter_mut().zip(models) {
-                sums[k] += (accel_mps2 - model_mps2).clamp(-SLOWER_MPS2, FASTER_MPS2).powi(2);
+            for (model, (model_mps2, error_mps2)) in models_mps2.into_iter().zip(ERRORS_MPS2).enumerate() {
+                // Probability that the advice holds the driver back more than the leader does.
+                let is_held = advised_mps2.map_or(0.0, |advised| {
+                    let more = (model_mps2 - advised) / ADVICE_ERROR_MPS2;
+                    0.5 + 0.5 * more / (1.0 + more * more).sqrt()
+                });
+                let by_model = density(accel_mps2 - model_mps2, error_mps2);
+                let likelihood = (1.0 - is_held) * by_model + is_held * by_advice + UNEXPLAINED;
+                // Two looks that follow each other have about the same noise, and count as one.
+                self.weights.0[model][k] *= likelihood.sqrt();
             }
         }
+        self.weights.normalise();
     }
 
-    /// Returns the leader's speed, m/s, and the gap, m, as a driver extrapolates them from what they saw [`LEADER_REACTION_S`] ago.
-    fn seen_late(&self, step_s: f64) -> Option<[f64; 2]> {
-        let late = |time_s: f64| (time_s / step_s).round() as usize;
-        let (delay, judged) = (late(LEADER_REACTION_S), late(JUDGED_S).max(1));
-        let [_, then_mps, then_m] = *self.traffic.get(1 + delay)?;
+    /// Returns the gap, m, and the leader's speed, m/s, that a driver among the ring study's vehicles had in mind at the last step's begin.
+    fn seen_late(&self) -> Option<[f64; 2]> {
+        let (delay, judged) = (self.late(LEADER_REACTION_S), self.late(JUDGED_S).max(1));
+        let [_, leader_mps, gap_m] = *self.traffic.get(1 + delay)?;
         let [_, earlier_mps, _] = *self.traffic.get(1 + delay + judged)?;
-        let delay_s = delay as f64 * step_s;
-        let brake_mps2 = ((earlier_mps - then_mps) / (judged as f64 * step_s)).clamp(0.0, HARDEST_MPS2);
-        let way_m: f64 = self.traffic.range(1..=delay).map(|[speed_mps, ..]| speed_mps * step_s).sum();
-        let gap_m = then_m + then_mps * delay_s - 0.5 * brake_mps2 * delay_s * delay_s - way_m;
-        Some([(then_mps - brake_mps2 * delay_s).max(0.0), gap_m.max(0.5)])
-    }
-
-    /// Returns the mean of the candidates for the time gap, weighted by their likelihood and by how people are.
-    fn time_gap_factor(&self) -> f64 {
-        let least = self.differences.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let of_model = |sums: &[f64; FACTORS]| {
-            let sums = *sums;
-            factors().zip(sums).map(move |(factor, sum)| {
-                let usual = ((factor - 1.0) / FACTOR_SD).powi(2);
-                (factor, (sum - least) / (ACCEL_ERROR_MPS2 * ACCEL_ERROR_MPS2) + usual)
-            })
+        let sight = LateSight {
+            gap_m,
+            leader_mps,
+            brake_mps2: brake_mps2(earlier_mps, leader_mps, judged as f64 * self.step_s),
+            late_s: delay as f64 * self.step_s,
+            own_way_m: self.traffic.range(1..=delay).map(|[speed_mps, ..]| speed_mps * self.step_s).sum(),
         };
-        weighted_mean(self.differences.iter().flat_map(of_model))
+        let [gap_m, leader_mps] = sight.anticipated();
+        Some([gap_m.max(0.5), leader_mps])
     }
 }
 
-fn factors() -> impl Iterator<Item = f64> {
-    (0..FACTORS).map(|k| FIRST_FACTOR + FACTOR_STEP * k as f64)
-}
-
-/// Returns the mean of values whose weights are `exp(-x / 2)` of the second numbers.
-fn weighted_mean(candidates: impl Iterator<Item = (f64, f64)>) -> f64 {
-    let [sum, weights] = candidates.fold([0.0, 0.0], |[sum, weights], (value, x)| {
-        let weight = (-x / 2.0).exp();
-        [sum + weight * value, weights + weight]
-    });
-    sum / weights
+/// Returns candidate `k` for the time gap as a multiple of a model's.
+fn factor(k: usize) -> f64 {
+    FIRST_FACTOR + FACTOR_STEP * k as f64
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 mod advice;
 mod advisor;
 mod controller;
-mod driver_observer;
+pub(crate) mod driver_observer;
 mod error;
 mod features;
 mod file_text;

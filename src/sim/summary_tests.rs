@@ -38,6 +38,7 @@ fn advice(target_mps: f64) -> Advice {
         range_mps: 0.5,
         is_fallback: false,
         driver: None,
+        observed: None,
     }
 }
 

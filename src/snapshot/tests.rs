@@ -65,6 +65,7 @@ fn the_first_difference_is_named_with_its_vehicle_and_both_values() {
         range_mps: 1.0,
         is_fallback: false,
         driver: None,
+        observed: None,
     };
     let advised = Snapshot { advice: Some(advice), ..one.clone() };
     assert_eq!(one.first_difference(&advised), Some(("count of numbers".into(), 27.0, 29.0)));

@@ -17,7 +17,6 @@ use crate::{
     metrics::DrivenBy,
     policy::{Action, DriverTraits, Hold, shown_mps},
     rng::Stream,
-    traffic::RING_STUDY,
 };
 use serde::{Deserialize, Serialize};
 
@@ -82,6 +81,9 @@ by_lane! {
         /// Standard deviation of the random change of the error per step.
         error_step_mps: f32,
         deadband_mps: f32,
+        /// Noise of the speed while the driver keeps the distance, m/s, and the standard deviation of its random change per step.
+        noise_mps: f32,
+        noise_step_mps: f32,
         /// Time gap to the leader as a multiple of the ring's time gap.
         gap_factor: f32,
         compliance: Compliance,
@@ -109,6 +111,8 @@ impl DriverLane {
             error_mps: 0.0,
             error_step_mps: 0.0,
             deadband_mps: 0.0,
+            noise_mps: 0.0,
+            noise_step_mps: 0.0,
             gap_factor: 1.0,
             compliance: Compliance::full(),
             traits: DriverTraits::default(),
@@ -135,6 +139,9 @@ pub struct AdviceFollower {
     response_s: f32,
     /// Share of the error kept per step.
     error_decay: f32,
+    /// Share of the noise of measured people kept per step, and the standard deviation of its random change, m/s.
+    noise_keeps: f32,
+    noise_step_mps: f32,
     lanes: DriverLanes,
     all_comply: bool,
     /// True if the egos follow as all vehicles of their rings; among measured people they follow as the average person.
@@ -237,6 +244,8 @@ impl AdviceFollower {
             Population::People | Population::Perp | Population::Anyone => LONGEST_REACTION_S,
         };
         let longest = (longest_s / config.ring.step_s).round() as usize;
+        let people = config.ring.traffic_drivers().swap_remove(0);
+        let (noise_keeps, noise_step_mps) = people.typical().noise.in_steps_of(config.ring.step_s);
         Self {
             step_s: config.ring.step_s as f32,
             is_driver: driver.follow == FollowKind::Driver,
@@ -248,8 +257,10 @@ impl AdviceFollower {
             response_s: driver.ego_response_s.max(config.ring.step_s) as f32,
             error_decay: (-config.ring.step_s / driver.error_time_s).exp() as f32,
             lanes: DriverLanes::all(DriverLane::without_traits()),
+            noise_keeps: noise_keeps as f32,
+            noise_step_mps: noise_step_mps as f32,
             all_comply: true,
-            follows_alike: config.ring.traffic_drivers == RING_STUDY,
+            follows_alike: people.are_alike(),
             shown_mps: vec![splat(-1.0); longest + 1],
             newest: 0,
             rng: LaneRng::new(),
@@ -269,6 +280,7 @@ impl AdviceFollower {
             error_mps,
             error_step_mps: (driver.error_mps * (1.0 - error_decay * error_decay).sqrt()) as f32,
             deadband_mps: driver.deadband_mps as f32,
+            noise_step_mps: if driver.errs() { self.noise_step_mps } else { 0.0 },
             gap_factor: (driver.idm.t / config.ring.idm.t) as f32,
             compliance: if self.is_driver { Compliance::of(&driver, seed) } else { Compliance::full() },
             traits: if self.is_driver { driver.traits(config.ring.idm.t) } else { DriverTraits::default() },
@@ -359,12 +371,16 @@ impl AdviceFollower {
     #[inline(always)]
     pub fn step(&mut self, ring: &VectorizedRing) -> SimdLanes {
         let speed = ring.ego_mps();
-        let model = self.own_model(ring);
+        let mut model = self.own_model(ring);
         if !self.all_comply {
             self.decide(ring.leader_mps());
         }
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
+        if self.is_driver && !self.follows_alike {
+            // Like every error, the noise fades below 1 m/s.
+            model = lane(|l| model[l] + self.lanes.noise_mps[l] / dt * speed[l].min(1.0));
+        }
         let mut driven = splat(0.0);
         let mut driven_by = [DrivenBy::Advice; LANES];
         for l in 0..LANES {
@@ -451,7 +467,9 @@ impl AdviceFollower {
             }
             self.shown_mps[self.newest][l] = if is_advised { self.lanes.followed_advice_mps[l] } else { -1.0 };
         }
-        let (fresh, _) = self.rng.normal_pair();
+        let (fresh, fresh_noise) = self.rng.normal_pair();
+        self.lanes.noise_mps =
+            lane(|l| self.lanes.noise_mps[l] * self.noise_keeps + self.lanes.noise_step_mps[l] * fresh_noise[l]);
         self.lanes.error_mps =
             lane(|l| self.lanes.error_mps[l] * self.error_decay + self.lanes.error_step_mps[l] * fresh[l]);
         let seen_mps = lane(|l| {

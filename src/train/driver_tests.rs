@@ -1,13 +1,15 @@
 //! Drivers of the fast ring: compliance, sources of the ego's speed and late perception.
 
 use super::{
-    ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, environment::VecEnv, evaluate,
-    simd::LANES,
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, drawn_ring::draw_ring,
+    driver::AdviceFollower, environment::VecEnv, evaluate, ring::VectorizedRing, simd::LANES,
 };
 use crate::{
     driver::Population,
     metrics::{DrivenBy, EvaluationResult, mean_and_interval},
     policy::{ConstantSpeed, Policy},
+    rng,
+    traffic::AccelNoise,
 };
 
 fn config(driver: DriverConfig) -> TrainConfig {
@@ -32,6 +34,41 @@ fn driven(config: &TrainConfig, advice_mps: Option<f64>) -> Vec<EvaluationResult
     evaluate(config, "driver test", LANES, || {
         advice_mps.map(|speed_mps| Box::new(ConstantSpeed { speed_mps }) as Box<dyn Policy>)
     })
+}
+
+#[test]
+fn a_driver_who_errs_has_the_noise_of_measured_people() {
+    let mut config = config(DriverConfig { leader_reaction_s: 0.0, ..DriverConfig::default() });
+    config.ring.traffic_drivers = "safe-followers".into();
+    let people = config.ring.traffic_drivers().swap_remove(0);
+    let AccelNoise::OrnsteinUhlenbeck { sd_mps2, memory_s } = people.typical().noise else { panic!("noise") };
+    let step_s = config.ring.step_s;
+    let (mut ring, mut follower) = (VectorizedRing::new(22, step_s), AdviceFollower::new(&config));
+    for l in 0..LANES {
+        let mut stream = rng::stream(l as u64, "noise");
+        ring.set(l, &draw_ring(&config, &people, &mut stream).start);
+        follower.draw(l, &config, &mut stream);
+    }
+    let mut all: Vec<[f64; LANES]> = Vec::new();
+    for _ in 0..20_000 {
+        let before_mps = *ring.ego_mps();
+        let model_mps2 = ring.ego_by_model_seen(ring.gap_m(), ring.leader_mps(), ring.time_gap_s());
+        let after_mps = follower.step(&ring);
+        all.push(std::array::from_fn(|l| {
+            let noise_mps2 = f64::from(after_mps[l] - before_mps[l]) / step_s - f64::from(model_mps2[l]);
+            if before_mps[l] >= 1.0 { noise_mps2 } else { f64::NAN }
+        }));
+        ring.step(Some(&after_mps));
+    }
+    let moment = |lag: usize| {
+        let pairs = all.iter().zip(&all[lag..]).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b));
+        let kept: Vec<f64> = pairs.filter(|product| product.is_finite()).collect();
+        kept.iter().sum::<f64>() / kept.len() as f64
+    };
+    // 16 rings of 2,000 s have 25,000 time constants: a statistical error below 1 % of the variance.
+    assert!((moment(0).sqrt() / sd_mps2 - 1.0).abs() < 0.05, "{} of {sd_mps2}", moment(0).sqrt());
+    let later = moment((memory_s / step_s).round() as usize) / moment(0);
+    assert!((later - (-1.0_f64).exp()).abs() < 0.05, "{later}");
 }
 
 #[test]

@@ -324,8 +324,9 @@ impl VecEnv {
         }
         self.unsampled_steps = 0;
         let advised = lane(|l| self.follower.advised_mps(l).map_or(-1.0, |advised| advised as f32));
-        let reaction_s = lane(|l| self.observed(l).reaction_s as f32);
-        let time_gap_factor = lane(|l| self.observed(l).time_gap_factor as f32);
+        let observed: [ObservedDriver; LANES] = std::array::from_fn(|l| self.observed(l));
+        let reaction_s = lane(|l| observed[l].reaction_s as f32);
+        let time_gap_factor = lane(|l| observed[l].time_gap_factor as f32);
         let now =
             [*self.ring.ego_mps(), *self.ring.leader_mps(), *self.ring.gap_m(), advised, reaction_s, time_gap_factor];
         if let Some(samples) = &mut self.samples {

@@ -9,7 +9,9 @@ use super::{
 };
 use crate::{
     metrics::DrivenBy,
-    policy::{Action, Advisor, Controller, ControllerKind, CorrectedAdvice, Hold, Network, NetworkLayer, TwoPhase},
+    policy::{
+        Action, Advisor, Controller, ControllerKind, CorrectedAdvice, Hold, Network, NetworkLayer, Policy, TwoPhase,
+    },
     time::Tick,
 };
 
@@ -23,6 +25,37 @@ fn block(config: &TrainConfig) -> VecEnv {
 
 fn all(action: Action) -> [Action; LANES] {
     [action; LANES]
+}
+
+/// Drive beside a training: the same rings, each advised through an advisor.
+struct Drive {
+    config: TrainConfig,
+    env: VecEnv,
+    advisors: Vec<Advisor>,
+    steps: u64,
+}
+
+impl Drive {
+    fn of(config: &TrainConfig, policy: impl Fn() -> Box<dyn Policy>) -> Self {
+        let advisors = (0..LANES).map(|_| Advisor::new(Some(policy()), config.hold(), 0.4)).collect();
+        Self { config: config.clone(), env: block(config), advisors, steps: 0 }
+    }
+
+    /// Drives one hold; `check` gets the number of the ring and its new advice, m/s.
+    fn hold(&mut self, mut check: impl FnMut(usize, f64)) {
+        let hold = self.config.hold();
+        for _ in 0..hold.steps() {
+            for (l, advisor) in self.advisors.iter_mut().enumerate() {
+                let seen = self.env.observe(l);
+                if let Some(advice) = advisor.step(Tick(self.steps * 10), &seen, self.config.ring.idm.v0) {
+                    check(l, advice.target_mps);
+                    self.env.advise(l, Some(Action::Speed(advice.target_mps)), hold);
+                }
+            }
+            self.env.step();
+            self.steps += 1;
+        }
+    }
 }
 
 #[test]
@@ -89,23 +122,14 @@ fn a_controller_without_correction_advises_in_training_as_in_a_drive() {
         let kind = controller.kind();
         let mut training = block(&config);
         training.correct(&CorrectedAdvice::Controller(controller));
-        let mut drive = block(&config);
-        let advisor = |_| Advisor::new(Some(controller.policy(config.ring.step_s)), config.hold(), 0.4);
-        let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+        let mut drive = Drive::of(&config, || controller.policy(config.ring.step_s));
         for decision in 0..29 {
-            for step in 0..20 {
-                for (l, advisor) in advisors.iter_mut().enumerate() {
-                    let now = Tick((decision * 20 + step) * 10);
-                    if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
-                        assert_eq!(training.observe(l).corrected_mps, Some(advice.target_mps), "{kind:?}, {decision}");
-                        drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
-                    }
-                }
-                drive.step();
-            }
+            drive.hold(|l, advised_mps| {
+                assert_eq!(training.observe(l).corrected_mps, Some(advised_mps), "{kind:?}, {decision}");
+            });
             training.hold(&all(Action::Speed(0.0)));
         }
-        assert_eq!(training.rings().ego_mps(), drive.rings().ego_mps(), "{kind:?}");
+        assert_eq!(training.rings().ego_mps(), drive.env.rings().ego_mps(), "{kind:?}");
         // The minute is over: a ring that starts again has a newly engaged controller.
         let outcomes = training.hold(&all(Action::Speed(0.0)));
         assert_eq!(outcomes[0].ending, Ending::Horizon);
@@ -141,30 +165,21 @@ fn a_corrected_network_advises_in_training_as_in_a_drive() {
     let whole = Network { corrected: Some(advice.clone()), ..constant_correction(&config, correction) };
     let mut training = block(&config);
     training.correct(&advice);
-    let mut drive = block(&config);
-    let advisor = |_| Advisor::new(Some(whole.clone().policy(config.ring.step_s)), config.hold(), 0.4);
-    let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+    let mut drive = Drive::of(&config, || whole.clone().policy(config.ring.step_s));
     let mut seen_mps = Vec::new();
     for decision in 0..29 {
-        for step in 0..20 {
-            for (l, advisor) in advisors.iter_mut().enumerate() {
-                let now = Tick((decision * 20 + step) * 10);
-                if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
-                    let trained_mps = training.observe(l).corrected_mps.unwrap();
-                    // The drive computes the mean speed in double precision.
-                    let apart_mps = trained_mps + f64::from(correction) - advice.target_mps;
-                    assert!(apart_mps.abs() < 1e-3, "{decision}: {trained_mps}, {}", advice.target_mps);
-                    seen_mps.push(trained_mps);
-                    drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
-                }
-            }
-            drive.step();
-        }
+        drive.hold(|l, advised_mps| {
+            let trained_mps = training.observe(l).corrected_mps.unwrap();
+            // The drive computes the mean speed in double precision.
+            let apart_mps = trained_mps + f64::from(correction) - advised_mps;
+            assert!(apart_mps.abs() < 1e-3, "{decision}: {trained_mps}, {advised_mps}");
+            seen_mps.push(trained_mps);
+        });
         training.hold(&all(Action::Speed(f64::from(correction))));
     }
     let spread = seen_mps.iter().fold(0.0_f64, |a, v| a.max(*v)) - seen_mps.iter().fold(99.0_f64, |a, v| a.min(*v));
     assert!(seen_mps.len() == 29 * LANES && spread > 0.5, "{spread}");
-    let apart = training.rings().ego_mps().iter().zip(drive.rings().ego_mps()).map(|(a, b)| (a - b).abs());
+    let apart = training.rings().ego_mps().iter().zip(drive.env.rings().ego_mps()).map(|(a, b)| (a - b).abs());
     assert!(apart.clone().all(|apart| apart < 1e-3), "{:?}", apart.collect::<Vec<_>>());
     // The minute is over: the corrected network sees the ring that starts again.
     let CorrectedAdvice::Network(network) = &advice else { unreachable!("made above") };
@@ -189,23 +204,13 @@ fn drivers_are_probed_in_training_as_in_a_drive() {
     let weights = vec![vec![0.0]; constant.inputs.len()];
     // The limits are 0 and 10 m/s, and an output of -0.25 is 3.75 m/s.
     constant.layers = vec![NetworkLayer { bias: vec![-0.25], weights }];
-    let (mut training, mut drive) = (block(&config), block(&config));
-    let advisor = |_| Advisor::new(Some(constant.clone().policy(config.ring.step_s)), config.hold(), 0.4);
-    let mut advisors: Vec<Advisor> = (0..LANES).map(advisor).collect();
+    let mut training = block(&config);
+    let mut drive = Drive::of(&config, || constant.clone().policy(config.ring.step_s));
     for decision in 0..29 {
-        for step in 0..20 {
-            for (l, advisor) in advisors.iter_mut().enumerate() {
-                let now = Tick((decision * 20 + step) * 10);
-                if let Some(advice) = advisor.step(now, &drive.observe(l), config.ring.idm.v0) {
-                    // The period of 4 s is two holds.
-                    assert_eq!(advice.target_mps, if decision % 2 == 0 { 4.0 } else { 3.5 }, "{decision}");
-                    drive.advise(l, Some(Action::Speed(advice.target_mps)), config.hold());
-                }
-            }
-            drive.step();
-        }
+        // The period of 4 s is two holds.
+        drive.hold(|_, advised_mps| assert_eq!(advised_mps, if decision % 2 == 0 { 4.0 } else { 3.5 }, "{decision}"));
         training.hold(&all(Action::Speed(3.75)));
-        assert_eq!(training.rings().ego_mps(), drive.rings().ego_mps(), "{decision}");
+        assert_eq!(training.rings().ego_mps(), drive.env.rings().ego_mps(), "{decision}");
     }
 }
 

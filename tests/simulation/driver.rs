@@ -113,6 +113,7 @@ impl OfflineDrive<'_> {
                     range_mps: 0.5,
                     is_fallback: false,
                     driver: None,
+                    observed: None,
                 });
                 let controls = driver.controls(&Perception {
                     speed_mps: state.speed_mps,
@@ -465,6 +466,7 @@ fn a_driver_handles_a_car_without_creep() {
         range_mps: 0.5,
         is_fallback: false,
         driver: None,
+        observed: None,
     };
     for target in [2.0, 0.0, 4.0] {
         for _ in 0..2000 {

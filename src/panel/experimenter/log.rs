@@ -149,6 +149,7 @@ mod tests {
             range_mps: 0.5,
             is_fallback: false,
             driver: None,
+            observed: None,
         };
         let mut log = DriveLog::on(Vec::new(), 250.0, 4.0, 8.0);
         assert_eq!(log.share_in_range(), None);

@@ -289,10 +289,16 @@ impl ExperimenterPanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
             ui.add_space(4.0);
             readout::numbers(ui, &state.drive);
-            if let Some(driver) = state.drive.readings.and_then(|now| now.advice?.driver) {
+            let advice = state.drive.readings.and_then(|now| now.advice);
+            if let Some(driver) = advice.and_then(|advice| advice.driver) {
                 ui.separator();
                 title(ui, "Driver, as estimated by the policy");
                 readout::driver(ui, &driver);
+            }
+            if let Some(observed) = advice.and_then(|advice| advice.observed) {
+                ui.separator();
+                title(ui, "Driver, as observed from speed and advice");
+                readout::observed_driver(ui, &observed);
             }
             ui.separator();
             lamps::show(ui, lamps);

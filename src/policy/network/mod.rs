@@ -206,6 +206,7 @@ pub fn bounded(limits: [f64; 2], speed_change_mps: f64, hold_s: f64) -> [f64; 2]
     [limits[0].max(-most), limits[1].min(most)]
 }
 
+/// The layers alone. Estimator, corrected advice, probe and silence of a policy's file are in [`Network::policy`].
 impl Policy for Network {
     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
         self.action(observation)

@@ -85,6 +85,21 @@ pub const ADVICE: &[TableColumn<AdviceRow>] = &[
         |r| Some(r.advice.driver?.mean.willingness),
     ),
     number("driver_willingness_sd", "", "standard deviation of that", |r| Some(r.advice.driver?.sd.willingness)),
+    number(
+        "observed_deviation_mps",
+        "m/s",
+        "speed that the driver seeks less the advice of a reaction time ago, from their history; empty where the policy does not observe",
+        |r| Some(r.advice.observed?.deviation_mps),
+    ),
+    number("observed_reaction_s", "s", "the driver's reaction time, from their history", |r| {
+        Some(r.advice.observed?.reaction_s)
+    }),
+    number(
+        "observed_time_gap_factor",
+        "",
+        "the driver's time gap as a multiple of the other vehicles', from their history",
+        |r| Some(r.advice.observed?.time_gap_factor),
+    ),
 ];
 
 fn action(advice: &Advice) -> (&'static str, f64) {

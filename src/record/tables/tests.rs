@@ -5,7 +5,7 @@ use crate::{
     controls::{Controls, Indicator, Selector},
     ego::EgoState,
     map::network::{LanePosition, Network},
-    policy::{Action, Advice, DriverEstimate, DriverTraits},
+    policy::{Action, Advice, DriverEstimate, DriverTraits, ObservedDriver},
     sim::{EndReason, Event, EventKind, Leader, Snapshot, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
@@ -56,6 +56,7 @@ const ADVISED: Advice = Advice {
             willingness: 0.5,
         },
     }),
+    observed: Some(ObservedDriver { deviation_mps: -0.125, reaction_s: 0.875, time_gap_factor: 1.125 }),
 };
 
 /// Snapshot of the ego at 6 m/s, 10 m behind a vehicle at 4 m/s; 0.5 rad left of east, nose 0.1 rad down, right side 0.2 rad
@@ -243,6 +244,9 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         ("driver_time_gap_factor_sd", "0.062500"),
         ("driver_willingness", "0.750000"),
         ("driver_willingness_sd", "0.500000"),
+        ("observed_deviation_mps", "-0.125000"),
+        ("observed_reaction_s", "0.875000"),
+        ("observed_time_gap_factor", "1.125000"),
     ];
     is(ADVICE, &advice, &expected);
 
