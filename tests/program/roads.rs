@@ -57,6 +57,18 @@ fn an_evaluation_drives_the_road_that_is_named_or_refuses_it() {
 }
 
 #[test]
+fn whole_drives_refuse_settings_that_only_the_fast_ring_has() {
+    for (setting, value, why) in [
+        ("--circumference-max", "260", "--circumference-max is for traffic ring; the road of whole drives is a map"),
+        ("--truck-share", "0.2", "--truck-share is for traffic ring"),
+        ("--vehicles-max", "26", "--vehicles-max is 26 and --vehicles-min 22; whole drives have the same number"),
+    ] {
+        let (code, _, text) = evaluated(&["--traffic", "native", "--policy", "none", setting, value]);
+        assert!(code == 2 && text.contains(why) && text.contains("remedy: "), "{code}: {text}");
+    }
+}
+
+#[test]
 fn a_policy_that_was_trained_for_other_roads_is_said_and_driven() {
     // 22 vehicles have 29.1 m each on the larger ring; the policy knows 8 to 16 m.
     let (code, text) = run(&["--traffic", "native", "--map", "ring-641", "--policy", "ring-250-speed"]);

@@ -2,6 +2,7 @@
 //! Drives the fast ring, or whole drives on either traffic engine. Out: a table, CSV and figures.
 
 mod benchmark;
+mod checks;
 #[cfg(test)]
 mod columns_tests;
 pub(super) mod plan;

@@ -1,10 +1,13 @@
 //! Plan of an evaluation: every combination of policies, holds and drivers. In: the command line. Out: an [`EvaluationPlan`].
 
-use super::CliError;
+use super::{
+    CliError,
+    checks::{check_network, check_ring, check_whole},
+};
 use crate::{
     cli::flags,
     driver::{self, DriverError, NamedDriver, Population},
-    map::{self, RoadMap},
+    map::RoadMap,
     policy::{self, Policy, PolicySettings, PolicySource, ResolvedPolicy},
     scenario::{AdvisedVehicles, PlannedDrive, Scenario},
     settings::{Settings, fields_of},
@@ -13,7 +16,7 @@ use crate::{
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
     train::TrainConfig,
 };
-use clap::{ArgMatches, parser::ValueSource};
+use clap::ArgMatches;
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
 
 /// Simulation engine of an evaluation.
@@ -234,8 +237,9 @@ impl EvaluationPlan {
             check_network(matches, &scenario.map, &engine)?;
             settings.equilibrium_mps = 0.0;
         }
-        if engine == Engine::FastRing {
-            check_ring(matches, &scenario.map, drive.map())?;
+        match engine {
+            Engine::FastRing => check_ring(matches, &scenario.map, drive.map())?,
+            Engine::Traffic(_) => check_whole(matches, config)?,
         }
         let advised = advised_curve(matches, &engine, &drive)?;
         let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
@@ -352,19 +356,6 @@ pub(super) fn asked_map(matches: &ArgMatches) -> String {
     matches.get_one::<String>("map").cloned().unwrap_or_default()
 }
 
-/// Fails if a road was named that the fast ring does not have.
-fn check_ring(matches: &ArgMatches, map: &str, road: &RoadMap) -> Result<(), CliError> {
-    let is_asked = matches.value_source("map") == Some(ValueSource::CommandLine);
-    if !is_asked || map::known_as(road).and_then(|name| TrainConfig::of_ring(&name)).is_some() {
-        return Ok(());
-    }
-    Err(CliError::Input(format!(
-        "map {map} is for whole drives; traffic ring has {} and the rings of a configuration\n  remedy: --traffic native \
-         or --traffic sumo",
-        TrainConfig::RINGS.join(", ")
-    )))
-}
-
 fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
     match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
         "ring" => Ok(Engine::FastRing),
@@ -395,7 +386,7 @@ fn drivers(matches: &ArgMatches, config: &TrainConfig, engine: &Engine) -> Resul
     Ok(drivers)
 }
 
-fn asked_policies(matches: &ArgMatches) -> Option<impl Iterator<Item = &String>> {
+pub(super) fn asked_policies(matches: &ArgMatches) -> Option<impl Iterator<Item = &String>> {
     matches.get_many::<String>("policy")
 }
 
@@ -412,22 +403,6 @@ fn policies(matches: &ArgMatches, road: &RoadMap, needs_baseline: bool) -> (Vec<
         names.push("none".into());
     }
     (names, resolved)
-}
-
-/// Fails if an evaluation on a network lacks a setting for which only rings have a default.
-fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) -> Result<(), CliError> {
-    let lacks = if *engine != Engine::Traffic(EngineChoice::Sumo) {
-        format!("traffic {engine} is for closed routes\n  remedy: --traffic sumo")
-    } else if !matches.contains_id("advised") {
-        "the advised vehicles are a share of the vehicles that enter\n  remedy: --advised 10%,25%".into()
-    } else if asked_policies(matches).is_none_or(|mut names| names.any(|name| name == policy::AUTO)) {
-        "--policy auto has no policy there\n  remedy: --policy pi, or constant, follower-stopper or linear-feedback \
-         with --policy-speed, or a file"
-            .into()
-    } else {
-        return Ok(());
-    };
-    Err(CliError::Input(format!("map {map} is a network that vehicles enter and leave: {lacks}")))
 }
 
 /// Returns the numbers or shares of a curve of advised vehicles, from none upwards; `None` if only the ego is advised.
