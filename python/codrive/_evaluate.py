@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from codrive._library_policies import actions_of, label
+from codrive._library_policies import MEANING, actions_of, label, trained_with
 from codrive._codrive import Configuration, evaluate_actions, evaluate_policy, policy_names
 from codrive._frames import Frames, library
 from codrive._settings import configuration
@@ -45,12 +45,14 @@ def evaluate(
         policy: A name (from ``codrive.policies()``, or ``"auto"`` for the one shipped for the ring), a policy.toml, or an ONNX file;
             a callable that takes observations, float32, ``(over, k)``, and returns actions, ``(over, 1)`` or ``(over,)``, as for
             ``make_vec`` with the same settings; an object with ``predict``, such as a model of Stable-Baselines3; an algorithm of RLlib
-            (its default module) or an ``RLModule``, on PyTorch; or a list of these. None: all built-in policies.
+            (its default module) or an ``RLModule``, on PyTorch; or a list of these. None: all built-in policies. A model that was trained
+            in an environment of codrive brings its kind of advice, inputs, scales and hold along; a recurrent one keeps its state, and
+            one with a ``VecNormalize`` gets normalised observations.
         name: As ``codrive.make``.
         over: Number of rings, each with its own random numbers, 1 to 100,000.
-        hold: Duration of one advice, s; or a list of these.
+        hold: Duration of one advice, s; or a list of these. None: that of the model, or of the settings.
         driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings.
-        advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``.
+        advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``. A model brings its own.
         policy_speed: Target speed of the built-in policies, m/s; 0 is 98.5 % of the equilibrium speed.
         as_: ``"pandas"`` or ``"polars"``.
         progress: Shows progress on standard error; None: if it is a terminal.
@@ -65,7 +67,8 @@ def evaluate(
 
     Raises:
         TypeError: There is no setting of that name, or ``policy`` is not a policy.
-        ValueError: A value is not allowed, there is no such policy, or its actions are invalid.
+        ValueError: A value is not allowed, there is no such policy, its actions are invalid, or a model was trained with another meaning of
+            observations or actions.
     """
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
@@ -80,7 +83,7 @@ def evaluate(
     asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
     settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
     held = list(hold) if isinstance(hold, Iterable) else [hold]
-    cases = [(one, configuration(name, hold_s, advice, driver, settings, _ELSEWHERE)) for one in asked for hold_s in held]
+    cases = [(one, _case(one, name, hold_s, advice, driver, settings)) for one in asked for hold_s in held]
     rows: list[dict[str, Any]] = []
     meter = _Meter(len(cases) * int(over), progress)
     for one, case in cases:
@@ -92,6 +95,28 @@ def evaluate(
     columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
     more = {"infer_schema_length": None} if as_ == "polars" else {}
     return frames.DataFrame(columns, **more)
+
+
+def _case(
+    policy: Any, name: str, hold: float | None, advice: str | None, driver: str | None, settings: dict[str, Any]
+) -> Configuration:
+    """Returns the settings of one evaluation. What a model was trained with fills in what was not given.
+
+    Raises:
+        ValueError: What was given contradicts the model.
+    """
+    own = trained_with(policy)
+    if own is None:
+        return configuration(name, hold, advice, driver, settings, _ELSEWHERE)
+    brought = {key: own[key] for key in MEANING if not (key == "action" and advice is not None)}
+    hold = own["hold_s"] if hold is None and "hold_s" not in settings else hold
+    case = configuration(name, hold, advice, driver, {**brought, **settings}, _ELSEWHERE)
+    now = json.loads(case.json())
+    for key in MEANING:
+        if now[key] != own[key]:
+            said = "advice" if key == "action" else key
+            raise ValueError(f"{said} is {now[key]!r}, and {label(policy)} was trained with {own[key]!r}; leave it out: the model brings it")
+    return case
 
 
 def _results(

@@ -73,10 +73,16 @@ class AdviceMeaning:
         return self.settings.action_limits
 
 
+#: Attribute of an action space with the settings of its environment, JSON. Libraries keep the space in a model, also in its file.
+MADE_WITH = "codrive_settings"
+
+
 def spaces(settings: AdviceSettings) -> tuple[Box, Space]:
     """Returns the observation space and the action space of one vehicle."""
     observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
-    return observation, Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
+    action = Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
+    setattr(action, MADE_WITH, getattr(settings, "learning", settings).json())
+    return observation, action
 
 
 def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") -> NDArray[np.float32]:

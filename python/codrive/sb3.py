@@ -89,7 +89,8 @@ class VecEnv(_VecEnv):
 
 
 def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Returns the policy network of a model, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer.
+    """Returns the policy network of a model, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer. The first
+    layer takes the normaliser of a ``VecNormalize`` over, but for its limit ``clip_obs``.
 
     Args:
         model: One of PPO, TRPO or A2C with ``MlpPolicy`` and tanh between its layers, their default.
@@ -98,6 +99,8 @@ def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
         ValueError: The network has another structure; export it as ONNX, with the text of ``codrive.describe_policy`` beside it.
     """
     policy = model.policy
+    if hasattr(policy, "lstm_actor"):
+        raise ValueError(f"the policy is {type(policy).__name__}, whose memory is outside of its layers; codrive.evaluate takes it, a policy file not yet")
     # Without hidden layers it is empty, and the policy is a linear map.
     hidden = getattr(getattr(policy, "mlp_extractor", None), "policy_net", None)
     kinds = [] if hidden is None else [type(part).__name__ for part in hidden]
@@ -107,4 +110,11 @@ def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
             "Export it as ONNX, and write codrive.describe_policy(envs) beside it as NAME.onnx.toml"
         )
     linear = [*hidden[::2], policy.action_net]
-    return [(part.weight.detach().cpu().numpy().T, part.bias.detach().cpu().numpy()) for part in linear]
+    made = [(part.weight.detach().cpu().numpy().T, part.bias.detach().cpu().numpy()) for part in linear]
+    normaliser = model.get_vec_normalize_env()
+    if normaliser is not None and normaliser.norm_obs:
+        weights, bias = made[0]
+        scale = 1.0 / np.sqrt(normaliser.obs_rms.var + normaliser.epsilon)
+        scaled = weights * scale[:, None]
+        made[0] = (scaled.astype(np.float32), (bias - normaliser.obs_rms.mean @ scaled).astype(np.float32))
+    return made

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -84,6 +85,50 @@ def test_something_with_predict_is_asked_without_noise():
     middle = codrive.evaluate("constant", over=3, policy_speed=5.0, **SHORT)
     assert set(own.policy) == {"Model"}
     assert list(own.mean_speed_mps) == list(middle.mean_speed_mps)
+
+
+def test_a_model_with_memory_is_asked_with_its_state():
+    class Counting:
+        """Advises 1, 2, 3, ... m/s, the number of holds that it remembers."""
+
+        def predict(self, observation, state=None, episode_start=None, deterministic=False):
+            state = np.zeros(len(observation)) if state is None else state
+            assert deterministic and (episode_start is None or not episode_start.any())
+            return (2.0 * (state[:, None] + 1.0) / 10.0 - 1.0).astype(np.float32), state + 1.0
+
+    model = Counting()
+    first = codrive.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
+    holds = iter(range(1, 7))
+    wanted = codrive.evaluate(
+        lambda seen: np.full((2, 1), 2.0 * next(holds) / 10.0 - 1.0, np.float32), over=2, advice="speed", hold=5.0, **SHORT
+    )
+    assert list(first.mean_speed_mps) == list(wanted.mean_speed_mps) and next(holds, None) is None
+    # Another evaluation begins without memory.
+    again = codrive.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
+    assert list(again.mean_speed_mps) == list(first.mean_speed_mps)
+
+
+def test_a_model_brings_the_meaning_of_its_numbers():
+    class Model:
+        def __init__(self, env):
+            # Libraries store the space in a model's file.
+            self.action_space = pickle.loads(pickle.dumps(env.action_space))
+
+        def predict(self, observation, deterministic=False):
+            assert observation.shape == (2, 2)
+            return np.zeros((len(observation), 1), np.float32), None
+
+    model = Model(codrive.make(advice="speed", hold=3.0, sees="speed,gap", top_speed_mps=8.0))
+    own = codrive.evaluate(model, over=2, **SHORT)
+    # The middle of 0 to 8 m/s, held 3 s.
+    middle = codrive.evaluate("constant", over=2, policy_speed=4.0, hold=3.0, **SHORT)
+    assert set(own.hold_s) == {3.0} and list(own.mean_speed_mps) == list(middle.mean_speed_mps)
+    assert set(codrive.evaluate(model, over=2, hold=5.0, **SHORT).hold_s) == {5.0}
+    said = "advice is 'acceleration', and Model was trained with 'speed'; leave it out"
+    with pytest.raises(ValueError, match=said):
+        codrive.evaluate(model, over=2, advice="acceleration", **SHORT)
+    with pytest.raises(ValueError, match="top_speed_mps is 10.0, and Model was trained with 8.0"):
+        codrive.evaluate(model, over=2, top_speed_mps=10.0, **SHORT)
 
 
 def test_the_table_is_of_pandas_or_of_polars():

@@ -31,6 +31,37 @@ class Algorithm:
         return self.module
 
 
+def test_a_recurrent_module_keeps_its_state():
+    from ray.rllib.algorithms.ppo.ppo_catalog import PPOCatalog
+    from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
+    from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
+
+    env = codrive.make(advice="speed", hold=2.0, **SHORT)
+    torch.manual_seed(1)
+    module = DefaultPPOTorchRLModule(
+        observation_space=env.observation_space,
+        action_space=env.action_space,
+        model_config=asdict(DefaultModelConfig(use_lstm=True, lstm_cell_size=8, max_seq_len=4)),
+        catalog_class=PPOCatalog,
+    )
+
+    def by_hand(keeps):
+        begin = {key: part.unsqueeze(0).repeat(3, 1, 1) if part.dim() == 2 else part.unsqueeze(0).repeat(3, 1)
+                 for key, part in module.get_initial_state().items()}
+        states = [begin]
+
+        def ask(seen):
+            with torch.no_grad():
+                given = module.forward_inference({"obs": torch.as_tensor(seen)[:, None], "state_in": states[-1] if keeps else begin})
+            states.append(given["state_out"])
+            return given["action_dist_inputs"][:, 0, :1].numpy()
+
+        return list(codrive.evaluate(ask, over=3, advice="speed", hold=2.0, **SHORT).mean_speed_mps)
+
+    own = codrive.evaluate(module, over=3, **SHORT)
+    assert set(own.hold_s) == {2.0} and list(own.mean_speed_mps) == by_hand(True) != by_hand(False)
+
+
 @pytest.mark.parametrize("levels", [0, 5])
 def test_a_module_advises_what_its_network_says_without_exploring(levels):
     from ray.rllib.algorithms.ppo.ppo_catalog import PPOCatalog

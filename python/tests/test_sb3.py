@@ -56,8 +56,37 @@ def test_it_learns_on_many_rings_and_its_model_is_evaluated():
     envs = codrive.sb3.VecEnv(num_envs=64, advice="speed", **SHORT)
     model = PPO("MlpPolicy", envs, n_steps=8, batch_size=256, n_epochs=1, seed=1, device="cpu")
     model.learn(512)
-    table = codrive.evaluate(model, over=2, advice="speed", **SHORT)
+    # It was trained with advice of speed, and is judged so.
+    table = codrive.evaluate(model, over=2, **SHORT)
     assert set(table.policy) == {"PPO"} and np.isfinite(table.mean_speed_mps).all()
+    given = codrive.evaluate(model, over=2, advice="speed", **SHORT)
+    assert list(given.mean_speed_mps) == list(table.mean_speed_mps)
+
+
+def test_a_normaliser_of_observations_belongs_to_the_model(tmp_path):
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    import codrive.sb3
+
+    ring = {"warm_up_s": 5.0, "horizon_s": 20.0}
+    envs = VecNormalize(codrive.sb3.VecEnv(num_envs=16, advice="speed", **ring))
+    model = PPO("MlpPolicy", envs, n_steps=8, batch_size=64, n_epochs=1, seed=1, device="cpu")
+    model.learn(256)
+    own = codrive.evaluate(model, over=3, **ring)
+
+    def by_hand(seen):
+        return model.predict(envs.normalize_obs(seen), deterministic=True)[0]
+
+    wanted = codrive.evaluate(by_hand, over=3, advice="speed", **ring)
+    assert list(own.mean_speed_mps) == list(wanted.mean_speed_mps)
+    without = codrive.evaluate(lambda seen: model.predict(seen, deterministic=True)[0], over=3, advice="speed", **ring)
+    assert list(own.mean_speed_mps) != list(without.mean_speed_mps)
+    # The first layer of the file takes it over.
+    file = tmp_path / "normalised.toml"
+    codrive.save_policy(file, codrive.sb3.layers(model), envs)
+    saved = codrive.evaluate(file, over=3, advice="speed", **ring)
+    assert np.allclose(saved.mean_speed_mps, own.mean_speed_mps, rtol=0.0, atol=1e-4)
 
 
 def test_its_networks_become_policies_of_ours(tmp_path):
