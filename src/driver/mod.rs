@@ -278,14 +278,14 @@ mod tests {
     use super::*;
     use crate::{time::TICK_S, traffic::TrafficDrivers};
 
+    /// Returns what a driver sees behind a leader on a road with a limit of 30 m/s.
+    fn behind(speed_mps: f64, gap_m: f64, leader_mps: f64) -> Perception {
+        let leader = Some(SeenLeader { gap_m, speed_mps: leader_mps });
+        Perception { speed_mps, leader, speed_limit_mps: 30.0, ..Perception::default() }
+    }
+
     #[test]
     fn among_measured_people_a_driver_follows_by_their_model() {
-        let seen = Perception {
-            speed_mps: 5.0,
-            leader: Some(SeenLeader { gap_m: 8.0, speed_mps: 4.0 }),
-            speed_limit_mps: 30.0,
-            ..Perception::default()
-        };
         let car = CarParams::default();
         for (name, factor) in [("safe-followers", 1.0), ("gap-closers", 1.0), ("gap-closers", 1.2)] {
             let people = TrafficDrivers::named(name, IdmParams::default()).expect("a shipped population");
@@ -298,7 +298,7 @@ mod tests {
                 // A time gap of 1.2 is a gap seen as 8 / 1.2 m.
                 CarFollowing::OptimalVelocity(model) => model.acceleration(5.0, 4.0, 8.0 / factor, 30.0),
             };
-            let wanted = driver.wanted_mps2(&seen);
+            let wanted = driver.wanted_mps2(&behind(5.0, 8.0, 4.0));
             assert!((wanted - expected).abs() < 1e-9, "{name}: {wanted} of {expected}");
         }
     }
@@ -310,10 +310,8 @@ mod tests {
         let mut driver =
             SimulatedDriver::new(&DriverParams::default(), &CarParams::default(), 1).unwrap().among(&people);
         let mut noise_mps2 = |speed_mps: f64| {
-            let leader = Some(SeenLeader { gap_m: 12.0, speed_mps });
-            let seen = Perception { speed_mps, leader, speed_limit_mps: 30.0, ..Perception::default() };
-            let limit_mps = 30.0;
-            driver.wanted_mps2(&seen) - people.typical().model.acceleration(speed_mps, speed_mps, 12.0, limit_mps)
+            let model_mps2 = people.typical().model.acceleration(speed_mps, speed_mps, 12.0, 30.0);
+            driver.wanted_mps2(&behind(speed_mps, 12.0, speed_mps)) - model_mps2
         };
         assert_eq!(noise_mps2(0.0), 0.0, "a queue does not creep");
         let all: Vec<f64> = (0..1_000_000).map(|_| noise_mps2(5.0)).collect();
@@ -330,17 +328,11 @@ mod tests {
 
     #[test]
     fn among_the_ring_studys_vehicles_a_driver_keeps_their_own_model() {
-        let seen = Perception {
-            speed_mps: 5.0,
-            leader: Some(SeenLeader { gap_m: 8.0, speed_mps: 4.0 }),
-            speed_limit_mps: 30.0,
-            ..Perception::default()
-        };
         let car = CarParams::default();
         let study = TrafficDrivers::named("ring-study", IdmParams { t: 2.0, ..IdmParams::default() }).expect("a name");
         let params = preset("perfect").expect("a preset");
         let mut driver = SimulatedDriver::new(&params, &car, 1).expect("a driver").among(&study);
         let own = params.idm.acceleration(5.0, 4.0, 8.0);
-        assert!((driver.wanted_mps2(&seen) - own).abs() < 1e-9);
+        assert!((driver.wanted_mps2(&behind(5.0, 8.0, 4.0)) - own).abs() < 1e-9);
     }
 }

@@ -87,10 +87,11 @@ pub struct DriverObserver {
     change_count: u32,
     /// Probability of each model with each factor.
     weights: Weights,
+    /// Length of the last step, s.
     step_s: f64,
 }
 
-/// Probabilities of each model with each factor for the time gap; their sum is 1.
+/// Probabilities of each model with each factor for the time gap; their sum is 1, but for [`LEAST_WEIGHT`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Weights([[f64; FACTORS]; MODELS]);
 

