@@ -225,24 +225,24 @@ fn hash(files: &[(&str, &[u8])]) -> String {
     hash.finalize()[..6].iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Writes the files beside `folder` and renames them into place, unless they are there and unchanged.
+/// Writes the files of `folder` that are missing or changed. Each is replaced atomically and never removed: another program may be opening
+/// it now.
 fn unpack(folder: &Path, files: &[(&str, &[u8])]) -> io::Result<PathBuf> {
-    let is_there = || files.iter().all(|(name, bytes)| fs::read(folder.join(name)).is_ok_and(|there| there == *bytes));
-    if is_there() {
+    let is_there = |name: &str, bytes: &[u8]| fs::read(folder.join(name)).is_ok_and(|there| there == bytes);
+    let missing: Vec<_> = files.iter().filter(|(name, bytes)| !is_there(name, bytes)).collect();
+    if missing.is_empty() {
         return Ok(folder.into());
     }
     let beside = TemporaryFolder::within(folder.parent().unwrap_or(folder))?;
-    let unfinished = beside.path().join("files");
-    for (name, bytes) in files {
-        let file = unfinished.join(name);
-        private::folder(file.parent().unwrap_or(&unfinished))?;
-        fs::write(file, bytes)?;
-    }
-    let _ = fs::remove_dir_all(folder);
-    let moved = fs::rename(&unfinished, folder);
-    // Another program may have written them first.
-    if moved.is_err() && !is_there() {
-        moved?;
+    let unfinished = beside.path().join("file");
+    for (name, bytes) in missing {
+        let file = folder.join(name);
+        private::folder(file.parent().unwrap_or(folder))?;
+        let moved = private::replace_by(&file, &unfinished, bytes, |_| Ok(()));
+        // Another program may have written it first, and have it open.
+        if moved.is_err() && !is_there(name, bytes) {
+            moved?;
+        }
     }
     Ok(folder.into())
 }
@@ -314,6 +314,28 @@ mod tests {
         let (one, other) = (library(b"one"), library(b"other"));
         assert!(one != other && one.parent() == folder.parent());
         assert_eq!([one, other].map(|folder| fs::read(folder.join("lib.so")).unwrap()), [&b"one"[..], b"other"]);
+    }
+
+    #[test]
+    fn programs_that_start_at_once_never_take_each_others_files_away() {
+        // Eight environments of one vector start at once on a machine where codrive has never run.
+        for _ in 0..20 {
+            let cache = tempfile::tempdir().unwrap();
+            let home = cache.path().as_os_str().to_owned();
+            let start = std::sync::Barrier::new(8);
+            std::thread::scope(|scope| {
+                for _ in 0..8 {
+                    scope.spawn(|| {
+                        start.wait();
+                        let variable = |name: &str| (name == "XDG_CACHE_HOME").then(|| home.clone());
+                        let folder = in_cache(&variable, "sumo", &[("lib.so", b"library")]).unwrap();
+                        for _ in 0..50 {
+                            assert_eq!(fs::read(folder.join("lib.so")).expect("it stays there"), b"library");
+                        }
+                    });
+                }
+            });
+        }
     }
 
     #[test]
