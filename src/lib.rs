@@ -21,7 +21,7 @@
 //! * **gap**: own front bumper to the leader's rear bumper. **headway**: front bumper to front bumper (SAE J2944).
 //! * **action**: the output of a policy, an acceleration or a speed. **advice**: the target shown to the driver with
 //!   its acceptable **range**, its issue time and its hold ([`policy::Advice`]).
-//! * **agent**: a vehicle with its own physics, advice and view: the participant's, and every other advised vehicle
+//! * **agent**: a vehicle with its own driver, pedals, advice and view: the participant's, and every other advised vehicle
 //!   ([`sim::Agent`]).
 //! * **trait**: a characteristic of a driver: reaction time, bias, error, time gap, willingness. **teacher**: a policy in training
 //!   that observes the driver's traits; **estimator**: a network that estimates them from the driver's behaviour; **student**: a policy

@@ -6,7 +6,7 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     idm::IdmParams,
     map::{RoadMap, network::Network},
-    scenario::Scenario,
+    scenario::{AdvisedVehicles, Scenario},
     sim::World,
     space::CAR_LENGTH_M,
     traffic::{
@@ -238,6 +238,18 @@ fn a_tick_allocates_no_more_memory_than_its_physics_library() {
             assert_eq!(alone.more, 0, "{seen}");
             assert!(100 * near.more <= near.all, "more than now and then: {seen}");
         }
+    }
+}
+
+#[test]
+fn light_agents_allocate_no_memory_in_a_step() {
+    let _guard = alone();
+    for traffic in [EngineChoice::Native, EngineChoice::Sumo] {
+        let advised = AdvisedVehicles::Count(5);
+        let [_, near] =
+            drive(&Scenario { traffic, policy: "pi".into(), advised, duration_s: 0.0, ..Scenario::default() });
+        // As without them: of 100 ticks, in which ten steps of each agent begin, one may have a vehicle that enters the physics.
+        assert!(near.all > SETTLING_TICKS && 100 * near.more <= near.all, "{traffic}: {near:?}");
     }
 }
 

@@ -8,7 +8,7 @@ use crate::{
     policy::{Feature, Hold, LARGEST_LENGTH, LanesBeside, NetworkInput, Observation, RoadKind, length_out_of_scale},
     scenario::{PlanError, PlannedDrive, Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
-    sim::road_kind,
+    sim::{OutsideSees, road_kind},
     traffic::Demand,
     train::{DriverConfig, FollowKind, TrainConfig, inputs},
 };
@@ -245,11 +245,16 @@ impl EpisodeConfig {
         ))
     }
 
-    /// Checks whether the learner observes adjacent lanes.
-    pub(super) fn sees_lanes_beside(&self) -> bool {
+    /// Returns what the learner observes beyond its own vehicle, the leader and the road.
+    pub(super) fn outside_sees(&self) -> OutsideSees {
         let alone = RoadKind::Network(LanesBeside::default());
-        let of_rings = |feature: Feature| feature.is_seen_on(RoadKind::BareRing);
-        self.inputs().iter().any(|input| !input.feature.is_seen_on(alone) && !of_rings(input.feature))
+        let inputs = self.inputs();
+        let any = |is_seen: &dyn Fn(Feature) -> bool| inputs.iter().any(|input| is_seen(input.feature));
+        OutsideSees {
+            lanes_beside: any(&|feature| !feature.is_seen_on(alone) && !feature.is_seen_on(RoadKind::BareRing)),
+            follower: any(&Feature::is_of_follower),
+            driver: any(&Feature::is_observed),
+        }
     }
 }
 

@@ -206,19 +206,33 @@ impl SimulatedDriver {
             heading_error_rad: wrap_angle(pose.yaw_rad - route.yaw_at(here.s_m)),
             aim: dvec2(to_aim.dot(pose.forward()), to_aim.dot(pose.left())),
             next_corners_per_m: TURN_IN_S.map(corner_later),
-            bend_speed_mps: bend_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
-            next_limit_speed_mps: next_limit_speed_mps(&self.params, route, here.s_m, ego.speed_mps),
-            grade: route.grade(here.s_m),
+            ..self.look_along(route, here.s_m, ego.speed_mps)
+        }
+    }
+
+    /// Returns the view of a lane that the vehicle keeps by itself: the speeds that the road ahead allows, and its grade.
+    pub fn look_along(&self, route: &Route, s_m: f64, speed_mps: f64) -> LaneView {
+        LaneView {
+            bend_speed_mps: bend_speed_mps(&self.params, route, s_m, speed_mps),
+            next_limit_speed_mps: next_limit_speed_mps(&self.params, route, s_m, speed_mps),
+            grade: route.grade(s_m),
+            ..LaneView::default()
         }
     }
 
     /// Returns the controls of this tick.
     pub fn controls(&mut self, now: &Perception) -> Controls {
-        let wanted_mps2 = self.wanted_mps2(now);
-        let (throttle, brake) = self.pedals.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
+        let pedals = self.pedals(now);
         let wander_m = self.lane_wander.next();
         let steering_wheel_rad = self.steering.turn(&self.params, now.speed_mps, &now.lane, wander_m);
-        Controls { throttle, brake, steering_wheel_rad, selector: Selector::Drive, indicator: now.indicator }
+        Controls { steering_wheel_rad, ..pedals }
+    }
+
+    /// Returns the controls of this tick with the steering wheel straight, for a vehicle that keeps its line by itself.
+    pub fn pedals(&mut self, now: &Perception) -> Controls {
+        let wanted_mps2 = self.wanted_mps2(now);
+        let (throttle, brake) = self.pedals.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
+        Controls { throttle, brake, selector: Selector::Drive, indicator: now.indicator, ..Controls::default() }
     }
 
     /// Returns the wanted acceleration, m/s².

@@ -6,11 +6,13 @@
 
 mod body;
 mod car;
+mod longitudinal;
 mod params;
 mod powertrain;
 mod tyre;
 
 pub use car::EgoCar;
+pub use longitudinal::LongitudinalCar;
 pub use params::{
     BodyParams, BrakeParams, CarParams, EgoError, EngineParams, GearboxParams, SteeringParams, SuspensionParams,
     TyreParams,

@@ -85,20 +85,17 @@ impl Advisor {
     /// Returns an advisor that asks `policy` every `hold` and accepts `range_mps` on either side of the target. With `None` it never
     /// advises.
     pub fn new(policy: Option<Box<dyn Policy>>, hold: Hold, range_mps: f64) -> Self {
-        Self::of(policy.map_or(AdviceOrigin::Nobody, AdviceOrigin::Policy), hold, range_mps)
+        let is_observed = policy.as_ref().is_some_and(|policy| policy.observes_driver());
+        Self::of(policy.map_or(AdviceOrigin::Nobody, AdviceOrigin::Policy), is_observed, hold, range_mps)
     }
 
-    /// Returns an advisor whose actions come from [`Advisor::set_action`], each in force for `hold`.
-    pub fn from_outside(hold: Hold, range_mps: f64) -> Self {
-        Self::of(AdviceOrigin::Outside(OutsideAdvice::default()), hold, range_mps)
+    /// Returns an advisor whose actions come from [`Advisor::set_action`], each in force for `hold`. `observes_driver`: its observations
+    /// include the observed driver.
+    pub fn from_outside(hold: Hold, range_mps: f64, observes_driver: bool) -> Self {
+        Self::of(AdviceOrigin::Outside(OutsideAdvice::default()), observes_driver, hold, range_mps)
     }
 
-    fn of(origin: AdviceOrigin, hold: Hold, range_mps: f64) -> Self {
-        let is_observed = match &origin {
-            AdviceOrigin::Nobody => false,
-            AdviceOrigin::Policy(policy) => policy.observes_driver(),
-            AdviceOrigin::Outside(_) => true,
-        };
+    fn of(origin: AdviceOrigin, is_observed: bool, hold: Hold, range_mps: f64) -> Self {
         let history =
             EgoHistory { mean_speed: MeanSpeed::default(), observer: is_observed.then(DriverObserver::default) };
         Self { origin, hold, range_mps, steps: 0, history, standing: None }
@@ -214,7 +211,7 @@ mod tests {
     #[test]
     fn outside_advice_begins_in_the_next_step_and_stays_until_it_is_replaced() {
         let hold = Hold::of_steps(10, 0.1);
-        let mut outside = Advisor::from_outside(hold, 0.5);
+        let mut outside = Advisor::from_outside(hold, 0.5, true);
         let mut policy = Advisor::new(Some(Box::new(Brake)), hold, 0.5);
         let seen = |k: u64| at(4.0 - 0.01 * k as f64);
         for k in 0..35 {
@@ -232,7 +229,7 @@ mod tests {
         let expected = advised[3].max(4.0 - 0.33 - 1.0 - 0.5);
         assert!((outside.standing().unwrap().target_mps - expected).abs() < 1e-12, "{:?}", outside.standing());
         // Outside advice given at the steps at which a policy is asked equals the policy's advice bit for bit.
-        let mut same = Advisor::from_outside(hold, 0.5);
+        let mut same = Advisor::from_outside(hold, 0.5, true);
         for k in 0..35 {
             if k % 10 == 0 {
                 same.set_action(Action::Acceleration(-0.5));

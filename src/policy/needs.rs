@@ -18,6 +18,11 @@ impl Feature {
         }
     }
 
+    /// Returns true for features of the vehicle behind the ego.
+    pub fn is_of_follower(self) -> bool {
+        matches!(self, Self::FollowerGap | Self::FollowerSpeed)
+    }
+
     /// Returns true for features of the lane beside the ego's on this side.
     fn is_of_lane_to(self, side: Side) -> bool {
         use Feature::{LeftFollowerGap, LeftFollowerSpeed, LeftLeaderGap, LeftLeaderSpeed};

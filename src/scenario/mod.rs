@@ -93,6 +93,9 @@ flat_settings! {
             /// Advised vehicles, the participant's first: a share of all (5%, 0.05; on a network of the vehicles that enter) or a number
             /// (3); 0 is none. All have the same policy; the simulated driver drives the others
             advised: AdvisedVehicles = AdvisedVehicles::default(),
+            /// Physics of the advised vehicles other than the participant's: light, with driver, pedals, engine and brakes, steered by the
+            /// traffic engine; or full, as the participant's car
+            advised_body: AdvisedBody = AdvisedBody::Light,
             /// Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
@@ -195,6 +198,17 @@ pub enum StartLayout {
     Even,
     /// Close together with one long gap ahead of the ego's leader: a wave forms within about 75 s
     Bunched,
+}
+
+/// Physics of the advised vehicles other than the participant's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AdvisedBody {
+    /// Driver, pedals, engine and brakes; the traffic engine steers
+    #[default]
+    Light,
+    /// All physics of the participant's car
+    Full,
 }
 
 /// Effect of a contact with another vehicle on the drive.

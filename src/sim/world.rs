@@ -2,8 +2,8 @@
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
-//! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle; they are simulated tick by tick. The
-//! `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
+//! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle. Full ones are simulated tick by tick, light
+//! ones (`light_agent`) step by step, before the engine makes the step. The `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
 //! `perception` the input of policies and drivers.
 
 mod advice;
@@ -11,8 +11,11 @@ mod advised_selection;
 mod agent;
 mod contacts;
 mod derived_state;
+mod driving_order;
 mod ego_insertion;
 mod hand_over;
+mod light_agent;
+mod light_body;
 mod network_view;
 mod observer;
 mod outside;
@@ -25,7 +28,7 @@ mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
 
-pub use advice::{ExpectedSpeeds, policy_of, policy_settings, road_kind};
+pub use advice::{ExpectedSpeeds, OutsideSees, policy_of, policy_settings, road_kind};
 pub use agent::Agent;
 pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};
@@ -38,11 +41,12 @@ use crate::{
     ego::{CarParams, Obstacle},
     map::RoadMap,
     policy,
-    scenario::{AdvisedVehicles, OnContact, PlannedDrive, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, OnContact, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
     traffic::{Demand, EGO, Traffic, VehicleId},
 };
 use advice::DriveAdvice;
+use driving_order::DrivingOrder;
 use observer::Observer;
 use std::{
     collections::BTreeSet,
@@ -67,6 +71,8 @@ pub struct World {
     drivers: Option<AgentDrivers>,
     ego_params: CarParams,
     touchable: Touchable,
+    /// Order of the vehicles of a closed route, in which light agents find their leaders.
+    order: DrivingOrder,
     /// The engine has made the step that the next tick begins.
     is_prepared: bool,
     ended: Option<EndReason>,
@@ -120,7 +126,8 @@ impl World {
         let mut observer = match scenario.participant {
             true => {
                 let advice = advice.of_participant(scenario);
-                let agent = Agent::new(scenario, map, advice, traffic.ego_start(), traffic.bodies())?;
+                let (start, bodies) = (traffic.ego_start(), traffic.bodies());
+                let agent = Agent::new(scenario, map, advice, start, AdvisedBody::Full, bodies)?;
                 Observer::Participant(Box::new(agent))
             }
             false => Observer::spectator(map),
@@ -137,10 +144,11 @@ impl World {
             contacts_before: 0,
             drivers,
             touchable: Touchable::default(),
+            order: DrivingOrder::default(),
             is_prepared: false,
             ended: None,
         };
-        world.update_derived();
+        world.update_derived()?;
         world.sync_agents()?;
         Ok(world)
     }
@@ -184,7 +192,7 @@ impl World {
         }
         self.observer.view_mut().tick.0 += 1;
         self.others.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
-        self.update_derived();
+        self.update_derived()?;
         if self.observer.participant().is_some_and(Agent::is_at_end) {
             self.end(EndReason::PathEnd);
         }
@@ -206,6 +214,8 @@ impl World {
         }
         self.sync_agents()?;
         agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.ask_policy(&self.drive));
+        let (all, step_ticks) = (self.observer.view(), self.drive.scenario().step_ticks());
+        self.others.iter_mut().for_each(|agent| agent.choose_motion(all, step_ticks));
         self.traffic.ask(self.observer.participant().into_iter().chain(&self.others))?;
         self.is_prepared = true;
         Ok(())
@@ -219,35 +229,64 @@ impl World {
     /// Removes agents that have finished their path, and makes agents of vehicles that are to be advised. Called at the beginning of a
     /// step.
     fn sync_agents(&mut self) -> Result<(), WorldError> {
-        let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
-        self.others.retain(|agent| {
-            let stays = !(agent.is_at_end() || traffic.has_arrived(agent.id()));
-            *contacts += if stays { 0 } else { agent.contact_count() };
-            stays
-        });
+        self.remove_others(|agent, traffic| agent.is_at_end() || traffic.has_arrived(agent.id()));
         if !self.advice.advises() {
             return Ok(());
         }
         let (scenario, bodies, known) = (self.drive.scenario(), self.traffic.bodies(), self.others.len());
-        for new in self.traffic.new_agents()? {
+        let body = scenario.advised_body;
+        for new in self.traffic.new_agents(body)? {
             let driver = match &self.drivers {
                 Some(drivers) => drivers(new.id)?,
                 None => driver::named(&scenario.driver)?.params,
             };
-            let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, bodies)?;
+            let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, body, bodies)?;
             let mut agent = agent.driven_by(&driver, new.id, &self.drive)?;
             agent.view.tick = self.observer.view().tick;
             self.advised.push(new.id);
             self.others.push(agent);
         }
         let new = &mut self.others[known..];
-        for agent in &mut *new {
+        for agent in new.iter_mut().filter(|agent| agent.is_full()) {
             agent.locate();
             self.observer.insert_image(agent, &self.traffic);
         }
-        for agent in new {
+        for agent in new.iter_mut().filter(|agent| agent.is_full()) {
             self.observer.copy_view_to(agent, self.drive.map());
             agent.update_derived();
+        }
+        self.follow_traffic(known)
+    }
+
+    /// Removes the others for which `is_gone` holds.
+    fn remove_others(&mut self, is_gone: impl Fn(&Agent, &TrafficCoupling) -> bool) {
+        let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
+        self.others.retain(|agent| {
+            let stays = !is_gone(agent, traffic);
+            *contacts += if stays { 0 } else { agent.contact_count() };
+            stays
+        });
+    }
+
+    /// Takes the light agents from the `first` of the others on to where the traffic has them at the beginning of a step.
+    fn follow_traffic(&mut self, first: usize) -> Result<(), WorldError> {
+        if self.others[first..].iter().all(Agent::is_full) {
+            return Ok(());
+        }
+        if !self.traffic.is_open() {
+            self.order.take(self.observer.view(), self.observer.participant().map(|participant| &participant.image));
+        }
+        let (all, map) = (self.observer.view(), self.drive.map());
+        for agent in self.others[first..].iter_mut().filter(|agent| !agent.is_full()) {
+            let Some(now) = all.vehicle(agent.id()) else { continue };
+            let leader = match self.traffic.is_open() {
+                true => self.traffic.leader(agent.id())?,
+                false => self.order.leader(agent.id(), &map.route),
+            };
+            agent.follow_traffic(now, leader, all);
+            if agent.advice.sees_others {
+                self.observer.copy_view_to(agent, map);
+            }
         }
         Ok(())
     }
@@ -255,7 +294,9 @@ impl World {
     /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another.
     fn move_agents(&mut self) -> bool {
         match &mut self.observer {
-            Observer::Participant(participant) if self.others.is_empty() => participant.drive(self.traffic.obstacles()),
+            Observer::Participant(participant) if !self.others.iter().any(Agent::is_full) => {
+                participant.drive(self.traffic.obstacles())
+            }
             _ => self.move_several(),
         }
     }
@@ -264,14 +305,18 @@ impl World {
     fn move_several(&mut self) -> bool {
         let Touchable { agents, cars, near } = &mut self.touchable;
         agents.clear();
-        agents.extend(self.observer.participant().into_iter().chain(&self.others).map(Agent::obstacle));
-        // The observer's view has all vehicles that are not agents, at their poses of the end of this tick.
+        agents.extend(self.observer.participant().into_iter().chain(&self.others).filter_map(Agent::obstacle));
+        if agents.is_empty() {
+            return false;
+        }
+        // The observer's view has all vehicles that are not full agents, at their poses of the end of this tick.
         let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
         let others = self.observer.view().cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
         cars.extend(others.flat_map(VehicleSnapshot::obstacles));
         let mut has_touched = false;
-        for (agent, own) in agents_mut(&mut self.observer, &mut self.others).zip(&*agents) {
+        let full = agents_mut(&mut self.observer, &mut self.others).filter(|agent| agent.is_full());
+        for (agent, own) in full.zip(&*agents) {
             let is_near = |other: &&Obstacle| {
                 other.pose.position.distance(own.pose.position) < TOUCHABLE_M && other.is_at_height(own.height_m)
             };
@@ -283,17 +328,24 @@ impl World {
         has_touched
     }
 
-    /// Updates the position and the image of every agent, then every agent's view of the others and the state derived from it.
-    fn update_derived(&mut self) {
+    /// Updates the position and the image of every full agent, then their view of the others and the state derived from it; that of light
+    /// agents at a step's end.
+    fn update_derived(&mut self) -> Result<(), WorldError> {
         agents_mut(&mut self.observer, &mut self.others).for_each(Agent::locate);
-        for other in &self.others {
+        for other in self.others.iter().filter(|agent| agent.is_full()) {
             self.observer.insert_image(other, &self.traffic);
         }
-        for other in &mut self.others {
+        for other in self.others.iter_mut().filter(|agent| agent.is_full()) {
             self.observer.copy_view_to(other, self.drive.map());
         }
         self.observer.update_derived();
-        self.others.iter_mut().for_each(Agent::update_derived);
+        self.others.iter_mut().filter(|agent| agent.is_full()).for_each(Agent::update_derived);
+        if !self.begins_step() {
+            return Ok(());
+        }
+        // A light agent is where the traffic has it, and has gone with the vehicle.
+        self.remove_others(|agent, traffic| !agent.is_full() && traffic.has_arrived(agent.id()));
+        self.follow_traffic(0)
     }
 
     fn end(&mut self, reason: EndReason) {

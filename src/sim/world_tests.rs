@@ -2,6 +2,7 @@
 
 use super::{
     advice::{limited_idm, policy_settings},
+    agent::AgentBody,
     derived_state::update_derived,
     perception::LANE_HINT_SPAN_M,
     sham::other_drive,
@@ -240,8 +241,9 @@ fn the_ego_is_back_on_the_road_only_0_2_m_inside_the_edge() {
     let agent = ego(&mut world);
     let mut watch = |offset_m: f64| {
         let pose = Pose { position: on_lane.position + on_lane.left() * offset_m, ..on_lane };
-        agent.car = EgoCar::new(&CarParams::default(), pose, 0.0, 21).expect("a car");
-        agent.view.ego = *agent.car.state();
+        let car = EgoCar::new(&CarParams::default(), pose, 0.0, 21).expect("a car");
+        agent.view.ego = *car.state();
+        agent.body = AgentBody::Full(Box::new(car));
         agent.events.clear();
         agent.locate();
         agent.update_derived();

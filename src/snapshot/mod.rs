@@ -133,6 +133,11 @@ impl Snapshot {
         self.cars.iter().filter(|car| car.body.kind != VehicleKind::Pedestrian)
     }
 
+    /// Returns another vehicle or person by its id; `None` if it is not there.
+    pub fn vehicle(&self, id: VehicleId) -> Option<&VehicleSnapshot> {
+        self.cars.binary_search_by_key(&id, |car| car.id).ok().map(|at| &self.cars[at])
+    }
+
     /// Returns all persons on foot.
     pub fn persons(&self) -> impl Iterator<Item = &VehicleSnapshot> {
         self.cars.iter().filter(|car| car.body.kind == VehicleKind::Pedestrian)

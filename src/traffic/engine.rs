@@ -124,6 +124,40 @@ impl VehicleReport {
     }
 }
 
+/// Motion in one step of a vehicle with a driver outside of the engine, who has the pedals; the engine steers it along its lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneMotion {
+    pub id: VehicleId,
+    /// Mean speed over the step, m/s, not negative: the way along the lane over the length of the step.
+    pub mean_mps: f64,
+    /// Speed at the end of the step, m/s, not negative.
+    pub end_mps: f64,
+}
+
+impl LaneMotion {
+    /// Checks that these motions are of different vehicles, by ascending id, and that their numbers are finite.
+    pub(super) fn check_all(motions: &[Self]) -> Result<(), TrafficError> {
+        if let Some(pair) = motions.windows(2).find(|pair| pair[0].id >= pair[1].id) {
+            let [first, second] = [pair[0].id.0, pair[1].id.0];
+            return Err(TrafficError::Setup(format!("motions of vehicle {first} before {second}; allowed: in order")));
+        }
+        let numbers = motions.iter().flat_map(|motion| [(motion.id, motion.mean_mps), (motion.id, motion.end_mps)]);
+        match numbers.into_iter().find(|(_, value)| !value.is_finite()) {
+            Some((id, value)) => Err(TrafficError::NotFinite { what: "motion", car: id.0, value }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Vehicle ahead, as the engine knows it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EngineLeader {
+    pub id: VehicleId,
+    /// Gap from bumper to bumper, m.
+    pub gap_m: f64,
+    pub speed_mps: f64,
+}
+
 /// Traffic engine. One call is one step; all vehicles move at once from one state. An engine may start on one thread and run on another, so
 /// that a window stays responsive.
 pub trait Traffic: Send {
@@ -134,6 +168,13 @@ pub trait Traffic: Send {
     /// The engine failed, after which the drive cannot continue; a number is not finite; the reports are not of existing vehicles, each
     /// once and in order; or a vehicle that was left off the lane has no report.
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError>;
+
+    /// Sets the motions in the next step of vehicles whose pedals are not the engine's, by ascending id; none of them has a report. Where
+    /// others, signals or right of way forbid it, an engine of networks moves them more slowly: [`Traffic::vehicles`] has the speed.
+    ///
+    /// # Errors
+    /// A number is not finite, or the motions are not of different vehicles in order.
+    fn drive(&mut self, motions: &[LaneMotion]) -> Result<(), TrafficError>;
 
     /// Returns all vehicles at the end of the last step, by ascending id, the ego first. Poses that follow from places along a route are
     /// computed here, once a step.
@@ -158,6 +199,23 @@ pub trait Traffic: Send {
     /// The vehicle is not there, or the engine has no vehicles with routes.
     fn take_over(&mut self, _id: VehicleId) -> Result<Vec<String>, TrafficError> {
         Err(TrafficError::Setup("only vehicles of a demand are taken over along their routes".into()))
+    }
+
+    /// Gives the pedals of a vehicle of the demand to a driver outside of the engine ([`Traffic::drive`]), from the next step on; returns the
+    /// edges of its route. The engine steers, chooses lanes, keeps to signals and right of way, and brakes before a collision.
+    ///
+    /// # Errors
+    /// The vehicle is not there, or the engine has no vehicles with routes.
+    fn take_pedals(&mut self, _id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        Err(TrafficError::Setup("only vehicles of a demand are driven along their routes".into()))
+    }
+
+    /// Returns the vehicle ahead of another one on its way on a network; `None` without one within `reach_m`.
+    ///
+    /// # Errors
+    /// The vehicle is not there, or the engine has no vehicles with routes.
+    fn leader(&self, _id: VehicleId, _reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+        Err(TrafficError::Setup("only vehicles of a demand have a way on a network".into()))
     }
 
     /// Returns the demand with the canonical copies that SUMO reads in place of its files.

@@ -1,6 +1,6 @@
 //! Motion of a vehicle after a step, one rule for both engines: speed, acceleration, brake lamps. SI units.
 
-use super::{CREEP_MPS2, VehicleState};
+use super::{CREEP_MPS2, LaneMotion, VehicleState};
 
 /// Speed at or below which a vehicle counts as stopped, m/s (SUMO's halting speed).
 const STANDING_MPS: f64 = 0.1;
@@ -14,6 +14,13 @@ pub(super) struct SpeedStep {
     pub chosen_mps: f64,
     /// Chosen speed with noise: the input of the next step.
     pub after_mps: f64,
+}
+
+impl SpeedStep {
+    /// Returns the speeds of a vehicle whose pedals are not the engine's.
+    pub(super) fn driven(before_mps: f64, motion: &LaneMotion) -> Self {
+        Self { before_mps, chosen_mps: motion.end_mps, after_mps: motion.end_mps }
+    }
 }
 
 impl VehicleState {

@@ -9,7 +9,7 @@
 //! whereas this engine always sees it.
 
 use super::{
-    FixedSetup, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
+    FixedSetup, LaneMotion, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
     bends::BendSpeeds,
     crossings::self_crossing,
     lane_followers::LaneFollowers,
@@ -36,6 +36,8 @@ pub struct NativeTraffic {
     /// Visibility to other vehicles, by id; false for an externally driven vehicle that has left the lane.
     is_seen: Vec<bool>,
     vehicles: RouteVehicles,
+    /// Motions of the next step.
+    motions: Vec<LaneMotion>,
     /// True if the drivers are persons, not all alike.
     has_people: bool,
 }
@@ -62,6 +64,7 @@ impl NativeTraffic {
             followers: LaneFollowers::new(drivers, BendSpeeds::of(route, setup.lateral_accel_mps2)),
             is_seen: vec![true; n],
             vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
+            motions: Vec::with_capacity(n),
             has_people: !setup.drivers.are_alike(),
             map: setup.map,
             step_s: setup.step_s,
@@ -80,18 +83,24 @@ impl NativeTraffic {
     /// Draws the noise of every vehicle and moves all vehicles without a report.
     fn advance(&mut self, reports: &[VehicleReport]) {
         let route = &self.map.route;
-        let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
+        let mut reported = reports.iter().map(|report| report.id.0 as usize).peekable();
+        let mut driven = self.motions.iter().peekable();
         for i in 0..self.s_m.len() {
             let before_mps = self.speed_mps[i];
             let chosen_mps = chosen_mps(before_mps, self.accel_mps2[i], self.step_s);
             let after_mps = self.noise.push(VehicleId(i as u32), chosen_mps);
-            if driven.next_if_eq(&i).is_some() {
+            if reported.next_if_eq(&i).is_some() {
                 continue;
             }
-            self.s_m[i] = route.wrap(self.s_m[i] + chosen_mps * self.step_s);
-            self.speed_mps[i] = after_mps;
-            self.vehicles.set(i, self.s_m[i], SpeedStep { before_mps, chosen_mps, after_mps });
+            let (mean_mps, step) = match driven.next_if(|motion| motion.id.0 as usize == i) {
+                Some(motion) => (motion.mean_mps, SpeedStep::driven(before_mps, motion)),
+                None => (chosen_mps, SpeedStep { before_mps, chosen_mps, after_mps }),
+            };
+            self.s_m[i] = route.wrap(self.s_m[i] + mean_mps * self.step_s);
+            self.speed_mps[i] = step.after_mps;
+            self.vehicles.set(i, self.s_m[i], step);
         }
+        self.motions.clear();
     }
 }
 
@@ -109,6 +118,13 @@ impl Traffic for NativeTraffic {
             self.place(car, &state.next_pose, state.next_speed_mps);
             self.vehicles.follow(car, self.s_m[car], state);
         }
+        Ok(())
+    }
+
+    fn drive(&mut self, motions: &[LaneMotion]) -> Result<(), TrafficError> {
+        LaneMotion::check_all(motions)?;
+        self.motions.clear();
+        self.motions.extend_from_slice(motions);
         Ok(())
     }
 

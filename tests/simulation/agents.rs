@@ -1,11 +1,11 @@
-//! Several advised vehicles in one world: each with its own body, driver, policy and view.
+//! Several advised vehicles in one world, all full agents: each with its own body, driver, policy and view.
 
 use crate::world::one_at_a_time;
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
     idm::IdmParams,
-    scenario::{AdvisedVehicles, DisplaySettings, OnContact, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, OnContact, Scenario},
     sim::{EndReason, EventKind, Snapshot, World},
     space::CAR_LENGTH_M,
 };
@@ -14,6 +14,7 @@ fn scenario(traffic: &str, advised: u32) -> Scenario {
     Scenario {
         traffic: traffic.parse().expect("an engine"),
         advised: AdvisedVehicles::Count(advised),
+        advised_body: AdvisedBody::Full,
         policy: "pi".into(),
         duration_s: 0.0,
         display: DisplaySettings { trees: 0, ..DisplaySettings::default() },

@@ -4,7 +4,7 @@ use crate::world::one_at_a_time;
 use codrive::{
     driver::{SimulatedDriver, preset},
     rng,
-    scenario::{AdvisedVehicles, DisplaySettings, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, Scenario},
     sim::{EventKind, Snapshot, World},
     traffic::{Demand, Flow, VehicleId},
 };
@@ -21,6 +21,7 @@ fn scenario(advised: f64) -> Scenario {
         path: "B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0".into(),
         demand: Demand { flows, ..Demand::default() },
         advised: AdvisedVehicles::Share(advised),
+        advised_body: AdvisedBody::Full,
         policy: "pi".into(),
         warm_up_s: 20.0,
         duration_s: 120.0,

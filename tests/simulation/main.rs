@@ -8,6 +8,7 @@ mod ego;
 mod episode;
 mod hills;
 mod lanes_beside;
+mod light_agents;
 mod network;
 mod no_participant;
 mod obstacles;

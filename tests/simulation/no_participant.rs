@@ -9,7 +9,7 @@ use codrive::{
     record::{self, Table, TableReader},
     replay::Replay,
     rng,
-    scenario::{AdvisedVehicles, DisplaySettings, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, Scenario},
     sim::{EndReason, Snapshot, World},
     time::Pace,
     traffic::{Demand, EGO, Flow, sumo},
@@ -154,7 +154,8 @@ fn an_evaluation_of_a_share_states_the_number_of_advised_vehicles() {
 fn advised_vehicles_see_no_participant_and_means_are_over_vehicles() {
     let _alone = one_at_a_time();
     let mut advised_ticks = 0;
-    let world = drive(&merge(0.5), |world| {
+    let full = Scenario { advised_body: AdvisedBody::Full, ..merge(0.5) };
+    let world = drive(&full, |world| {
         let snapshot = world.snapshot();
         assert!(snapshot.cars.iter().all(|car| car.id != EGO));
         for agent in world.advised_others() {

@@ -1,7 +1,7 @@
 //! Several externally driven vehicles, on either engine.
 
 use super::*;
-use codrive::traffic::VehicleId;
+use codrive::traffic::{LaneMotion, VehicleId};
 
 /// Externally driven vehicles: the ego, one half-way round, and its follower.
 const DRIVEN: [u32; 3] = [0, 10, 11];
@@ -49,6 +49,66 @@ fn the_engines_agree_on_several_externally_driven_cars() {
         let own = (0..22).filter(|id| !DRIVEN.contains(&(*id as u32)));
         let least_m = own.flat_map(|id| native.iter().map(move |cars| gap_m(cars, id))).fold(f64::INFINITY, f64::min);
         assert!(least_m > 1.0, "{least_m}");
+    }
+}
+
+/// Drives 120 s in which the pedals of [`DRIVEN`] are not the engine's.
+fn run_driven(map: &RoadMap, traffic: &mut dyn Traffic) -> History {
+    let mut history = vec![cars(map, traffic)];
+    for step in 0..1200 {
+        let motion = |id: u32| {
+            let before_mps = history[step][id as usize].speed_mps;
+            let end_mps = next_mps(id, step, before_mps);
+            LaneMotion { id: VehicleId(id), mean_mps: (before_mps + end_mps) / 2.0, end_mps }
+        };
+        traffic.drive(&DRIVEN.map(motion)).expect("motions in order");
+        traffic.step(&[]).expect("the step is taken");
+        history.push(cars(map, traffic));
+    }
+    history
+}
+
+#[test]
+fn the_engines_agree_on_cars_whose_pedals_are_not_theirs() {
+    let _alone = alone();
+    let mut populations =
+        vec![model(0.0), model(0.2)].into_iter().map(|idm| even("ring-250", 22, idm, 3.2)).collect::<Vec<_>>();
+    // A model that SUMO does not have: every speed is imposed there.
+    let people = TrafficDrivers::named("gap-closers", model(0.0)).expect("a shipped population");
+    populations.push(FixedSetup { drivers: people, ..populations[0].clone() });
+    for (setup, name) in populations.into_iter().zip(["without noise", "with noise", "gap-closers"]) {
+        let map = setup.map.clone();
+        let [native, sumo] = ENGINES.map(|engine| {
+            let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
+            run_driven(&map, traffic.as_mut())
+        });
+        let (speed, place, position) = differences(&map, &native, &sumo);
+        // As close as without them (`contract`): same update, same draws.
+        assert!(speed < 1e-10 && place < 1e-9 && position < 1e-9, "{name}: {speed:e} {place:e} {position:e}");
+        for id in DRIVEN.map(|id| id as usize) {
+            let mut speed_mps = native[0][id].speed_mps;
+            for (step, pair) in native.windows(2).enumerate() {
+                let end_mps = next_mps(id as u32, step, speed_mps);
+                assert_eq!(pair[1][id].speed_mps.to_bits(), end_mps.to_bits(), "{name}: car {id}, step {step}");
+                let way_m = map.route.difference(pair[0][id].s_m, pair[1][id].s_m);
+                let expected_m = (speed_mps + end_mps) / 2.0 * STEP_S;
+                assert!((way_m - expected_m).abs() < 1e-9, "{name}: {way_m} instead of {expected_m} m");
+                speed_mps = end_mps;
+            }
+        }
+    }
+}
+
+#[test]
+fn motions_that_no_vehicle_can_have_are_refused() {
+    let _alone = alone();
+    for engine in ENGINES {
+        let mut traffic = traffic::start(engine, ring(0.0)).expect("the engine starts");
+        let of = |id: u32, end_mps: f64| LaneMotion { id: VehicleId(id), mean_mps: 1.0, end_mps };
+        let fault = traffic.drive(&[of(1, f64::NAN)]).expect_err("no number").to_string();
+        assert!(fault.contains("motion") && fault.contains('1'), "{engine}: {fault}");
+        let fault = traffic.drive(&[of(2, 1.0), of(1, 1.0)]).expect_err("not in order").to_string();
+        assert!(fault.contains("vehicle 2 before 1"), "{engine}: {fault}");
     }
 }
 

@@ -74,6 +74,17 @@ impl PathLanes {
         places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
     }
 
+    /// Returns where a vehicle is along the route, metres, in any lane of one of its edges; of several places the one nearest to `near_s_m`.
+    pub fn s_on_edge(&self, map: &RoadMap, at: LanePosition, near_s_m: f64) -> Option<f64> {
+        let route = &map.route;
+        let places = self.by_lane.get(&at.lane)?.iter().map(|stretch| {
+            let lane = &route.lanes()[stretch.index];
+            lane.start_s_m + at.s_m.min(lane.length_m)
+        });
+        let away_m = |s_m: f64| route.difference(near_s_m, s_m).abs();
+        places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
+    }
+
     /// Returns the lane of the ego's front: the route's lane if the front is in it, otherwise the lane near `last` that the ego points
     /// along. `None` off all lanes. `height_m` is the road's height, `front_s_m` the front's position on the route.
     pub fn ego_lane(

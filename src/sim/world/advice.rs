@@ -29,6 +29,17 @@ pub struct ExpectedSpeeds {
     pub limit_mps: f64,
 }
 
+/// Contents of observations that cost time, which drives without them save.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OutsideSees {
+    /// True if observations include the lanes beside.
+    pub lanes_beside: bool,
+    /// True if observations include the vehicle behind.
+    pub follower: bool,
+    /// True if observations include the observed driver ([`DriverObserver`](crate::policy::DriverObserver)).
+    pub driver: bool,
+}
+
 /// Source of the advice of all vehicles of a drive.
 pub(super) struct DriveAdvice {
     /// Name of the policy, and the reason if it differs from the request.
@@ -37,6 +48,10 @@ pub(super) struct DriveAdvice {
     road: RoadKind,
     /// True if the policy observes the lanes beside; computing them takes memory, which other drives save.
     sees_lanes_beside: bool,
+    /// True if the policy observes the follower.
+    sees_follower: bool,
+    /// True if advice from outside follows from observations of the driver.
+    observes_driver: bool,
     /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
     source: Option<PolicySource>,
     /// Advice of the participant's vehicle in place of the policy's: that of another drive.
@@ -49,6 +64,8 @@ pub(super) struct VehicleAdvice {
     pub road: RoadKind,
     /// True if observations include the lanes beside.
     pub sees_lanes_beside: bool,
+    /// True if observations include vehicles other than the leader.
+    pub sees_others: bool,
     advisor: Advisor,
     /// Advice to show when the step for which it was asked begins.
     next: Option<Advice>,
@@ -72,16 +89,21 @@ impl DriveAdvice {
             expected: expected_speeds(drive, &settings),
             road,
             sees_lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
+            sees_follower: policy
+                .is_some_and(|policy| policy.inputs().iter().any(|input| input.feature.is_of_follower())),
+            observes_driver: false,
             source: Some(source),
             sham: None,
         })
     }
 
     /// Returns a source whose advice is set from outside, without a policy.
-    pub fn from_outside(drive: &PlannedDrive, sees_lanes_beside: bool) -> Self {
+    pub fn from_outside(drive: &PlannedDrive, sees: OutsideSees) -> Self {
         let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
         let expected = expected_speeds(drive, &policy_settings(drive));
-        Self { policy, expected, road: road_kind(drive), sees_lanes_beside, source: None, sham: None }
+        let OutsideSees { lanes_beside: sees_lanes_beside, follower: sees_follower, driver: observes_driver } = sees;
+        let road = road_kind(drive);
+        Self { policy, expected, road, sees_lanes_beside, sees_follower, observes_driver, source: None, sham: None }
     }
 
     /// Returns the advice of the participant's vehicle.
@@ -97,12 +119,19 @@ impl DriveAdvice {
         let (hold, range_mps) = (scenario.hold(), scenario.range_mps());
         self.advised_by(match &self.source {
             Some(source) => Advisor::new(source.engage(), hold, range_mps),
-            None => Advisor::from_outside(hold, range_mps),
+            None => Advisor::from_outside(hold, range_mps, self.observes_driver),
         })
     }
 
     fn advised_by(&self, advisor: Advisor) -> VehicleAdvice {
-        VehicleAdvice { road: self.road, sees_lanes_beside: self.sees_lanes_beside, advisor, next: None }
+        let (sees_lanes_beside, road) = (self.sees_lanes_beside, self.road);
+        VehicleAdvice {
+            road,
+            sees_lanes_beside,
+            sees_others: sees_lanes_beside || self.sees_follower,
+            advisor,
+            next: None,
+        }
     }
 
     /// Returns true if the policy is not `none`.
@@ -132,9 +161,9 @@ impl VehicleAdvice {
         self.next.take()
     }
 
-    /// Returns true while an advice is in force.
-    pub fn stands(&self) -> bool {
-        self.advisor.standing().is_some()
+    /// Returns the advice in force; between [`VehicleAdvice::ask`] and the step's beginning that of the step.
+    pub fn standing(&self) -> Option<Advice> {
+        self.advisor.standing()
     }
 }
 

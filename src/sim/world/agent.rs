@@ -2,6 +2,7 @@
 //! observations for the policy once a step, controls and obstacles once a tick. Out: its [`Snapshot`], its events, and its image in the
 //! views of others. Metres, m/s.
 //!
+//! The body of an agent is full or light (`light_agent`). What follows is of full ones.
 //! All agents move simultaneously from one state: in each tick, an agent meets the others at their predicted poses of the end of the tick.
 //! Two agents in contact are immovable to each other, as vehicles of the traffic are.
 
@@ -11,6 +12,7 @@ use super::{
     contacts::ContactTracker,
     derived_state::{self, LaneMonitor},
     hand_over::STANDS_MPS,
+    light_body::LightBody,
     network_view::NetworkView,
     road_rules::RoadRules,
     traffic_start::StartPlace,
@@ -21,7 +23,7 @@ use crate::{
     ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle},
     map::RoadMap,
     rng,
-    scenario::{PlannedDrive, Scenario},
+    scenario::{AdvisedBody, PlannedDrive, Scenario},
     sim::{Event, EventKind, Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
@@ -36,22 +38,22 @@ const MOST_SEED: usize = 1 << 53;
 
 /// A vehicle with its own physics.
 pub struct Agent {
-    id: VehicleId,
+    pub(super) id: VehicleId,
     /// Road with this vehicle's path as its route.
     pub(super) map: Arc<RoadMap>,
-    pub(super) car: EgoCar,
+    pub(super) body: AgentBody,
     pub(super) advice: VehicleAdvice,
-    contacts: ContactTracker,
-    contact_count: u32,
+    pub(super) contacts: ContactTracker,
+    pub(super) contact_count: u32,
     pub(super) lane: LaneMonitor,
     rules: RoadRules,
     /// View of the road: the route and the network around it.
     pub(super) network: NetworkView,
     /// Delayed controls, oldest first; the length is the scenario's extra delay in ticks.
-    control_delay: VecDeque<Controls>,
+    pub(super) control_delay: VecDeque<Controls>,
     /// `None` for the participant's vehicle, which is controlled from outside.
-    driver: Option<SimulatedDriver>,
-    controls: Controls,
+    pub(super) driver: Option<SimulatedDriver>,
+    pub(super) controls: Controls,
     /// True if the next tick puts the vehicle back on its lane.
     pub(super) wants_back: bool,
     /// World seen from this vehicle, which is its ego.
@@ -62,25 +64,57 @@ pub struct Agent {
     pub(super) events: Vec<Event>,
 }
 
-impl Agent {
-    /// Returns a vehicle at its start on the road; its view has no other vehicles yet. Its physics has room for `bodies` others.
-    pub(super) fn new(
+/// Body of an agent.
+pub(super) enum AgentBody {
+    /// Car with all its physics: it moves tick by tick, and the traffic engine gets its reports.
+    Full(Box<EgoCar>),
+    /// Car along its lane: it moves step by step, and the traffic engine steers it.
+    Light(Box<LightBody>),
+}
+
+impl AgentBody {
+    /// Returns a full body at its start. Its physics has room for `bodies` other vehicles.
+    pub fn full(
         scenario: &Scenario,
-        map: &Arc<RoadMap>,
-        advice: VehicleAdvice,
+        map: &RoadMap,
+        network: &NetworkView,
         start: StartPlace,
         bodies: usize,
     ) -> Result<Self, WorldError> {
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
         let mut car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
-        let network = NetworkView::new(map);
         car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
-        let view = derived_state::first_snapshot(car.state(), start.s_m);
+        Ok(Self::Full(Box::new(car)))
+    }
+}
+
+impl Agent {
+    /// Returns a vehicle at its start on the road; its view has no other vehicles yet. The physics of a full body has room for `bodies`
+    /// others.
+    pub(super) fn new(
+        scenario: &Scenario,
+        map: &Arc<RoadMap>,
+        advice: VehicleAdvice,
+        start: StartPlace,
+        kind: AdvisedBody,
+        bodies: usize,
+    ) -> Result<Self, WorldError> {
+        let network = NetworkView::new(map);
+        let body = match kind {
+            AdvisedBody::Full => AgentBody::full(scenario, map, &network, start, bodies)?,
+            AdvisedBody::Light => AgentBody::Light(Box::new(LightBody::new(&car_params(scenario), start)?)),
+        };
+        let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
+        let state = match &body {
+            AgentBody::Full(car) => *car.state(),
+            AgentBody::Light(light) => light.state(pose, map.route.height_m(start.s_m)),
+        };
+        let view = derived_state::first_snapshot(&state, start.s_m);
         let image = VehicleSnapshot { id: EGO, pose, pose_before: pose, ..VehicleSnapshot::default() };
         Ok(Self {
             id: EGO,
             map: Arc::clone(map),
-            car,
+            body,
             advice,
             contacts: ContactTracker::default(),
             contact_count: 0,
@@ -105,7 +139,8 @@ impl Agent {
         drive: &PlannedDrive,
     ) -> Result<Self, WorldError> {
         let seed = rng::stream(drive.scenario().seed, &format!("vehicle/{}/driver", id.0)).index(MOST_SEED) as u64;
-        let driver = SimulatedDriver::new(driver, self.car.params(), seed)?.among(drive.traffic_drivers());
+        let car = car_params(drive.scenario());
+        let driver = SimulatedDriver::new(driver, &car, seed)?.among(drive.traffic_drivers());
         // A driver who is stopped in a jam starts with a foot on the brake.
         let driver = if self.view.ego.speed_mps < STANDS_MPS { driver.with_foot_on_brake() } else { driver };
         Ok(Self { id, driver: Some(driver), ..self })
@@ -135,12 +170,27 @@ impl Agent {
         &self.events
     }
 
-    /// Returns the present state and the state predicted for `step_s` later, for the traffic engine. Engines have no reverse gear: a
-    /// vehicle that rolls backwards has speed 0 there.
-    pub(super) fn report(&self, step_s: f64) -> ExternalVehicleState {
-        let (pose, speed_mps) = self.car.predict(0.0);
-        let (next_pose, next_speed_mps) = self.car.predict(step_s);
-        ExternalVehicleState { pose, speed_mps: speed_mps.max(0.0), next_pose, next_speed_mps: next_speed_mps.max(0.0) }
+    /// Returns the car of a full body.
+    fn car(&self) -> Option<&EgoCar> {
+        match &self.body {
+            AgentBody::Full(car) => Some(car),
+            AgentBody::Light(_) => None,
+        }
+    }
+
+    /// Returns true if the body is full.
+    pub(super) fn is_full(&self) -> bool {
+        self.car().is_some()
+    }
+
+    /// Returns the present state of a full body and the state predicted for `step_s` later, for the traffic engine. Engines have no reverse
+    /// gear: a vehicle that rolls backwards has speed 0 there.
+    pub(super) fn report(&self, step_s: f64) -> Option<ExternalVehicleState> {
+        let car = self.car()?;
+        let (pose, speed_mps) = car.predict(0.0);
+        let (next_pose, next_speed_mps) = car.predict(step_s);
+        let (speed_mps, next_speed_mps) = (speed_mps.max(0.0), next_speed_mps.max(0.0));
+        Some(ExternalVehicleState { pose, speed_mps, next_pose, next_speed_mps })
     }
 
     /// Asks the policy for the step that begins at this tick.
@@ -155,16 +205,19 @@ impl Agent {
         if let Some(advice) = self.advice.issue() {
             self.view.advice = Some(advice);
             self.events.push(Event { tick, kind: EventKind::Advice(advice) });
-        } else if self.view.advice.is_some() && !self.advice.stands() {
+        } else if self.view.advice.is_some() && self.advice.standing().is_none() {
             self.view.advice = None;
             self.events.push(Event { tick, kind: EventKind::AdviceWithheld });
         }
     }
 
     /// Begins a tick: clears the events and takes the driver's controls from what the driver perceives. `outside` are the participant's
-    /// controls.
+    /// controls. The driver of a light body has driven the whole step.
     pub(super) fn begin_tick(&mut self, outside: &Controls) {
         self.events.clear();
+        if !self.is_full() {
+            return;
+        }
         let Some(mut driver) = self.driver.take() else {
             self.controls = *outside;
             return;
@@ -173,17 +226,18 @@ impl Agent {
         self.driver = Some(driver);
     }
 
-    /// Moves the vehicle by one tick among these obstacles. Returns true if it has begun to touch one.
+    /// Moves a full body by one tick among these obstacles. Returns true if it has begun to touch one.
     pub(super) fn drive(&mut self, obstacles: &[Obstacle]) -> bool {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
         self.indicate(controls.indicator);
+        let AgentBody::Full(car) = &mut self.body else { return false };
         let ground = self.network.ground(&self.map, &self.view);
-        self.view.ego_before = *self.car.state();
-        let touches = self.car.tick(&controls, &ground, obstacles);
+        self.view.ego_before = *car.state();
+        let touches = car.tick(&controls, &ground, obstacles);
         let known = self.events.len();
         self.events.extend(self.contacts.begun(touches, Tick(self.view.tick.0 + 1)));
-        self.view.ego = *self.car.state();
+        self.view.ego = *car.state();
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;
         begun > 0
@@ -195,9 +249,9 @@ impl Agent {
         }
     }
 
-    /// Updates the position on the route and the image for others, after the vehicle was moved.
+    /// Updates the position on the route and the image for others, after a full body was moved.
     pub(super) fn locate(&mut self) {
-        let pose = self.car.predict(0.0).0;
+        let Some((pose, _)) = self.car().map(|car| car.predict(0.0)) else { return };
         derived_state::locate(&mut self.view, &self.map.route, &pose);
         self.network.locate(&mut self.view, &self.map, &pose);
         let (ego, before, place) = (&self.view.ego, &self.image, derived_state::own_place(&self.view));
@@ -219,10 +273,10 @@ impl Agent {
         };
     }
 
-    /// Returns the vehicle at its predicted pose of the end of this tick, as an obstacle for others.
-    pub(super) fn obstacle(&self) -> Obstacle {
-        let (pose, speed_mps) = self.car.predict(TICK_S);
-        Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() }
+    /// Returns a full body at its predicted pose of the end of this tick, as an obstacle for others.
+    pub(super) fn obstacle(&self) -> Option<Obstacle> {
+        let (pose, speed_mps) = self.car()?.predict(TICK_S);
+        Some(Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() })
     }
 
     /// Returns where a vehicle's front is along this one's route; `None` off the route. `seen_on` has the route of its present position: on a
@@ -245,7 +299,7 @@ impl Agent {
         self.view.signals.clone_from(&view.signals);
     }
 
-    /// Updates the state that follows from all vehicles' poses: leader, lane and violations of rules.
+    /// Updates the state of a full body that follows from all vehicles' poses: leader, lane and violations of rules.
     pub(super) fn update_derived(&mut self) {
         let ego = self.image.pose;
         derived_state::update_derived(&mut self.view, &self.map.route);

@@ -61,6 +61,19 @@ impl NetworkView {
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
         snapshot.ego_lane = self.lanes.ego_lane(map, ego, height_m, snapshot.ego_s_m, last);
+        self.note_last_edge(snapshot, map);
+    }
+
+    /// Updates lane and position along the path of an ego that the engine keeps in this lane, which may be beside the path's.
+    pub fn follow(&mut self, snapshot: &mut Snapshot, map: &RoadMap, lane: Option<LanePosition>) {
+        snapshot.ego_lane = lane;
+        let found = lane.and_then(|at| self.lanes.s_on_edge(map, at, snapshot.ego_s_m));
+        snapshot.ego_s_m = found.unwrap_or(snapshot.ego_s_m);
+        self.note_last_edge(snapshot, map);
+    }
+
+    /// Notes whether the ego is on the last edge of its path.
+    fn note_last_edge(&mut self, snapshot: &Snapshot, map: &RoadMap) {
         let edge = |at: LanePosition| map.network.edge_of(at.lane).id.as_str();
         let is_on_last = snapshot.ego_lane.map(edge) == map.route.lanes().last().map(|lane| lane.edge_id(&map.network));
         let has_left = snapshot.ego_lane.is_none() || snapshot.ego_s_m < map.route.length_m();

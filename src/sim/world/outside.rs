@@ -5,7 +5,11 @@
 //! [`World::sync_agents_now`], gets the observation of each of [`World::agents`] from [`World::complete_observation`], and sets advice from this step on by
 //! [`World::advise`].
 
-use super::{Agent, World, WorldError, advice::DriveAdvice, agents_mut};
+use super::{
+    Agent, World, WorldError,
+    advice::{DriveAdvice, OutsideSees},
+    agents_mut,
+};
 use crate::{
     driver::{DriverError, DriverParams},
     policy::{Action, Observation},
@@ -20,8 +24,7 @@ pub type AgentDrivers = Arc<dyn Fn(VehicleId) -> Result<DriverParams, DriverErro
 /// Settings of a world with advice from outside.
 #[derive(Clone, Default)]
 pub struct OutsideSettings {
-    /// True if observations include the lanes beside; computing them takes memory, which other drives save.
-    pub sees_lanes_beside: bool,
+    pub sees: OutsideSees,
     /// Drivers of the other advised vehicles; `None` uses the scenario's driver.
     pub drivers: Option<AgentDrivers>,
 }
@@ -32,7 +35,7 @@ impl World {
     /// # Errors
     /// See [`WorldError`].
     pub fn advised_from_outside(drive: PlannedDrive, outside: OutsideSettings) -> Result<Self, WorldError> {
-        let advice = DriveAdvice::from_outside(&drive, outside.sees_lanes_beside);
+        let advice = DriveAdvice::from_outside(&drive, outside.sees);
         Self::advised_by(drive, advice, outside.drivers)
     }
 

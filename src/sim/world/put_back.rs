@@ -4,10 +4,10 @@
 
 use super::{
     World, WorldError,
-    agent::{Agent, car_params},
+    agent::{Agent, AgentBody},
+    traffic_start::StartPlace,
 };
 use crate::{
-    ego::{EgoCar, GroundModel},
     scenario::Scenario,
     sim::{Event, EventKind},
     space::CAR_LENGTH_M,
@@ -66,9 +66,8 @@ impl Agent {
             return Ok(());
         }
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
-        let pose = self.map.route.pose_of_front(s_m, CAR_LENGTH_M);
-        self.car = EgoCar::new(&car_params(scenario), pose, speed_mps, self.view.cars.len())?;
-        self.car.stand_on(self.network.ground(&self.map, &self.view).shape(pose.position));
+        let start = StartPlace { s_m, speed_mps };
+        self.body = AgentBody::full(scenario, &self.map, &self.network, start, self.view.cars.len())?;
         self.view.ego_s_m = s_m;
         let tick = Tick(self.view.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });

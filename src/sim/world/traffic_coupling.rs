@@ -10,6 +10,7 @@ use super::{
     advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
+    light_body::LEADER_REACH_M,
     traffic_start::{self, StartPlace, StartedTraffic},
 };
 use crate::{
@@ -18,13 +19,13 @@ use crate::{
         PathLanes, RoadMap, Route, is_against,
         network::{LanePosition, SignalStates},
     },
-    scenario::PlannedDrive,
-    sim::{Snapshot, VehicleSnapshot},
+    scenario::{AdvisedBody, PlannedDrive},
+    sim::{Leader, Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        Articulation, Demand, EGO, ExternalVehicleState, Traffic, TrafficError, TrafficStart, VehicleId, VehicleKind,
-        VehicleReport, VehicleState,
+        Articulation, Demand, EGO, EngineLeader, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficStart,
+        VehicleId, VehicleKind, VehicleReport, VehicleState,
     },
 };
 use std::sync::Arc;
@@ -63,6 +64,7 @@ pub(super) struct TrafficCoupling {
     /// Agents that have arrived in SUMO; they are no longer reported.
     arrived: Vec<VehicleId>,
     reports: Vec<VehicleReport>,
+    motions: Vec<LaneMotion>,
     advised: AdvisedSelection,
     /// Vehicles that have entered and may become agents; at the start all that are present.
     new: Vec<VehicleId>,
@@ -123,6 +125,7 @@ impl TrafficCoupling {
             obstacles: Vec::new(),
             arrived: Vec::new(),
             reports: Vec::new(),
+            motions: Vec::new(),
             advised: AdvisedSelection::new(drive),
             new: Vec::new(),
             hand_over,
@@ -139,21 +142,21 @@ impl TrafficCoupling {
         self.fixed.map_or(0, |vehicles| vehicles - 1)
     }
 
-    /// Returns an agent's present and predicted state for the engine. On a fixed number of vehicles' closed route it is the plain pose;
+    /// Returns a full agent's present and predicted state for the engine. On a fixed number of vehicles' closed route it is the plain pose;
     /// among vehicles that come and go it is in a lane.
-    fn report(&self, agent: &Agent) -> VehicleReport {
-        let (snapshot, state) = (agent.snapshot(), agent.report(self.step_s));
+    fn report(&self, agent: &Agent) -> Option<VehicleReport> {
+        let (snapshot, state) = (agent.snapshot(), agent.report(self.step_s)?);
         if self.fixed.is_some() {
-            return VehicleReport::on_route(agent.id(), state);
+            return Some(VehicleReport::on_route(agent.id(), state));
         }
         let (lane, next_pose) = agent.network.reported_place(snapshot, &agent.map, &state.next_pose);
-        VehicleReport {
+        Some(VehicleReport {
             id: agent.id(),
             state: ExternalVehicleState { next_pose, ..state },
             lane: lane.map(|at| at.lane),
             is_wrong_way: lane.is_some_and(|at| is_against(&agent.map.network, at, &state.next_pose)),
             lamps: snapshot.ego_lamps(),
-        }
+        })
     }
 
     /// Returns the demand with the files that SUMO reads.
@@ -171,19 +174,25 @@ impl TrafficCoupling {
         self.move_vehicles(snapshot, 1.0);
     }
 
-    /// Runs the engine's next step with the agents' present and predicted states.
+    /// Runs the engine's next step with the full agents' present and predicted states and the light agents' motions.
     pub fn ask<'a>(&mut self, agents: impl Iterator<Item = &'a Agent>) -> Result<(), TrafficError> {
-        let is_there = |agent: &&Agent| !self.arrived.contains(&agent.id());
         let mut reports = std::mem::take(&mut self.reports);
         reports.clear();
-        reports.extend(agents.filter(is_there).map(|agent| self.report(agent)));
+        self.motions.clear();
+        for agent in agents.filter(|agent| !self.arrived.contains(&agent.id())) {
+            reports.extend(self.report(agent));
+            self.motions.extend(agent.motion());
+        }
         self.reports = reports;
         let Some(engine) = &mut self.engine else {
             return Err(TrafficError::Setup("this drive was stopped".into()));
         };
+        engine.drive(&self.motions)?;
         engine.step(&self.reports)?;
-        let gone = engine.changes().arrived.iter().filter(|id| self.reports.iter().any(|report| report.id == **id));
-        self.arrived.extend(gone);
+        let is_agent = |id: VehicleId| {
+            self.reports.iter().any(|report| report.id == id) || self.motions.iter().any(|motion| motion.id == id)
+        };
+        self.arrived.extend(engine.changes().arrived.iter().filter(|id| is_agent(**id)));
         if self.advised.can_be_others() {
             self.new.extend(engine.changes().departed.iter().map(|departure| departure.id));
         }
@@ -197,18 +206,18 @@ impl TrafficCoupling {
 
     /// Returns the advised vehicles that become agents, out of those that have entered. Only cars can be agents. A vehicle stays the
     /// engine's if its path cannot be driven from its position, as inside a junction.
-    pub fn new_agents(&mut self) -> Result<Vec<NewAgent>, TrafficError> {
+    pub fn new_agents(&mut self, body: AdvisedBody) -> Result<Vec<NewAgent>, TrafficError> {
         let mut agents = Vec::new();
         for id in std::mem::take(&mut self.new) {
             if self.advised.has(id) {
-                agents.extend(self.take_over(id)?);
+                agents.extend(self.take_over(id, body)?);
             }
         }
         Ok(agents)
     }
 
     /// Takes over a vehicle as an agent if it is a car of the ego's length and its path can be driven.
-    fn take_over(&mut self, id: VehicleId) -> Result<Option<NewAgent>, TrafficError> {
+    fn take_over(&mut self, id: VehicleId, body: AdvisedBody) -> Result<Option<NewAgent>, TrafficError> {
         let at = self.ways.iter().find(|way| way.id == id).and_then(|way| way.to);
         let (Some(engine), Some(at)) = (&mut self.engine, at) else { return Ok(None) };
         let vehicle = &at.vehicle;
@@ -219,12 +228,27 @@ impl TrafficCoupling {
             return Ok(Some(NewAgent { id, map: Arc::clone(&self.map), start }));
         }
         let here = self.map.network.edge_of(lane).id.clone();
-        let edges = engine.take_over(id)?;
+        let edges = match body {
+            AdvisedBody::Full => engine.take_over(id)?,
+            AdvisedBody::Light => engine.take_pedals(id)?,
+        };
         let ahead: Vec<&str> = edges.iter().map(String::as_str).skip_while(|edge| *edge != here).collect();
         let Ok(map) = self.map.along(&ahead, lane) else { return Ok(None) };
         let front = vehicle.pose.front(CAR_LENGTH_M);
         let start = StartPlace { s_m: map.route.project(front, Some(vehicle.s_m)).s_m, speed_mps: vehicle.speed_mps };
         Ok(Some(NewAgent { id, map: Arc::new(map), start }))
+    }
+
+    /// Returns the leader of a light agent on a network at the end of the last step; `None` without one, or where the engine has gone on.
+    pub fn leader(&self, id: VehicleId) -> Result<Option<Leader>, TrafficError> {
+        let Some(engine) = self.engine.as_ref().filter(|_| !self.arrived.contains(&id)) else { return Ok(None) };
+        let found = engine.leader(id, LEADER_REACH_M)?;
+        Ok(found.map(|EngineLeader { id, gap_m, speed_mps }| Leader { id, gap_m, speed_mps }))
+    }
+
+    /// Returns true if vehicles enter and leave.
+    pub fn is_open(&self) -> bool {
+        self.fixed.is_none()
     }
 
     /// Begins the step that was asked for: takes the engine's present state as the next step.

@@ -15,7 +15,7 @@ use crate::{
     map::{RoadMap, RoutePosition, network::LaneId},
     space::{CAR_LENGTH_M, SumoPose},
     traffic::{
-        CarFollowing, FixedSetup, TrafficDriver, TrafficError, VehicleId, VehicleReport, VehicleState,
+        CarFollowing, FixedSetup, LaneMotion, TrafficDriver, TrafficError, VehicleId, VehicleReport, VehicleState,
         bends::BendSpeeds,
         crossings::self_crossing,
         lane_followers::LaneFollowers,
@@ -165,6 +165,7 @@ impl FixedCars {
     pub fn command(
         &mut self,
         reports: &[VehicleReport],
+        motions: &[LaneMotion],
         nowhere: DVec2,
         commands: &mut Vec<RawCommand>,
     ) -> Result<(), TrafficError> {
@@ -175,12 +176,18 @@ impl FixedCars {
             let point = self.command_reported(report, nowhere, commands);
             self.reported.push(point);
         }
-        let mut driven = reports.iter().map(|report| report.id.0 as usize).peekable();
+        let mut reported = reports.iter().map(|report| report.id.0 as usize).peekable();
+        let mut driven = motions.iter().peekable();
         for i in 0..self.vehicles.len() {
-            if driven.next_if_eq(&i).is_some() {
+            if reported.next_if_eq(&i).is_some() {
                 continue;
             }
             let id = VehicleId(i as u32);
+            if let Some(motion) = driven.next_if(|motion| motion.id == id) {
+                commands.push(Command::ImposedSpeed(Some(motion.mean_mps)).encode(id));
+                commands.push(Command::PreviousSpeed(self.start_mps[i]).encode(id));
+                continue;
+            }
             if let Some(imposed) = &self.imposed {
                 commands.push(Command::ImposedSpeed(Some(imposed.chosen_mps(i))).encode(id));
                 continue;
@@ -242,8 +249,14 @@ impl FixedCars {
         point
     }
 
-    /// Takes the cars after the step that these reports were for.
-    pub fn take(&mut self, step: &Step<'_>, reports: &[VehicleReport]) -> Result<(), TrafficError> {
+    /// Takes the cars after the step that these reports and motions were for.
+    pub fn take(
+        &mut self,
+        step: &Step<'_>,
+        reports: &[VehicleReport],
+        motions: &[LaneMotion],
+    ) -> Result<(), TrafficError> {
+        let mut driven = motions.iter().peekable();
         let mut reports = reports.iter().zip(&self.reported).peekable();
         for i in 0..self.vehicles.len() {
             let record = record(step, i)?;
@@ -254,8 +267,12 @@ impl FixedCars {
             if let Some((report, point)) = reports.next_if(|(report, _)| report.id.0 as usize == i) {
                 self.vehicles.follow(i, point.s_m, &report.state);
             } else {
-                let s_m = self.s_of(record)?;
-                self.vehicles.set(i, s_m, SpeedStep { before_mps: self.start_mps[i], chosen_mps, after_mps });
+                let (s_m, before_mps) = (self.s_of(record)?, self.start_mps[i]);
+                let step = match driven.next_if(|motion| motion.id.0 as usize == i) {
+                    Some(motion) => SpeedStep::driven(before_mps, motion),
+                    None => SpeedStep { before_mps, chosen_mps, after_mps },
+                };
+                self.vehicles.set(i, s_m, step);
             }
             self.start_mps[i] = self.vehicles.speed_mps(i);
         }

@@ -28,8 +28,8 @@ pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
 
 use super::{
-    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, FixedSetup, Traffic, TrafficError, VehicleBody,
-    VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
+    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, EngineLeader, FixedSetup, LaneMotion, Traffic,
+    TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
 };
 use crate::{
     map::network::{EdgeKind, Network, SignalId, SignalLight},
@@ -58,6 +58,8 @@ pub struct SumoTraffic {
     /// Place of a reported vehicle that others do not see.
     nowhere: DVec2,
     commands: Vec<RawCommand>,
+    /// Motions of the next step.
+    motions: Vec<LaneMotion>,
     state: TrafficState,
     /// The cars, where their number is fixed.
     fixed: Option<FixedCars>,
@@ -209,6 +211,7 @@ impl SumoTraffic {
             shim,
             step_s,
             commands: Vec::new(),
+            motions: Vec::new(),
             state,
             fixed,
             people: None,
@@ -308,8 +311,11 @@ fn number(shim: &mut Shim, network: &Network, reading: Reading) -> Result<(), Tr
 impl Traffic for SumoTraffic {
     fn step(&mut self, reports: &[VehicleReport]) -> Result<(), TrafficError> {
         match &mut self.fixed {
-            Some(fixed) => fixed.command(reports, self.nowhere, &mut self.commands)?,
-            None => reports.iter().try_for_each(|report| self.command(report))?,
+            Some(fixed) => fixed.command(reports, &self.motions, self.nowhere, &mut self.commands)?,
+            None => {
+                reports.iter().try_for_each(|report| self.command(report))?;
+                self.state.command(&self.motions, &mut self.commands);
+            }
         }
         if let Some(people) = &mut self.people {
             people.command(&self.shim, &self.state.vehicles, reports, &mut self.commands)?;
@@ -319,11 +325,22 @@ impl Traffic for SumoTraffic {
         let seen = stepped?;
         if let Some(fixed) = &mut self.fixed {
             self.state.take_signals(&seen);
-            return fixed.take(&seen, reports);
+            fixed.take(&seen, reports, &self.motions)?;
+            self.motions.clear();
+            return Ok(());
         }
         self.state.take(&seen, self.step_s)?;
         self.state.follow(reports, self.step_s);
+        self.state.drive(&self.motions, self.step_s);
+        self.motions.clear();
         self.come_and_go()
+    }
+
+    fn drive(&mut self, motions: &[LaneMotion]) -> Result<(), TrafficError> {
+        LaneMotion::check_all(motions)?;
+        self.motions.clear();
+        self.motions.extend_from_slice(motions);
+        Ok(())
     }
 
     fn vehicles(&mut self) -> &[VehicleState] {
@@ -343,6 +360,18 @@ impl Traffic for SumoTraffic {
 
     fn take_over(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         self.shim.take(id)
+    }
+
+    fn take_pedals(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        if let Some(people) = &mut self.people {
+            people.leave(id);
+        }
+        self.shim.set_driver(id, &options::GUARD)?;
+        self.shim.take_pedals(id)
+    }
+
+    fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+        self.shim.leader(id, reach_m)
     }
 
     fn name_and_version(&self) -> String {

@@ -95,14 +95,16 @@ fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     options
 }
 
-/// Returns the numbers of SUMO's IDM for a driver. One with another model wants a speed that SUMO's model bounds: its gaps are below, and
-/// its accelerations above what the driver's own model has in flowing traffic, so that this decides.
+/// Model of a vehicle whose speed is not chosen by SUMO, which bounds it by this. Its gaps are below, and its accelerations above what
+/// drivers have in flowing traffic, so that their choice decides until a collision is near.
+pub(super) const GUARD: IdmParams = IdmParams { v0: 30.0, t: 0.5, s0: 1.0, a: 6.0, b: 4.5, delta: 4.0, noise: 0.0 };
+
+/// Returns the numbers of SUMO's IDM for a driver. One with another model
+/// chooses a speed, which [`GUARD`] bounds.
 pub(super) fn idm_of(driver: &TrafficDriver) -> IdmParams {
     match driver.model {
         CarFollowing::Idm(idm) => idm,
-        CarFollowing::OptimalVelocity(model) => {
-            IdmParams { v0: model.v_max, t: 0.5, s0: 1.0, a: 6.0, b: 4.5, ..IdmParams::default() }
-        }
+        CarFollowing::OptimalVelocity(model) => IdmParams { v0: model.v_max, ..GUARD },
     }
 }
 

@@ -13,8 +13,8 @@ use super::{
 use crate::{
     map::network::Network,
     traffic::{
-        CarFollowing, Departure, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId, VehicleKind,
-        VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
+        CarFollowing, Departure, EngineLeader, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
+        VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
     },
 };
 
@@ -66,6 +66,11 @@ impl People {
         Ok(())
     }
 
+    /// Removes the person at the wheel of a vehicle.
+    pub fn leave(&mut self, id: VehicleId) {
+        self.persons.retain(|person| person.id != id);
+    }
+
     /// Adds the commands for the next step of all cars that are not reported.
     pub fn command(
         &mut self,
@@ -86,7 +91,9 @@ impl People {
                 commands.push(Command::PreviousSpeed(from_mps).encode(*id));
             }
             if let (CarFollowing::OptimalVelocity(model), Some(lane)) = (&driver.model, vehicle.lane) {
-                let (gap_m, leader_mps) = shim.leader(*id, REACH_M)?.unwrap_or((REACH_M, from_mps));
+                let leader = shim.leader(*id, REACH_M)?;
+                let (gap_m, leader_mps) =
+                    leader.map_or((REACH_M, from_mps), |EngineLeader { gap_m, speed_mps, .. }| (gap_m, speed_mps));
                 let limit_mps = self.limits_mps[lane.index()];
                 let accel =
                     model.acceleration(from_mps, leader_mps, gap_m, limit_mps).clamp(-HARDEST_MPS2, HARDEST_MPS2);

@@ -30,6 +30,13 @@ int guard(F body) noexcept {
     return 1;
 }
 
+// Edges with a blank between them; they stand until the next call.
+const char* tell_route(const std::vector<std::string>& edges) {
+    route_edges.clear();
+    for (const std::string& edge : edges) route_edges += (route_edges.empty() ? "" : " ") + edge;
+    return route_edges.c_str();
+}
+
 std::vector<std::string> strings(const char* const* items, size_t n) { return {items, items + n}; }
 
 }  // namespace
@@ -151,13 +158,16 @@ API int cs_person(uint32_t number, double accel, double decel, double time_gap, 
     });
 }
 
-// The leader of a vehicle within `reach`: its speed and the gap between the bumpers; an infinite gap without one.
-API int cs_leader(uint32_t number, double reach, double* gap, double* speed) {
+// The leader of a vehicle within `reach`: its number, its speed and the gap between the bumpers; an infinite gap without one.
+API int cs_leader(uint32_t number, double reach, uint32_t* leader_number, double* gap, double* speed) {
     return guard([&] {
         const std::string& id = vehicle(number).id;
         const auto leader = sim::Vehicle::getLeader(id, reach);
         *gap = INFINITY, *speed = 0.;
         if (leader.first.empty()) return;
+        const auto known = numbers.find(leader.first);
+        if (known == numbers.end()) return;  // it departs in this step
+        *leader_number = known->second;
         // SUMO's own gap is that beyond the smallest one.
         *gap = leader.second + sim::Vehicle::getMinGap(id);
         *speed = sim::Vehicle::getSpeed(leader.first);
@@ -197,9 +207,18 @@ API int cs_take(uint32_t number, const char** edges) {
         v.is_moved = true;
         v.path = sim::Vehicle::getRoute(v.id);
         v.path_at = 0;
-        route_edges.clear();
-        for (const std::string& edge : v.path) route_edges += (route_edges.empty() ? "" : " ") + edge;
-        *edges = route_edges.c_str();
+        *edges = tell_route(v.path);
+    });
+}
+
+// From now on a driver outside SUMO has the pedals of a vehicle of the demand, and SUMO the wheel. Its edges as of cs_take.
+API int cs_take_pedals(uint32_t number, const char** edges) {
+    return guard([&] {
+        const Mobile& v = vehicle(number);
+        if (v.is_person) throw std::invalid_argument("a person is no vehicle");
+        // Safe distance, right of way and red lights count; the limits of acceleration are those of the driver's car.
+        sim::Vehicle::setSpeedMode(v.id, 1 + 8 + 16);
+        *edges = tell_route(sim::Vehicle::getRoute(v.id));
     });
 }
 

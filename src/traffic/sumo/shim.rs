@@ -9,7 +9,7 @@ use crate::{
     idm::IdmParams,
     map::network::LaneId,
     space::SumoPose,
-    traffic::{TrafficError, VehicleId, go_on, starts_under_way},
+    traffic::{EngineLeader, TrafficError, VehicleId, go_on, starts_under_way},
 };
 use glam::DVec2;
 use std::{
@@ -40,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 9,
+        number: 10,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -74,10 +74,11 @@ struct Api {
     close_lane: unsafe extern "C" fn(usize) -> c_int,
     vehicle_type: unsafe extern "C" fn(Text, Text, *const VehicleType) -> c_int,
     person: unsafe extern "C" fn(u32, f64, f64, f64, f64) -> c_int,
-    leader: unsafe extern "C" fn(u32, f64, *mut f64, *mut f64) -> c_int,
+    leader: unsafe extern "C" fn(u32, f64, *mut u32, *mut f64, *mut f64) -> c_int,
     route: unsafe extern "C" fn(Text, Texts, usize) -> c_int,
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, c_int, *mut u32) -> c_int,
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
+    take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     step: unsafe extern "C" fn(*const RawCommand, usize, f64, *mut RawStep) -> c_int,
     look: unsafe extern "C" fn(*mut RawStep) -> c_int,
     bare_step: unsafe extern "C" fn() -> c_int,
@@ -137,6 +138,7 @@ impl Api {
             route: symbol!(b"cs_route\0"),
             add: symbol!(b"cs_add\0"),
             take: symbol!(b"cs_take\0"),
+            take_pedals: symbol!(b"cs_take_pedals\0"),
             step: symbol!(b"cs_step\0"),
             look: symbol!(b"cs_look\0"),
             bare_step: symbol!(b"cs_bare_step\0"),
@@ -266,11 +268,12 @@ impl Shim {
         self.check(unsafe { (self.api.person)(id.0, idm.a, idm.b, idm.t, idm.s0) })
     }
 
-    /// Returns the gap to the leader of a vehicle, m, and the leader's speed, m/s; `None` without one within `reach_m`.
-    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<(f64, f64)>, TrafficError> {
-        let (mut gap_m, mut speed_mps) = (f64::INFINITY, 0.0);
-        self.check(unsafe { (self.api.leader)(id.0, reach_m, &raw mut gap_m, &raw mut speed_mps) })?;
-        Ok(gap_m.is_finite().then_some((gap_m, speed_mps)))
+    /// Returns the leader of a vehicle; `None` without one within `reach_m`.
+    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+        let (mut number, mut gap_m, mut speed_mps) = (0, f64::INFINITY, 0.0);
+        let out = (&raw mut number, &raw mut gap_m, &raw mut speed_mps);
+        self.check(unsafe { (self.api.leader)(id.0, reach_m, out.0, out.1, out.2) })?;
+        Ok(gap_m.is_finite().then_some(EngineLeader { id: VehicleId(number), gap_m, speed_mps }))
     }
 
     /// Makes a route of edges.
@@ -303,6 +306,12 @@ impl Shim {
     /// Makes a vehicle of the demand one that a driver outside SUMO moves from now on. The edges of its route.
     pub fn take(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         let edges = self.text(|out| unsafe { (self.api.take)(id.0, out) })?;
+        Ok(edges.split(' ').map(str::to_owned).collect())
+    }
+
+    /// Gives the pedals of a vehicle of the demand to a driver outside SUMO, who may leave its limits of acceleration. The edges of its route.
+    pub fn take_pedals(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
+        let edges = self.text(|out| unsafe { (self.api.take_pedals)(id.0, out) })?;
         Ok(edges.split(' ').map(str::to_owned).collect())
     }
 

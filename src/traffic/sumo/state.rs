@@ -1,13 +1,13 @@
 //! All vehicles as SUMO has them after a step. In: the columns of a [`Step`]. Out: [`VehicleState`]s by ascending id, which have come and
 //! gone, what signals show. Metres, m/s, world axes; SUMO's front bumpers and compass headings stay in here.
 
-use super::shim_data::{Record, Step};
+use super::shim_data::{Command, RawCommand, Record, Step};
 use crate::{
     map::network::LaneId,
     space::{Pose, SumoPose},
     traffic::{
-        Articulation, Departure, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps,
-        VehicleReport, VehicleState, articulation::FrontPath,
+        Articulation, Departure, LaneMotion, TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleKind,
+        VehicleLamps, VehicleReport, VehicleState, articulation::FrontPath, motion::SpeedStep,
     },
 };
 use glam::dvec2;
@@ -21,6 +21,9 @@ const EMERGENCY: u32 = (1 << 11) | (1 << 12) | (1 << 13);
 
 /// Distance beyond twice what the speed explains that SUMO moves a vehicle at once, metres.
 const JUMP_M: f64 = 1.0;
+
+/// Difference between the wanted speed and SUMO's from which SUMO holds a vehicle back, m/s: far above rounding.
+const HELD_BACK_MPS: f64 = 1e-6;
 
 /// SUMO's bits of lamps that are lit.
 pub(super) fn lamp_bits(lamps: VehicleLamps) -> u32 {
@@ -108,6 +111,29 @@ impl TrafficState {
         self.signals.extend_from_slice(step.signals);
         self.signal_starts.clear();
         self.signal_starts.extend_from_slice(step.signal_starts);
+    }
+
+    /// Adds the commands for vehicles whose pedals are not SUMO's. A vehicle that is not there has none.
+    pub fn command(&self, motions: &[LaneMotion], commands: &mut Vec<RawCommand>) {
+        for motion in motions {
+            if let Ok(at) = self.vehicles.binary_search_by_key(&motion.id, |vehicle| vehicle.id) {
+                commands.push(Command::PreviousSpeed(self.vehicles[at].speed_mps).encode(motion.id));
+                commands.push(Command::WantedSpeed(motion.mean_mps).encode(motion.id));
+            }
+        }
+    }
+
+    /// Sets the speeds at the end of the step of vehicles that have moved as their drivers wanted. Those that SUMO held back keep its speed.
+    pub fn drive(&mut self, motions: &[LaneMotion], step_s: f64) {
+        for motion in motions {
+            let place = |list: &[VehicleState]| list.binary_search_by_key(&motion.id, |vehicle| vehicle.id);
+            if let (Ok(at), Ok(before)) = (place(&self.vehicles), place(&self.before))
+                && self.vehicles[at].speed_mps >= motion.mean_mps - HELD_BACK_MPS
+            {
+                let before_mps = self.before[before].speed_mps;
+                self.vehicles[at].set_motion(SpeedStep::driven(before_mps, motion), step_s);
+            }
+        }
     }
 
     /// Puts reported vehicles where their reports say they are at the end of the step, wherever SUMO has them.
