@@ -240,6 +240,7 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/traffic", "sumo"),
         ("/path", "A B"),
         ("/advised", "1"),
+        ("/advised_body", "full"),
         ("/start", "bunched"),
         ("/contact", "end"),
         ("/other_model", "krauss"),
