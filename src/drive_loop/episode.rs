@@ -216,6 +216,7 @@ impl Episode {
             self.note(agents);
             has_crashed = self.world.contacts_of_others() + self.contacts_of(EGO).unwrap_or(0) > 0;
         }
+        self.see(agents, self.world.agents());
         if !has_crashed {
             // Vehicles at the end of their path leave and new ones enter before the next advice is due.
             self.world.sync_agents_now()?;
@@ -223,13 +224,22 @@ impl Episode {
         Ok((sum_mps, steps, has_crashed))
     }
 
-    /// Adds speeds and observations of the hold's agents that are still present.
+    /// Adds the speeds of the hold's agents that are still present, and the last observations of those that have left in this step.
     fn note(&self, agents: &mut [Advised]) {
         for now in self.world.agents() {
             let Some(agent) = agents.iter_mut().find(|agent| agent.id == now.id()) else { continue };
             agent.way_mps += now.snapshot().ego.speed_mps.max(0.0);
             agent.steps += 1;
-            agent.last_seen = self.world.complete_observation(now);
+        }
+        self.see(agents, self.world.left_others().iter());
+    }
+
+    /// Sets what the hold's agents observe last.
+    fn see<'a>(&self, agents: &mut [Advised], present: impl Iterator<Item = &'a Agent>) {
+        for now in present {
+            if let Some(agent) = agents.iter_mut().find(|agent| agent.id == now.id()) {
+                agent.last_seen = self.world.complete_observation(now);
+            }
         }
     }
 

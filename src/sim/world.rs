@@ -63,6 +63,8 @@ pub struct World {
     observer: Observer,
     /// The other advised vehicles, by ascending id.
     others: Vec<Agent>,
+    /// Others that have left since the last step began.
+    left: Vec<Agent>,
     /// Ids of all vehicles other than the participant's that have been agents, ascending.
     advised: Vec<VehicleId>,
     /// Contacts of agents that have left.
@@ -140,6 +142,7 @@ impl World {
             advice,
             observer,
             others: Vec::new(),
+            left: Vec::new(),
             advised: Vec::new(),
             contacts_before: 0,
             drivers,
@@ -212,6 +215,7 @@ impl World {
         if self.ended.is_some() || self.is_prepared || !self.begins_step() {
             return Ok(());
         }
+        self.left.clear();
         self.sync_agents()?;
         agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.ask_policy(&self.drive));
         let (all, step_ticks) = (self.observer.view(), self.drive.scenario().step_ticks());
@@ -260,12 +264,8 @@ impl World {
 
     /// Removes the others for which `is_gone` holds.
     fn remove_others(&mut self, is_gone: impl Fn(&Agent, &TrafficCoupling) -> bool) {
-        let (traffic, contacts) = (&self.traffic, &mut self.contacts_before);
-        self.others.retain(|agent| {
-            let stays = !is_gone(agent, traffic);
-            *contacts += if stays { 0 } else { agent.contact_count() };
-            stays
-        });
+        let gone = self.others.extract_if(.., |agent| is_gone(agent, &self.traffic));
+        self.left.extend(gone.inspect(|agent| self.contacts_before += agent.contact_count()));
     }
 
     /// Takes the light agents from the `first` of the others on to where the traffic has them at the beginning of a step.
@@ -382,6 +382,11 @@ impl World {
     /// Returns the advised vehicles other than the participant's that are present, by ascending id.
     pub fn advised_others(&self) -> &[Agent] {
         &self.others
+    }
+
+    /// Returns those of them that have left since the last step began, as they were at their last step.
+    pub fn left_others(&self) -> &[Agent] {
+        &self.left
     }
 
     /// Returns the ids of all vehicles other than the participant's that have been advised, ascending.
