@@ -65,6 +65,31 @@ fn a_light_car_keeps_gaps_and_speeds_of_the_full_one() {
     }
 }
 
+#[test]
+fn a_light_car_accelerates_and_brakes_as_the_full_one() {
+    // By the pedals alone: a floored accelerator through all gears, coasting, a light and a hard brake to a stop, and creep.
+    let pedals = [(1.0, 0.0, 15), (0.0, 0.0, 5), (0.0, 0.2, 5), (0.3, 0.0, 15), (0.0, 0.6, 10), (0.0, 0.0, 10)];
+    let params = CarParams::default();
+    let mut full = EgoCar::new(&params, Pose::default(), 0.0, 0).expect("a car");
+    let mut light = LongitudinalCar::new(&params, 0.0).expect("a car");
+    let mut fastest_mps: f64 = 0.0;
+    for (throttle, brake, seconds) in pedals {
+        for _ in 0..seconds * 100 {
+            let controls = Controls { throttle, brake, ..Controls::default() };
+            full.tick(&controls, &UniformGround(GroundSurface::Asphalt), &[]);
+            light.tick(&controls, 0.0);
+            let speed_mps = full.state().speed_mps;
+            fastest_mps = fastest_mps.max(speed_mps);
+            let apart_mps = (speed_mps - light.speed_mps()).abs();
+            // As behind a leader; and a body on springs and tyres takes a force up later, by less than a third of the time that a foot needs to
+            // leave a pedal.
+            let allowed_mps = 0.05 + 0.03 * full.state().accel_mps2.abs();
+            assert!(apart_mps < allowed_mps, "{throttle} {brake}: {speed_mps} and {} m/s", light.speed_mps());
+        }
+    }
+    assert!(fastest_mps > 35.0, "{fastest_mps} m/s");
+}
+
 /// Returns a ring with three advised vehicles, one of them the participant's.
 fn ring(traffic: &str, body: AdvisedBody) -> Scenario {
     Scenario {
