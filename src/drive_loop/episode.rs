@@ -102,7 +102,7 @@ impl Episode {
     pub fn begin(config: &EpisodeConfig, seed: u64) -> Result<Self, RunError> {
         let drive = config.drive(seed).map_err(WorldError::from)?;
         let drivers = drivers(config, seed);
-        let settings = OutsideSettings { sees: config.outside_sees(), drivers: Some(Arc::clone(&drivers)) };
+        let settings = OutsideSettings { sees: config.costly_inputs(), drivers: Some(Arc::clone(&drivers)) };
         let world = World::advised_from_outside(drive, settings)?;
         let scenario = world.scenario();
         let driver = match scenario.participant {

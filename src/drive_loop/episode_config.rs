@@ -8,7 +8,7 @@ use crate::{
     policy::{Feature, Hold, LARGEST_LENGTH, LanesBeside, NetworkInput, Observation, RoadKind, length_out_of_scale},
     scenario::{PlanError, PlannedDrive, Scenario, StartLayout},
     settings::{self, Field, SettingsError, fields_of},
-    sim::{OutsideSees, road_kind},
+    sim::{CostlyInputs, road_kind},
     traffic::Demand,
     train::{DriverConfig, FollowKind, TrainConfig, inputs},
 };
@@ -246,11 +246,11 @@ impl EpisodeConfig {
     }
 
     /// Returns what the learner observes beyond its own vehicle, the leader and the road.
-    pub(super) fn outside_sees(&self) -> OutsideSees {
+    pub(super) fn costly_inputs(&self) -> CostlyInputs {
         let alone = RoadKind::Network(LanesBeside::default());
         let inputs = self.inputs();
         let any = |is_seen: &dyn Fn(Feature) -> bool| inputs.iter().any(|input| is_seen(input.feature));
-        OutsideSees {
+        CostlyInputs {
             lanes_beside: any(&|feature| !feature.is_seen_on(alone) && !feature.is_seen_on(RoadKind::BareRing)),
             follower: any(&Feature::is_of_follower),
             driver: any(&Feature::is_observed),

@@ -38,10 +38,6 @@ impl LongitudinalCar {
         })
     }
 
-    pub fn params(&self) -> &CarParams {
-        &self.params
-    }
-
     /// Returns the speed, m/s, negative where it rolls back.
     pub fn speed_mps(&self) -> f64 {
         self.speed_mps

@@ -28,7 +28,7 @@ mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
 
-pub use advice::{ExpectedSpeeds, OutsideSees, policy_of, policy_settings, road_kind};
+pub use advice::{CostlyInputs, ExpectedSpeeds, policy_of, policy_settings, road_kind};
 pub use agent::Agent;
 pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};
@@ -273,18 +273,18 @@ impl World {
         if self.others[first..].iter().all(Agent::is_full) {
             return Ok(());
         }
-        if !self.traffic.is_open() {
+        if !self.drive.is_open() {
             self.order.take(self.observer.view(), self.observer.participant().map(|participant| &participant.image));
         }
         let (all, map) = (self.observer.view(), self.drive.map());
         for agent in self.others[first..].iter_mut().filter(|agent| !agent.is_full()) {
             let Some(now) = all.vehicle(agent.id()) else { continue };
-            let leader = match self.traffic.is_open() {
+            let leader = match self.drive.is_open() {
                 true => self.traffic.leader(agent.id())?,
                 false => self.order.leader(agent.id(), &map.route),
             };
             agent.follow_traffic(now, leader, all);
-            if agent.advice.sees_others {
+            if agent.advice.sees.has_others() {
                 self.observer.copy_view_to(agent, map);
             }
         }

@@ -30,8 +30,8 @@ fn scenario(advised: f64) -> Scenario {
     }
 }
 
-/// Runs a drive to its end; `look` sees the world after each tick.
-fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
+/// Runs a drive to its end, with the scenario's driver in the participant's vehicle; `look` sees the world after each tick.
+pub fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
     let params = preset(&scenario.driver).expect("a preset");
     let mut driver = SimulatedDriver::new(&params, world.ego_params(), scenario.seed).expect("a driver");

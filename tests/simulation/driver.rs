@@ -7,12 +7,26 @@ use codrive::{
     ego::{CarParams, EgoCar, EgoState, GroundSurface, Obstacle, UniformGround},
     idm::IdmParams,
     map::{Route, RouteLane},
-    policy::{Action, Advice},
+    policy::{Action, Advice, Hold},
     space::{CAR_LENGTH_M, Pose},
     time::{TICK_S, Tick},
 };
 use glam::{DVec2, dvec2};
 use std::f64::consts::{PI, TAU};
+
+/// Returns the advice of a speed, m/s, for a step.
+pub fn advice(issued: Tick, target_mps: f64) -> Advice {
+    Advice {
+        issued,
+        hold: Hold::of_steps(1, 0.1),
+        action: Action::Speed(target_mps),
+        target_mps,
+        range_mps: 0.5,
+        is_fallback: false,
+        driver: None,
+        observed: None,
+    }
+}
 
 /// Returns a closed route of one lane, as long as its shape.
 fn closed(shape: Vec<DVec2>) -> Route {
@@ -105,16 +119,7 @@ impl OfflineDrive<'_> {
                 s_m = self.route.project(state.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
                 let gap_m = |(s, _): (f64, f64)| self.route.difference(s_m, self.route.wrap(s - CAR_LENGTH_M));
                 let leader = leader_at(t);
-                let advice = (self.advised)(t).map(|target_mps| Advice {
-                    issued: Tick(i),
-                    hold: codrive::policy::Hold::of_steps(1, 0.1),
-                    action: Action::Speed(target_mps),
-                    target_mps,
-                    range_mps: 0.5,
-                    is_fallback: false,
-                    driver: None,
-                    observed: None,
-                });
+                let advice = (self.advised)(t).map(|target_mps| advice(Tick(i), target_mps));
                 let controls = driver.controls(&Perception {
                     speed_mps: state.speed_mps,
                     lane: driver.look(self.route, &state, Some(s_m)),

@@ -1,13 +1,12 @@
 //! Light agents: advised vehicles without a person inside, steered by the traffic engine. Expected: the ways of full agents behind the same
 //! advice.
 
-use crate::world::one_at_a_time;
+use crate::{agents_network, driver::advice, world::one_at_a_time};
 use codrive::{
     controls::Controls,
     driver::{Perception, SeenLeader, SimulatedDriver, preset},
     ego::{CarParams, EgoCar, GroundSurface, LongitudinalCar, UniformGround},
     idm::IdmParams,
-    policy::{Action, Advice, Hold},
     scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, Scenario},
     sim::{Agent, EventKind, World},
     space::Pose,
@@ -17,16 +16,7 @@ use codrive::{
 
 /// Returns what a driver sees on a straight road behind a leader.
 fn seen(speed_mps: f64, leader: Option<SeenLeader>, advised_mps: Option<f64>) -> Perception {
-    let advice = advised_mps.map(|target_mps| Advice {
-        issued: Tick(0),
-        hold: Hold::of_steps(10, 0.1),
-        action: Action::Speed(target_mps),
-        target_mps,
-        range_mps: 0.5,
-        is_fallback: false,
-        driver: None,
-        observed: None,
-    });
+    let advice = advised_mps.map(|target_mps| advice(Tick(0), target_mps));
     Perception { speed_mps, leader, advice, speed_limit_mps: 30.0, ..Perception::default() }
 }
 
@@ -105,19 +95,13 @@ fn ring(traffic: &str, body: AdvisedBody) -> Scenario {
     }
 }
 
-/// Runs a drive to its end, with the scenario's driver in the participant's vehicle; `look` sees the world at the end of each step.
+/// Runs a drive to its end; `look` sees the world at the end of each step.
 fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
-    let mut world = World::new(scenario).unwrap_or_else(|error| panic!("{error}"));
-    let params = preset(&scenario.driver).expect("a preset");
-    let mut driver = SimulatedDriver::new(&params, world.ego_params(), scenario.seed).expect("a driver");
-    while world.ended().is_none() {
-        let controls = driver.controls(&world.perceived_by(&driver));
-        world.tick(&controls).expect("the engine goes on");
+    agents_network::drive(scenario, |world| {
         if world.snapshot().tick.0.is_multiple_of(10) {
-            look(&world);
+            look(world);
         }
-    }
-    world
+    })
 }
 
 /// Returns speed and gap of each advised vehicle but the participant's, m/s and m, at the end of each step.

@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     map::{
-        RoadMap,
+        RoadMap, Route,
         network::{LaneId, LanePosition, Network},
     },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, Pose3},
@@ -35,6 +35,12 @@ pub struct PathLanes {
     lanes: Vec<Option<LaneId>>,
     by_lane: BTreeMap<LaneId, Vec<RouteStretch>>,
     stop_lines: Vec<StopLine>,
+}
+
+/// Returns the one of these places of a route, metres, that is nearest to `near_s_m`.
+fn nearest(route: &Route, places: impl Iterator<Item = f64>, near_s_m: f64) -> Option<f64> {
+    let away_m = |s_m: f64| route.difference(near_s_m, s_m).abs();
+    places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
 }
 
 impl PathLanes {
@@ -70,8 +76,7 @@ impl PathLanes {
             let is_near = found.offset_m.abs() < lane.width_m / 2.0 && route.lane_at(found.s_m).0 == stretch.index;
             is_near.then_some(found.s_m)
         });
-        let away_m = |s_m: f64| route.difference(near_s_m, s_m).abs();
-        places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
+        nearest(route, places, near_s_m)
     }
 
     /// Returns where a vehicle is along the route, metres, in any lane of one of its edges; of several places the one nearest to `near_s_m`.
@@ -81,8 +86,7 @@ impl PathLanes {
             let lane = &route.lanes()[stretch.index];
             lane.start_s_m + at.s_m.min(lane.length_m)
         });
-        let away_m = |s_m: f64| route.difference(near_s_m, s_m).abs();
-        places.min_by(|a, b| away_m(*a).total_cmp(&away_m(*b)))
+        nearest(route, places, near_s_m)
     }
 
     /// Returns the lane of the ego's front: the route's lane if the front is in it, otherwise the lane near `last` that the ego points

@@ -31,7 +31,7 @@ pub struct ExpectedSpeeds {
 
 /// Contents of observations that cost time, which drives without them save.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct OutsideSees {
+pub struct CostlyInputs {
     /// True if observations include the lanes beside.
     pub lanes_beside: bool,
     /// True if observations include the vehicle behind.
@@ -40,18 +40,21 @@ pub struct OutsideSees {
     pub driver: bool,
 }
 
+impl CostlyInputs {
+    /// Returns true if observations include vehicles other than the leader.
+    pub(super) fn has_others(self) -> bool {
+        self.lanes_beside || self.follower
+    }
+}
+
 /// Source of the advice of all vehicles of a drive.
 pub(super) struct DriveAdvice {
     /// Name of the policy, and the reason if it differs from the request.
     pub policy: policy::ResolvedPolicy,
     pub expected: ExpectedSpeeds,
     road: RoadKind,
-    /// True if the policy observes the lanes beside; computing them takes memory, which other drives save.
-    sees_lanes_beside: bool,
-    /// True if the policy observes the follower.
-    sees_follower: bool,
-    /// True if advice from outside follows from observations of the driver.
-    observes_driver: bool,
+    /// Costly inputs of the policy, or of what advises from outside.
+    sees: CostlyInputs,
     /// Each vehicle engages its own policy from this source; `None` if advice comes from outside.
     source: Option<PolicySource>,
     /// Advice of the participant's vehicle in place of the policy's: that of another drive.
@@ -62,10 +65,8 @@ pub(super) struct DriveAdvice {
 pub(super) struct VehicleAdvice {
     /// Kind of road that the policy sees.
     pub road: RoadKind,
-    /// True if observations include the lanes beside.
-    pub sees_lanes_beside: bool,
-    /// True if observations include vehicles other than the leader.
-    pub sees_others: bool,
+    /// Costly inputs of what advises.
+    pub sees: CostlyInputs,
     advisor: Advisor,
     /// Advice to show when the step for which it was asked begins.
     next: Option<Advice>,
@@ -84,26 +85,21 @@ impl DriveAdvice {
         if let Some(policy) = policy.as_deref().filter(|_| is_chosen) {
             warn_untrained(policy, drive);
         }
-        Ok(Self {
-            policy: resolved,
-            expected: expected_speeds(drive, &settings),
-            road,
-            sees_lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
-            sees_follower: policy
-                .is_some_and(|policy| policy.inputs().iter().any(|input| input.feature.is_of_follower())),
-            observes_driver: false,
-            source: Some(source),
-            sham: None,
-        })
+        let inputs = policy.as_deref().map_or(&[][..], Policy::inputs);
+        let sees = CostlyInputs {
+            lanes_beside: source.lacks(RoadKind::Network(LanesBeside::default())).is_some(),
+            follower: inputs.iter().any(|input| input.feature.is_of_follower()),
+            driver: policy.as_deref().is_some_and(Policy::observes_driver),
+        };
+        let expected = expected_speeds(drive, &settings);
+        Ok(Self { policy: resolved, expected, road, sees, source: Some(source), sham: None })
     }
 
     /// Returns a source whose advice is set from outside, without a policy.
-    pub fn from_outside(drive: &PlannedDrive, sees: OutsideSees) -> Self {
+    pub fn from_outside(drive: &PlannedDrive, sees: CostlyInputs) -> Self {
         let policy = policy::ResolvedPolicy { name: OUTSIDE.into(), why: None };
         let expected = expected_speeds(drive, &policy_settings(drive));
-        let OutsideSees { lanes_beside: sees_lanes_beside, follower: sees_follower, driver: observes_driver } = sees;
-        let road = road_kind(drive);
-        Self { policy, expected, road, sees_lanes_beside, sees_follower, observes_driver, source: None, sham: None }
+        Self { policy, expected, road: road_kind(drive), sees, source: None, sham: None }
     }
 
     /// Returns the advice of the participant's vehicle.
@@ -119,19 +115,12 @@ impl DriveAdvice {
         let (hold, range_mps) = (scenario.hold(), scenario.range_mps());
         self.advised_by(match &self.source {
             Some(source) => Advisor::new(source.engage(), hold, range_mps),
-            None => Advisor::from_outside(hold, range_mps, self.observes_driver),
+            None => Advisor::from_outside(hold, range_mps, self.sees.driver),
         })
     }
 
     fn advised_by(&self, advisor: Advisor) -> VehicleAdvice {
-        let (sees_lanes_beside, road) = (self.sees_lanes_beside, self.road);
-        VehicleAdvice {
-            road,
-            sees_lanes_beside,
-            sees_others: sees_lanes_beside || self.sees_follower,
-            advisor,
-            next: None,
-        }
+        VehicleAdvice { road: self.road, sees: self.sees, advisor, next: None }
     }
 
     /// Returns true if the policy is not `none`.

@@ -9,7 +9,6 @@ use super::{
     light_body::LightBody,
 };
 use crate::{
-    controls::Indicator,
     driver::{Perception, SeenLeader},
     ego::Contact,
     sim::{Leader, Snapshot, VehicleSnapshot},
@@ -34,12 +33,7 @@ impl Agent {
         let Some(driver) = self.driver.as_mut().filter(|_| all.vehicle(id).is_some()) else { return };
         let (route, s_m) = (&self.map.route, self.view.ego_s_m);
         let lane = driver.look_along(route, s_m, car.speed_mps());
-        let seen = Perception {
-            lane,
-            speed_limit_mps: route.speed_limit_mps(s_m),
-            indicator: Indicator::Off,
-            ..Perception::default()
-        };
+        let seen = Perception { lane, speed_limit_mps: route.speed_limit_mps(s_m), ..Perception::default() };
         let mut ahead = self.view.leader.map(|leader| MovingLeader::of(leader, all));
         // As with a full agent, the advice of a step is shown in its first tick and seen in the second.
         let mut advice = self.view.advice;

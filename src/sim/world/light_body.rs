@@ -9,9 +9,6 @@ use crate::{
 };
 use glam::{Quat, Vec3};
 
-/// Distance within which a driver on a network sees a leader, metres.
-pub(super) const LEADER_REACH_M: f64 = 200.0;
-
 /// Body of a light agent.
 pub(super) struct LightBody {
     pub car: LongitudinalCar,

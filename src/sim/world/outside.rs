@@ -7,7 +7,7 @@
 
 use super::{
     Agent, World, WorldError,
-    advice::{DriveAdvice, OutsideSees},
+    advice::{CostlyInputs, DriveAdvice},
     agents_mut,
 };
 use crate::{
@@ -24,7 +24,7 @@ pub type AgentDrivers = Arc<dyn Fn(VehicleId) -> Result<DriverParams, DriverErro
 /// Settings of a world with advice from outside.
 #[derive(Clone, Default)]
 pub struct OutsideSettings {
-    pub sees: OutsideSees,
+    pub sees: CostlyInputs,
     /// Drivers of the other advised vehicles; `None` uses the scenario's driver.
     pub drivers: Option<AgentDrivers>,
 }

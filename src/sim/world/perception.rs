@@ -52,7 +52,7 @@ impl Agent {
         let ahead_m = snapshot.ego.speed_mps.max(0.0) * BEND_AHEAD_S;
         let network = &self.network;
         let beside =
-            |side: Side| self.advice.sees_lanes_beside.then(|| lane_beside(snapshot, &self.map, side)).flatten();
+            |side: Side| self.advice.sees.lanes_beside.then(|| lane_beside(snapshot, &self.map, side)).flatten();
         RoadAhead {
             speed_limit_mps: route.speed_limit_mps(snapshot.ego_s_m),
             bend_per_m: route.curvature_at(snapshot.ego_s_m + ahead_m, LANE_HINT_SPAN_M),

@@ -10,7 +10,6 @@ use super::{
     advised_selection::AdvisedSelection,
     agent::{Agent, NewAgent},
     hand_over::HandOver,
-    light_body::LEADER_REACH_M,
     traffic_start::{self, StartPlace, StartedTraffic},
 };
 use crate::{
@@ -39,6 +38,9 @@ const SIDEWAYS: f64 = 0.25;
 
 /// Largest distance from an agent at which another vehicle is a body in the agent's physics, metres. No vehicle covers it within a step.
 pub(super) const TOUCHABLE_M: f64 = 100.0;
+
+/// Distance within which the driver of a light agent on a network sees a leader, metres.
+const LEADER_REACH_M: f64 = 200.0;
 
 /// A traffic engine, and the two steps around the present tick.
 pub(super) struct TrafficCoupling {
@@ -244,11 +246,6 @@ impl TrafficCoupling {
         let Some(engine) = self.engine.as_ref().filter(|_| !self.arrived.contains(&id)) else { return Ok(None) };
         let found = engine.leader(id, LEADER_REACH_M)?;
         Ok(found.map(|EngineLeader { id, gap_m, speed_mps }| Leader { id, gap_m, speed_mps }))
-    }
-
-    /// Returns true if vehicles enter and leave.
-    pub fn is_open(&self) -> bool {
-        self.fixed.is_none()
     }
 
     /// Begins the step that was asked for: takes the engine's present state as the next step.
