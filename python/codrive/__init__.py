@@ -9,19 +9,25 @@ writes a file for drives and studies. ``read`` opens their recordings. Settings 
 from codrive._drive import DriveEnv
 from codrive._drive_vector import DriveVectorEnv
 from codrive._evaluate import evaluate, policies
+from codrive._open_drive import Lane
 from codrive._policy_file import describe_policy, save_policy
 from codrive._read import DataSet, Recording, read
 from codrive._register import make, make_parallel, make_vec, register
 from codrive._ring import RingEnv, RingVectorEnv
 from codrive._settings import settings
+from codrive._traffic import Hold, Moment, Vehicles
 
 __all__ = [
     "DataSet",
     "DriveEnv",
     "DriveVectorEnv",
+    "Hold",
+    "Lane",
+    "Moment",
     "Recording",
     "RingEnv",
     "RingVectorEnv",
+    "Vehicles",
     "describe_policy",
     "evaluate",
     "make",

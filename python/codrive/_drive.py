@@ -8,12 +8,15 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
+from codrive._camera import POSSIBLE_MODES, Camera, picture_metadata
 from codrive._codrive import DriveConfiguration
-from codrive._drive_series import Camera, DriveSeries, Setup, check_one_advised, drive_metadata
+from codrive._drive_series import DriveSeries, Setup, check_one_advised
+from codrive._open_drive import OpenDrive
 from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces
+from codrive._traffic import OwnFunctions, hold_info
 
 
-class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
+class DriveEnv(OpenDrive, Picklable, AdviceMeaning, gymnasium.Env):
     """Whole drive: the participant's vehicle with its physics, a simulated driver who follows the advice, other traffic.
 
     Observations, actions, rewards and endings are as in ``codrive.RingEnv``. **Terminated** is also true when the participant's vehicle
@@ -24,6 +27,8 @@ class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
     process is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another.
     """
 
+    metadata = {"render_modes": POSSIBLE_MODES}
+
     def __init__(
         self,
         name: str = "ring-250",
@@ -33,23 +38,24 @@ class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
         advice: str | None = None,
         driver: str | None = None,
         render_mode: str | None = None,
-        view: str = "driver",
+        view: str | None = None,
         size: tuple[int, int] = (1280, 720),
         **settings: Any,
     ) -> None:
         """See ``codrive.make``."""
         camera = Camera(render_mode, view, size)
         check_one_advised(settings)
+        own = OwnFunctions.taken_from(settings)
         setup = Setup(name, traffic, hold, advice, driver, settings)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
-        self.observation_space, self.action_space = spaces(self.settings)
-        self.metadata = drive_metadata(setup.hold_s)
-        self._series = DriveSeries(setup, camera)
+        self.observation_space, self.action_space = spaces(self.settings, own.space)
+        self.metadata = picture_metadata(setup.hold_s)
+        self._series = DriveSeries(setup, camera, own)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins an episode. Returns the observation, float32, ``(k,)``, and an empty dict.
 
         Raises:
@@ -58,13 +64,13 @@ class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
         """
         seed = self._series.first_seed(seed)
         super().reset(seed=seed)
-        observed = self._series.begin(seed, self.np_random)
+        observed = self._series.begin(seed)
         if len(observed.agents) != 1:
             self._series.fail()
             raise RuntimeError(f"{len(observed.agents)} vehicles are advised; allowed: the participant's vehicle only")
         return observed.observations[0], {}
 
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
         """Drives one hold under this action, ``(1,)``, or the number of a level.
 
         Raises:
@@ -81,25 +87,15 @@ class DriveEnv(Picklable, AdviceMeaning, gymnasium.Env):
         truncated = result.is_truncated and not terminated
         if terminated or truncated:
             self._series.end()
-        info = {"mean_speed_mps": result.mean_speed_mps}
+        info = hold_info(result)
         return result.final_observations[0], float(result.rewards[0]), terminated, truncated, info
 
-    def render(self) -> NDArray[np.uint8] | None:
-        """Returns the present picture, uint8, ``(height, width, 3)``; None without a ``render_mode``.
+    def set_state(self, state: dict[str, Any]) -> NDArray[Any]:
+        """Drives again to a state that ``get_state`` of an environment with the same settings has returned. Returns the observation there.
+
+        The bits are those of the first drive; it takes as long as that drive has taken.
 
         Raises:
-            ResetNeeded: No episode has begun.
+            ValueError: This is no state, or that of other settings.
         """
-        return self._series.render()
-
-    def fingerprint(self) -> str:
-        """Returns a hash over all states of this drive so far; equal states have equal hashes, to the bit.
-
-        Raises:
-            ResetNeeded: No episode has begun.
-        """
-        return self._series.fingerprint()
-
-    def close(self) -> None:
-        """Ends the drive; the environment cannot be used afterwards."""
-        self._series.close()
+        return self._series.set_state(state).observations[0]

@@ -4,32 +4,25 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from gymnasium.error import ResetNeeded
+from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
-from codrive._codrive import HAS_DESKTOP
-from codrive._drives import HoldResult, LocalDrive, Observed
+from codrive._camera import Camera, Pictures
+from codrive._drives import DriveLog, HoldResult, LocalDrive, Observed, Road, Seen
 from codrive._settings import drive_configuration, sumo_variables, traffic_of
-from codrive._spaces import ENDED, NEVER, SEEDS, RendererMissing, RenderModeError, check_open, checked_seed
+from codrive._spaces import ENDED, NEVER, SEEDS, check_open, check_settings, checked_seed
+from codrive._traffic import OwnDrive, OwnFunctions, Vehicles
 from codrive._words import did_you_mean
 from codrive._workers import WorkerDrive
 
 #: Engines of whole drives.
 DRIVE_TRAFFIC = ("native", "sumo")
-#: Views of pictures, and their largest side, pixels.
-VIEWS = ("driver", "mirror", "birdseye", "chase")
-_MOST_PIXELS = 8192
 
 _FAILED = "the drive has failed, or was stopped; call reset() first"
-_NO_RENDERER = (
-    "render_mode='rgb_array' needs codrive built with its renderer: "
-    "pip install ./python --config-settings=build-args='--features desktop'"
-)
-
 
 class Setup:
     """Checked settings of a drive, and its factory."""
@@ -50,7 +43,9 @@ class Setup:
         self.configuration, self.arguments = drive_configuration(name, traffic, hold, advice, driver, settings)
         self.variables = sumo_variables() if self.configuration.needs_sumo else {}
         self.folder = os.getcwd()
-        self.hold_s: float = json.loads(self.configuration.json())["hold_s"]
+        settings = json.loads(self.configuration.json())
+        self.hold_s: float = settings["hold_s"]
+        self.top_speed_mps: float = settings["top_speed_mps"]
 
     def drive(self) -> LocalDrive | WorkerDrive:
         """Makes a drive, in this process if SUMO is not needed."""
@@ -59,33 +54,6 @@ class Setup:
     def worker(self) -> WorkerDrive:
         """Makes a drive in a process of its own."""
         return WorkerDrive(self.arguments, self.variables, self.folder)
-
-
-class Camera:
-    """View and size of the pictures of a drive, if it is drawn."""
-
-    def __init__(self, render_mode: str | None, view: str, size: tuple[int, int]) -> None:
-        """
-        Raises:
-            ValueError: The mode, view or size is invalid.
-            DependencyNotInstalled: The package was built without its renderer.
-        """
-        if render_mode not in (None, "rgb_array"):
-            raise RenderModeError(f"render_mode is {render_mode!r}; allowed: None, 'rgb_array'")
-        if view not in VIEWS:
-            raise ValueError(f"view is {view!r}{did_you_mean(view, VIEWS)}; allowed: {', '.join(VIEWS)}")
-        sides = tuple(size) if isinstance(size, (tuple, list)) else ()
-        if len(sides) != 2 or not all(type(side) is int and 1 <= side <= _MOST_PIXELS for side in sides):
-            raise ValueError(f"size is {size!r}; allowed: (width, height) in pixels, each from 1 to {_MOST_PIXELS}")
-        if render_mode is not None and not HAS_DESKTOP:
-            raise RendererMissing(_NO_RENDERER)
-        self.is_on = render_mode is not None
-        self.arguments = (*sides, view)
-
-
-def drive_metadata(hold_s: float) -> dict[str, Any]:
-    """Returns Gymnasium's metadata for an environment with steps of this length."""
-    return {"render_modes": ["rgb_array"] if HAS_DESKTOP else [], "render_fps": 1.0 / hold_s}
 
 
 def check_one_advised(settings: dict[str, Any]) -> None:
@@ -110,13 +78,18 @@ def _checked_seed(seed: Any) -> int | None:
 
 
 class DriveSeries:
-    """Series of drives for ``reset`` and ``step``: keeps the next seed, and whether a step is possible now."""
+    """Series of drives for ``reset`` and ``step``: keeps the next seed, whether a step is possible now, and all that the drive was told."""
 
-    def __init__(self, setup: Setup, camera: Camera) -> None:
+    def __init__(self, setup: Setup, camera: Camera, own: OwnFunctions) -> None:
         self._setup = setup
-        self._camera = camera
+        self._pictures = Pictures(camera, setup.top_speed_mps)
+        self._own = own
+        self._own_drive = OwnDrive(own)
         self._drive: LocalDrive | WorkerDrive | None = None
-        self._has_begun = False
+        self._random: np.random.Generator | None = None
+        self._log: DriveLog | None = None
+        self._seen: Seen | None = None
+        self._road: Road | None = None
         self._is_closed = False
         #: Reason why there can be no hold now, if any.
         self._why_not: str | None = NEVER
@@ -124,17 +97,15 @@ class DriveSeries:
     def first_seed(self, seed: int | None) -> int | None:
         """Returns the seed for ``reset(seed)``: if none is given, at first that of the settings."""
         check_open(self._is_closed)
-        return self._setup.own_seed if seed is None and not self._has_begun else seed
+        return self._setup.own_seed if seed is None and self._log is None else seed
 
-    def begin(self, seed: int | None, random: np.random.Generator) -> Observed:
-        """Begins the drive of this seed, or of the next seed from ``random``."""
-        own = next_seed(seed, random)
-        self._has_begun, self._why_not = True, _FAILED
-        if self._drive is None:
-            self._drive = self._setup.drive()
-        observed = self._done(self._drive.begin, own)
-        self._why_not = None
-        return observed
+    def begin(self, seed: int | None) -> Observed:
+        """Begins the drive of this seed, or the next one of the series that the last seed started."""
+        if seed is not None or self._random is None:
+            self._random, _ = np_random(None if seed is None else checked_seed(seed))
+        own = next_seed(seed, self._random)
+        self._log = DriveLog(own)
+        return self._begun("begin", own)
 
     def check_step(self) -> None:
         """Refuses a step if none is possible.
@@ -147,9 +118,43 @@ class DriveSeries:
         if self._why_not is not None:
             raise ResetNeeded(self._why_not)
 
-    def hold(self, actions: NDArray[np.float32]) -> HoldResult:
-        """Drives one hold under these actions, float32, ``(agents,)``."""
-        return self._done(self._drive.hold, actions)
+    def hold(self, actions: NDArray[np.float32], lane_changes: list[tuple[int, int, float]] | None = None) -> HoldResult:
+        """Drives one hold under these actions, float32, ``(agents,)``, and lane changes as ``LocalDrive.hold`` takes them."""
+        result: HoldResult = self._told("hold", actions.copy(), lane_changes)
+        self._show()
+        if not self._own.are_given:
+            return result
+        try:
+            return self._own_drive.hold(actions, result, self.seen())
+        except BaseException:
+            # The function has not seen this hold.
+            self.fail()
+            raise
+
+    def order(self, name: str, *arguments: Any) -> None:
+        """Gives the traffic an order, which counts from the next hold on. One that is refused changes nothing."""
+        self.check_step()
+        drive = self._present()
+        try:
+            drive.call("order", name, *arguments)
+        except ValueError:
+            raise
+        except BaseException:
+            self.fail()
+            raise
+        self._note("order", name, *arguments)
+
+    def seen(self) -> Seen:
+        """Returns the traffic now."""
+        if self._seen is None:
+            self._seen = self._present().call("seen")
+        return self._seen
+
+    def road(self) -> Road:
+        """Returns the road."""
+        if self._road is None:
+            self._road = self._present().call("road")
+        return self._road
 
     def end(self) -> None:
         """Notes the end of the episode."""
@@ -162,28 +167,88 @@ class DriveSeries:
 
     def render(self) -> NDArray[np.uint8] | None:
         """Returns the present picture, if pictures are on."""
-        self._check_begun()
-        return self._drive.render(*self._camera.arguments) if self._camera.is_on else None
+        self._present()
+        return self._pictures.render(self._rendered)
 
     def fingerprint(self) -> str:
         """Returns a hash over all states of this drive so far."""
-        self._check_begun()
-        return self._drive.fingerprint()
+        return self._present().call("fingerprint")
+
+    def state(self) -> dict[str, Any]:
+        """Returns all that the drive was told since it began, as ``set_state`` takes it.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        self._present()
+        log, random = self._log, self._random
+        if log is None or random is None:
+            raise ResetNeeded(NEVER)
+        return state_of(self._setup.configuration.json(), log, random, self._why_not == ENDED)
+
+    def set_state(self, state: dict[str, Any]) -> Observed:
+        """Drives again to this state.
+
+        Raises:
+            ValueError: This is no state, or that of other settings.
+        """
+        check_open(self._is_closed)
+        self._log = log_of(state, self._setup.configuration.json())
+        self._random = random_of(state)
+        observed = self._begun("restore", self._log)
+        if state["has_ended"]:
+            self.end()
+        return observed
 
     def close(self) -> None:
         """Ends the series."""
         self._is_closed = True
+        self._pictures.close()
         self._lose()
 
-    def _check_begun(self) -> None:
-        check_open(self._is_closed)
-        if self._why_not in (NEVER, _FAILED):
-            raise ResetNeeded(self._why_not)
+    def _begun(self, call: str, *arguments: Any) -> Observed:
+        self._why_not, self._seen = _FAILED, None
+        if self._drive is None:
+            self._drive = self._setup.drive()
+        observed = self._done(call, *arguments)
+        self._why_not = None
+        self._pictures.clear()
+        self._show()
+        return self._own_drive.begin(observed, self.seen()) if self._own.are_given else observed
 
-    def _done(self, call: Callable[..., Any], *arguments: Any) -> Any:
+    def _show(self) -> None:
+        """Shows the present moment to the pictures, if there are any."""
+        camera = self._pictures.camera
+        if camera.is_schematic:
+            seen = self.seen()
+            self._pictures.note(self.road, seen.time_s, Vehicles.of(seen.columns))
+        self._pictures.show(self._rendered)
+
+    def _rendered(self) -> NDArray[np.uint8]:
+        """Returns the picture of the renderer."""
+        picture: NDArray[np.uint8] = self._present().call("render", *self._pictures.camera.arguments)
+        return picture
+
+    def _told(self, call: str, *arguments: Any) -> Any:
+        result = self._done(call, *arguments)
+        self._note(call, *arguments)
+        return result
+
+    def _note(self, call: str, *arguments: Any) -> None:
+        self._seen = None
+        if self._log is not None:
+            self._log.calls.append((call, arguments))
+
+    def _present(self) -> LocalDrive | WorkerDrive:
+        check_open(self._is_closed)
+        if self._drive is None or self._why_not in (NEVER, _FAILED):
+            raise ResetNeeded(self._why_not or NEVER)
+        return self._drive
+
+    def _done(self, call: str, *arguments: Any) -> Any:
         """Makes a call; a drive that has failed is not used again."""
         try:
-            return call(*arguments)
+            return self._drive.call(call, *arguments)
         except BaseException:
             self.fail()
             raise
@@ -192,6 +257,33 @@ class DriveSeries:
         drive, self._drive = self._drive, None
         if drive is not None:
             drive.close()
+
+
+def state_of(settings: str, log: DriveLog, random: np.random.Generator, has_ended: bool) -> dict[str, Any]:
+    """Returns the state of a drive with these settings, JSON, in the series of this generator of seeds."""
+    calls, generator = list(log.calls), random.bit_generator.state
+    return {"settings": settings, "seed": log.seed, "calls": calls, "random": generator, "has_ended": has_ended}
+
+
+def random_of(state: dict[str, Any]) -> np.random.Generator:
+    """Returns the generator of seeds of a state."""
+    random, _ = np_random(0)
+    random.bit_generator.state = state["random"]
+    return random
+
+
+def log_of(state: Any, settings: str) -> DriveLog:
+    """Returns the log of a state of a drive with these settings, JSON.
+
+    Raises:
+        ValueError: This is no state of a drive, or that of other settings.
+    """
+    if not isinstance(state, dict) or not {"settings", "seed", "calls", "random", "has_ended"} <= state.keys():
+        raise ValueError("this is no state of a drive; allowed: what get_state of such an environment returns")
+    check_settings(state["settings"], settings)
+    log = DriveLog(state["seed"])
+    log.calls = list(state["calls"])
+    return log
 
 
 def next_seed(seed: int | None, random: np.random.Generator) -> int:

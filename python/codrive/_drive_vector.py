@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import gymnasium
@@ -12,8 +13,10 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from codrive._camera import VECTOR_RENDER_MODES, Camera, Pictures, picture_metadata
 from codrive._codrive import DriveConfiguration
-from codrive._drive_series import Camera, Setup, check_one_advised, drive_metadata, next_seed
+from codrive._drive_series import Setup, check_one_advised, log_of, next_seed, random_of, state_of
+from codrive._drives import DriveLog, Observed, Road, Seen
 from codrive._spaces import (
     NEVER,
     AdviceMeaning,
@@ -26,7 +29,9 @@ from codrive._spaces import (
     checked_vector_seed,
     final_infos,
     spaces,
+    vector_infos,
 )
+from codrive._traffic import OwnDrive, OwnFunctions, Vehicles, hold_info
 from codrive._workers import close_all
 
 #: Maximum number of processes.
@@ -43,6 +48,8 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     If a process is lost, or Ctrl-C stops a step, the step raises; ``reset`` starts another process and begins all drives again.
     """
 
+    metadata = {"render_modes": list(VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
+
     def __init__(
         self,
         name: str = "ring-250",
@@ -54,32 +61,38 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         driver: str | None = None,
         copy: bool = True,
         render_mode: str | None = None,
-        view: str = "driver",
+        view: str | None = None,
         size: tuple[int, int] = (1280, 720),
         **settings: Any,
     ) -> None:
         """See ``codrive.make_vec``."""
         self._drives = []
-        self._camera = Camera(render_mode, view, size)
+        self._camera = camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES)
         self.num_envs = checked_count(num_envs, _MOST)
         check_one_advised(settings)
+        self._own = OwnFunctions.taken_from(settings)
         self._setup = Setup(name, traffic, hold, advice, driver, settings)
         self.render_mode = render_mode
+        self._road: Road | None = None
+        self._pictures = [Pictures(camera, self._setup.top_speed_mps) for _ in range(self.num_envs)]
         self.settings: DriveConfiguration = self._setup.configuration
-        self.single_observation_space, self.single_action_space = spaces(self.settings)
+        self.single_observation_space, self.single_action_space = spaces(self.settings, self._own.space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self.metadata = {**drive_metadata(self._setup.hold_s), "autoreset_mode": AutoresetMode.SAME_STEP}
+        self.metadata = {**picture_metadata(self._setup.hold_s, VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
         self._drives = [self._setup.worker() for _ in range(self.num_envs)]
         self._random = [np_random()[0] for _ in range(self.num_envs)]
-        self._observations = np.zeros((self.num_envs, len(self.settings.inputs())), np.float32)
-        self._has_begun = False
+        self._own_drives = [OwnDrive(self._own) for _ in range(self.num_envs)]
+        space = self.observation_space
+        self._observations = np.zeros(space.shape or (self.num_envs,), space.dtype)
+        #: All that each drive was told since it began; none before the first reset.
+        self._logs: dict[int, DriveLog] = {}
         #: True for environments whose episode can continue.
         self._is_ready = np.zeros(self.num_envs, np.bool_)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins an episode in each environment.
 
         Args:
@@ -95,20 +108,19 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         check_open(self.closed)
         checked_vector_seed(seed, "drive i begins with seed + i")
         mask = checked_mask(options, self.num_envs)
-        if seed is None and not self._has_begun:
+        if seed is None and not self._logs:
             seed = self._setup.own_seed
         super().reset(seed=seed)
         where = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
         if seed is not None:
             for number in where:
                 self._random[number] = np_random(int(seed) + int(number))[0]
-        self._has_begun = True
         self._begin({int(number): None if seed is None else int(seed) + int(number) for number in where})
         return self._observations.copy(), {}
 
     def step(
         self, actions: Any
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+    ) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
         """Drives one hold of every drive under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` for levels.
 
         Raises:
@@ -122,27 +134,74 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         levels = self.settings.levels
         given = as_float32(actions, levels, (self.num_envs,) if levels else (self.num_envs, 1))
         check_actions(given, levels, [f" of environment {number}" for number in range(self.num_envs)])
-        results = self._all("hold", {number: (given[number : number + 1],) for number in range(self.num_envs)})
+        told = {number: (given[number : number + 1].copy(),) for number in range(self.num_envs)}
+        results = self._all("hold", told)
+        for number, arguments in told.items():
+            self._logs[number].calls.append(("hold", arguments))
+        seen = self._seen(told)
+        if self._own.are_given:
+            try:
+                for number, (actions,) in told.items():
+                    results[number] = self._own_drives[number].hold(actions, results[number], seen[number])
+            except BaseException:
+                # The function has not seen this hold.
+                self._is_ready[:] = False
+                raise
         rewards = np.array([result.rewards[0] for result in results.values()], np.float64)
         terminations = np.array([result.terminations[0] for result in results.values()], np.bool_)
         truncations = np.array([result.is_truncated for result in results.values()], np.bool_) & ~terminations
-        mean_speed_mps = np.array([result.mean_speed_mps for result in results.values()], np.float64)
+        values = [hold_info(result) for result in results.values()]
+        columns = {name: np.array([value[name] for value in values]) for name in values[0]}
         ended = terminations | truncations
         for number in np.flatnonzero(~ended):
             self._observations[number] = results[number].final_observations[0]
-        infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": np.ones(self.num_envs, np.bool_)}
+        infos = vector_infos(columns)
         if ended.any():
             final = {number: result.final_observations[0] for number, result in results.items()}
-            infos.update(final_infos(ended, final, mean_speed_mps))
+            infos.update(final_infos(ended, final, columns))
             self._begin({int(number): None for number in np.flatnonzero(ended)})
         return self._observations.copy(), rewards, terminations, truncations, infos
+
+    @property
+    def vehicles(self) -> tuple[Vehicles, ...]:
+        """Returns all vehicles of each drive now as columns."""
+        check_open(self.closed)
+        return tuple(Vehicles.of(seen.columns) for seen in self._of_all("seen", ()))
+
+    def get_state(self) -> dict[str, Any]:
+        """Returns the state of all drives: their seeds, and all that they were told since. It can be pickled."""
+        check_open(self.closed)
+        if not self._is_ready.all():
+            raise ResetNeeded(NEVER)
+        settings, numbers = self.settings.json(), range(self.num_envs)
+        return {"drives": [state_of(settings, self._logs[number], self._random[number], False) for number in numbers]}
+
+    def set_state(self, state: dict[str, Any]) -> NDArray[Any]:
+        """Drives again to a state that ``get_state`` of an environment with the same settings and ``num_envs`` has returned. Returns the
+        observations there, ``(num_envs, k)``.
+
+        Raises:
+            ValueError: This is no state, or that of other settings.
+        """
+        check_open(self.closed)
+        drives = state.get("drives") if isinstance(state, dict) else None
+        if not isinstance(drives, list) or len(drives) != self.num_envs:
+            raise ValueError(f"this is no state of {self.num_envs} drives; allowed: what get_state of such environments returns")
+        logs = [log_of(drive, self.settings.json()) for drive in drives]
+        self._take(self._all("restore", {number: (log,) for number, log in enumerate(logs)}))
+        self._logs = dict(enumerate(logs))
+        self._random = [random_of(drive) for drive in drives]
+        return self._observations.copy()
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Returns the present picture of each drive, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
         check_open(self.closed)
-        if not self._camera.is_on:
+        if self.render_mode != "rgb_array":
             return None
-        return tuple(self._of_all("render", self._camera.arguments))
+        rendered = [None] * self.num_envs
+        if not self._camera.is_schematic:
+            rendered = self._of_all("render", self._camera.arguments)
+        return tuple(pictures.picture(lambda own=own: own) for pictures, own in zip(self._pictures, rendered))
 
     def fingerprints(self) -> list[str]:
         """Returns for each drive a hash over all its states so far; equal states have equal hashes, to the bit."""
@@ -160,7 +219,35 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
 
     def _begin(self, seeds: dict[int, int | None]) -> None:
         """Begins drives in these environments, with these seeds or the next ones of their series."""
-        begun = self._all("begin", {number: (next_seed(seed, self._random[number]),) for number, seed in seeds.items()})
+        own = {number: next_seed(seed, self._random[number]) for number, seed in seeds.items()}
+        begun = self._all("begin", {number: (seed,) for number, seed in own.items()})
+        for number, seed in own.items():
+            self._logs[number] = DriveLog(seed)
+        self._take(begun)
+
+    def _seen(self, numbers: Iterable[int]) -> dict[int, Seen]:
+        """Returns the traffic of these drives now for functions and pictures, and shows it to the latter; nothing without either."""
+        if not self._own.are_given and not self._camera.is_schematic:
+            return {}
+        seen: dict[int, Seen] = self._all("seen", dict.fromkeys(numbers, ()))
+        if self._camera.is_schematic:
+            for number, now in seen.items():
+                self._pictures[number].note(self._the_road, now.time_s, Vehicles.of(now.columns))
+        return seen
+
+    def _the_road(self) -> Road:
+        """Returns the road, which is the same for all drives."""
+        if self._road is None:
+            self._road = self._all("road", {0: ()})[0]
+        return self._road
+
+    def _take(self, begun: dict[int, Observed]) -> None:
+        """Takes the observations of drives that have just begun."""
+        for number in begun:
+            self._pictures[number].clear()
+        seen = self._seen(begun)
+        if self._own.are_given:
+            begun = {number: self._own_drives[number].begin(observed, seen[number]) for number, observed in begun.items()}
         for number, observed in begun.items():
             self._observations[number] = observed.observations[0]
             self._is_ready[number] = True

@@ -28,15 +28,41 @@ class Observed(NamedTuple):
     observations: NDArray[np.float32]
 
 
+class Seen(NamedTuple):
+    """Traffic now: time since the drive began, columns of all vehicles, ids and letters of signals."""
+
+    time_s: float
+    columns: NDArray[np.float64]
+    signals: list[tuple[str, str]]
+
+
+class Road(NamedTuple):
+    """Lanes with their ids, widths and centre lines, m; length of the route, m, and True if it is closed."""
+
+    lanes: list[tuple[str, float, NDArray[np.float64]]]
+    length_m: float
+    is_closed: bool
+
+
 class HoldResult(NamedTuple):
-    """Result of a hold; rows are the vehicles that were advised in it."""
+    """Result of a hold; rows are the vehicles that were advised in it. ``measures`` are in the order of ``HOLD_MEASURES``."""
 
     rewards: NDArray[np.float64]
     terminations: NDArray[np.bool_]
     is_truncated: bool
-    mean_speed_mps: float
+    measures: NDArray[np.float64]
+    time_s: float
     final_observations: NDArray[np.float32]
     after: Observed
+
+
+class DriveLog:
+    """All that a drive was told since it began, from which it can be driven again to the same bits."""
+
+    def __init__(self, seed: int) -> None:
+        self.seed = seed
+        #: Calls of ``LocalDrive`` by name, with their arguments.
+        self.calls: list[tuple[str, tuple[Any, ...]]] = []
 
 
 class LocalDrive:
@@ -45,25 +71,53 @@ class LocalDrive:
     def __init__(self, arguments: Arguments) -> None:
         self._drive = Drive(DriveConfiguration(*arguments))
 
+    def call(self, name: str, *arguments: Any) -> Any:
+        """Calls the method with this name, as ``WorkerDrive.call`` does in another process."""
+        return getattr(self, name)(*arguments)
+
     def begin(self, seed: int) -> Observed:
         """Begins a drive of this seed, up to its first advice."""
         with in_words_of_python():
             self._drive.begin(seed)
         return self._observed()
 
-    def hold(self, actions: NDArray[np.float32]) -> HoldResult:
-        """Drives one hold under these actions, float32, ``(agents,)``."""
+    def restore(self, log: DriveLog) -> Observed:
+        """Drives a drive again, up to the last call of its log."""
+        self.begin(log.seed)
+        for call, arguments in log.calls:
+            getattr(self, call)(*arguments)
+        return self._observed()
+
+    def hold(self, actions: NDArray[np.float32], lane_changes: list[tuple[int, int, float]] | None = None) -> HoldResult:
+        """Drives one hold under these actions, float32, ``(agents,)``, after orders to change lanes: number, lanes to the left, time, s."""
         drive = self._drive
         with in_words_of_python():
+            for order in lane_changes or []:
+                drive.change_lane(*order)
             drive.hold(actions)
         return HoldResult(
             drive.rewards(),
             drive.terminations(),
             drive.is_truncated(),
-            drive.mean_speed_mps(),
+            drive.measures(),
+            drive.time_s(),
             drive.final_observations(),
             self._observed(),
         )
+
+    def order(self, name: str, *arguments: Any) -> None:
+        """Gives the traffic an order by the name of its method."""
+        with in_words_of_python():
+            getattr(self._drive, name)(*arguments)
+
+    def seen(self) -> Seen:
+        """Returns the traffic now."""
+        drive = self._drive
+        return Seen(drive.time_s(), drive.vehicles(), drive.signals())
+
+    def road(self) -> Road:
+        """Returns the road."""
+        return Road(self._drive.lanes(), *self._drive.route())
 
     def fingerprint(self) -> str:
         """Returns a hash over all states since the drive began."""

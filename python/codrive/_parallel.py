@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from gymnasium.spaces import Box, Space
-from gymnasium.utils.seeding import np_random
+from gymnasium.spaces import Space
 from numpy.typing import NDArray
 
 try:
@@ -15,9 +15,12 @@ try:
 except ImportError as fault:
     raise ImportError("codrive.make_parallel needs PettingZoo: pip install pettingzoo") from fault
 
+from codrive._camera import Camera, picture_metadata
 from codrive._codrive import DriveConfiguration
-from codrive._drive_series import Camera, DriveSeries, Setup, drive_metadata
-from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces
+from codrive._drive_series import DriveSeries, Setup
+from codrive._open_drive import OpenDrive
+from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces, with_lane
+from codrive._traffic import OwnFunctions, car_of, hold_info
 from codrive._words import did_you_mean
 
 _ONE_EACH = (
@@ -26,13 +29,33 @@ _ONE_EACH = (
 )
 
 
-class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
+#: Smallest size of the second number of an action that changes the lane.
+_SIDE = 1.0 / 3.0
+
+
+def _check_lane_changes(settings: dict[str, Any], is_open: bool) -> None:
+    """Refuses lane changes where there are none.
+
+    Raises:
+        ValueError: The road has one lane, or a vehicle has a full body, which keeps to its path.
+    """
+    if not is_open:
+        raise ValueError("lane_changes is True; allowed: on a network with a demand, because a closed route is one lane")
+    if settings["advised_body"] != "light":
+        raise ValueError("lane_changes is True; allowed: with advised_body='light', because a driver of a full body keeps to the path")
+    if settings["participant"]:
+        raise ValueError("lane_changes is True; allowed: with participant=False, because the participant's vehicle keeps to its path")
+
+
+class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
     """One drive, in which each advised vehicle is an agent; see ``codrive.DriveEnv`` for observations, actions and rewards.
 
     * **Agents** are named as in recordings; ``"ego"`` is the participant's vehicle. On a closed road ``possible_agents`` lists them; on a
       road network they enter and leave, and there is no such list.
     * An agent that **enters** gets an entry in all five dicts of that step, with a reward of 0. An agent that has collided or arrived is
       **terminated** and no longer in ``agents``. At the horizon all are **truncated**.
+    * With ``lane_changes`` an action is two numbers, ``Box(-1, 1, (2,))``: the advice, and the lane: below -1/3 to the right, above 1/3 to
+      the left; with ``levels`` it is ``MultiDiscrete([levels, 3])``, of which 0 is to the right, 1 to stay and 2 to the left.
     * Holds without an advised vehicle are driven without actions, so that ``agents`` is empty only after the end of the episode.
     """
 
@@ -45,8 +68,9 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
+        lane_changes: bool = False,
         render_mode: str | None = None,
-        view: str = "driver",
+        view: str | None = None,
         size: tuple[int, int] = (1280, 720),
         **settings: Any,
     ) -> None:
@@ -56,18 +80,23 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
             raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
         if traffic == "ring":
             raise ValueError(_ONE_EACH)
+        own = OwnFunctions.taken_from(settings)
         setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": str(advised)})
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
-        self.metadata = {"name": "codrive_drive", "is_parallelizable": True, **drive_metadata(setup.hold_s)}
+        self.metadata = {"name": "codrive_drive", "is_parallelizable": True, **picture_metadata(setup.hold_s)}
         self.agents: list[str] = []
         if not self.settings.is_open:
             self.possible_agents = self.settings.possible_agents()
-        self._observation_space, self._action_space = spaces(self.settings)
-        self._series = DriveSeries(setup, camera)
-        self._random: np.random.Generator | None = None
+        self._hold_s = setup.hold_s
+        self._lane_changes = bool(lane_changes)
+        if self._lane_changes:
+            _check_lane_changes(json.loads(self.settings.json()), self.settings.is_open)
+        self._observation_space, advice_space = spaces(self.settings, own.space)
+        self._action_space = with_lane(advice_space) if self._lane_changes else advice_space
+        self._series = DriveSeries(setup, camera, own)
 
-    def observation_space(self, agent: str) -> Box:
+    def observation_space(self, agent: str) -> Space[Any]:
         """Returns the observation space; the same object for all agents.
 
         Raises:
@@ -76,7 +105,7 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
         self._check_name(agent)
         return self._observation_space
 
-    def action_space(self, agent: str) -> Space:
+    def action_space(self, agent: str) -> Space[Any]:
         """Returns the action space; the same object for all agents.
 
         Raises:
@@ -87,7 +116,7 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
+    ) -> tuple[dict[str, NDArray[Any]], dict[str, dict[str, Any]]]:
         """Begins a drive: that of a seed, or the next one of the series that the last seed started. Returns for each agent its
         observation, float32, ``(k,)``, and an empty dict.
 
@@ -96,10 +125,8 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
             RuntimeError: The drive has failed, or no vehicle is advised in it up to its horizon.
         """
         seed = self._series.first_seed(seed)
-        if seed is not None or self._random is None:
-            self._random, _ = np_random(seed)
         self.agents = []
-        observed = self._series.begin(seed, self._random)
+        observed = self._series.begin(seed)
         if not observed.agents:
             self._series.fail()
             raise RuntimeError("no vehicle is advised up to the horizon; set a larger `advised`, `horizon_s` or demand")
@@ -109,7 +136,7 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[
-        dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+        dict[str, NDArray[Any]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
         """Drives one hold under these actions, one for each of ``agents``, ``(1,)``, or the number of a level.
 
@@ -121,12 +148,13 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
         """
         self._series.check_step()
         acted = self.agents
-        result = self._series.hold(self._checked(actions))
+        result = self._series.hold(*self._checked(actions))
         observations = dict(zip(acted, result.final_observations))
         rewards = dict(zip(acted, map(float, result.rewards)))
         terminations = dict(zip(acted, map(bool, result.terminations)))
         truncations = {agent: result.is_truncated and not terminations[agent] for agent in acted}
-        infos = {agent: {"mean_speed_mps": result.mean_speed_mps} for agent in acted}
+        info = hold_info(result)
+        infos = {agent: dict(info) for agent in acted}
         self.agents = list(result.after.agents)
         if not self.agents:
             self._series.end()
@@ -136,20 +164,22 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
                 terminations[agent] = truncations[agent] = False
         return observations, rewards, terminations, truncations, infos
 
-    def render(self) -> NDArray[np.uint8] | None:
-        """Returns the present picture, uint8, ``(height, width, 3)``; None without a ``render_mode``."""
-        return self._series.render()
+    def set_state(self, state: dict[str, Any]) -> dict[str, NDArray[Any]]:
+        """Drives again to a state that ``get_state`` of an environment with the same settings has returned. Returns for each agent its
+        observation there.
 
-    def fingerprint(self) -> str:
-        """Returns a hash over all states of this drive so far; equal states have equal hashes, to the bit."""
-        return self._series.fingerprint()
+        The bits are those of the first drive; it takes as long as that drive has taken.
 
-    def close(self) -> None:
-        """Ends the drive; the environment cannot be used afterwards."""
-        self._series.close()
+        Raises:
+            ValueError: This is no state, or that of other settings.
+        """
+        self.agents = []
+        observed = self._series.set_state(state)
+        self.agents = list(observed.agents)
+        return dict(zip(observed.agents, observed.observations))
 
-    def _checked(self, actions: Mapping[str, Any]) -> NDArray[np.float32]:
-        """Returns the checked actions in the order of ``agents``."""
+    def _checked(self, actions: Mapping[str, Any]) -> tuple[NDArray[np.float32], list[tuple[int, int, float]] | None]:
+        """Returns the checked actions in the order of ``agents``, and the orders to change lanes."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions are {type(actions).__name__}; allowed: a dict with an action for each of env.agents")
         missing = [agent for agent in self.agents if agent not in actions]
@@ -160,11 +190,20 @@ class DriveParallelEnv(Picklable, AdviceMeaning, ParallelEnv):
                 near = did_you_mean(agent, self.agents)
                 raise ValueError(f"actions have an entry for {agent!r}{near}, which is not among env.agents now")
         levels = self.settings.levels
-        shape = () if levels else (1,)
-        given = [as_float32(actions[agent], levels, shape, f" of {agent!r}") for agent in self.agents]
-        array = np.concatenate(given)
-        check_actions(array, levels, [f" of {agent!r}" for agent in self.agents])
-        return array
+        one = () if levels else (1,)
+        given = [as_float32(actions[agent], levels, (2,) if self._lane_changes else one, f" of {agent!r}") for agent in self.agents]
+        if self._lane_changes:
+            array, lanes = np.array(given, np.float32).reshape(-1, 2).T
+        else:
+            array, lanes = np.concatenate(given), None
+        array = np.ascontiguousarray(array)
+        owners = [f" of {agent!r}" for agent in self.agents]
+        check_actions(array, levels, owners)
+        if lanes is None:
+            return array, None
+        check_actions(np.ascontiguousarray(lanes), 3 if levels else 0, owners)
+        ways = lanes.astype(int) - 1 if levels else (lanes > _SIDE).astype(int) - (lanes < -_SIDE)
+        return array, [(car_of(agent), int(way), self._hold_s) for agent, way in zip(self.agents, ways)]
 
     def _check_name(self, agent: str) -> None:
         known = getattr(self, "possible_agents", None)

@@ -114,9 +114,11 @@ def make(
         traffic: Engine of the traffic: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with vehicle physics in SUMO's
             traffic, in a process of its own; ``"native"``, the same in the traffic of the native engine, on closed single lanes.
             None: ``"ring"`` for rings, ``"sumo"`` for all else.
-        render_mode: ``"rgb_array"`` draws whole drives in ``view`` (``"driver"``, ``"mirror"``, ``"birdseye"``, ``"chase"``) and
-            ``size`` (pixels), if the package is built with its renderer; None: nothing is drawn.
-        **settings: Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
+        render_mode: ``"rgb_array"``: ``render()`` returns a picture. ``"human"``: each step shows it in a window or in the notebook. None:
+            nothing is drawn. ``view="schematic"`` is the road from above with all vehicles, beside a space-time diagram. Whole drives also
+            have ``"driver"`` (their default), ``"mirror"``, ``"birdseye"`` and ``"chase"``, if the package is built with its renderer.
+            ``size=(1280, 720)``, pixels.
+        **settings: ``reward``, ``observation`` and ``observation_space`` of your own (docs/python.md). Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
             (``codrive.settings(name, traffic=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
             and change it, too.
 
@@ -216,7 +218,7 @@ def make_vec(
         driver: As ``make``.
         traffic: As ``make``.
         copy: False: ``step`` and ``reset`` of rings return the same arrays each time, and the next call overwrites them.
-        render_mode: As ``make``.
+        render_mode: None or ``"rgb_array"``, as ``make``; up to 64 rings are drawn.
         **settings: As ``make``.
 
     Returns:
@@ -241,6 +243,7 @@ def make_parallel(
     advice: str | None = None,
     driver: str | None = None,
     traffic: str | None = None,
+    lane_changes: bool = False,
     render_mode: str | None = None,
     **settings: Any,
 ) -> DriveParallelEnv:
@@ -255,6 +258,7 @@ def make_parallel(
         driver: As ``make``; each agent has a driver of its own.
         traffic: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has only one advised
             vehicle in each ring.
+        lane_changes: True: an action has a lane beside the advice. For agents on a network, with ``participant=False``.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.
 
@@ -267,5 +271,13 @@ def make_parallel(
     from codrive._parallel import DriveParallelEnv
 
     return DriveParallelEnv(
-        name, advised=advised, hold=hold, advice=advice, driver=driver, traffic=traffic, render_mode=render_mode, **settings
+        name,
+        advised=advised,
+        hold=hold,
+        advice=advice,
+        driver=driver,
+        traffic=traffic,
+        lane_changes=lane_changes,
+        render_mode=render_mode,
+        **settings,
     )

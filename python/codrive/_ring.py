@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import gymnasium
@@ -11,7 +12,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from codrive._codrive import Configuration, Rings
+from codrive._camera import POSSIBLE_MODES, VECTOR_RENDER_MODES, Camera, Pictures, no_renderer, picture_metadata
+from codrive._codrive import CAR_SIZE_M, Configuration, Rings
+from codrive._drives import Road
 from codrive._settings import configuration
 from codrive._spaces import (
     ENDED,
@@ -19,28 +22,92 @@ from codrive._spaces import (
     SEEDS,
     AdviceMeaning,
     Picklable,
-    RenderModeError,
     as_float32,
     check_open,
+    check_settings,
     checked_count,
     checked_mask,
     checked_seed,
     checked_vector_seed,
     final_infos,
     spaces,
+    vector_infos,
 )
+from codrive._traffic import Hold, Moment, OwnFunctions, Vehicles
+
+#: Measures of a hold of a fast ring.
+RING_MEASURES = ("mean_speed_mps",)
 
 
-def _check_render_mode(render_mode: object) -> None:
-    if render_mode is not None:
-        raise RenderModeError(f"render_mode is {render_mode!r}; allowed: None; traffic='native' and traffic='sumo' draw rings")
+#: Width of a lane of which no file states one, m.
+_LANE_WIDTH_M = 3.2
+#: Views of fast rings, and the largest number of rings that are drawn.
+_VIEWS = ("schematic",)
+_MOST_DRAWN = 64
+
+
+class _RingPictures:
+    """Pictures of some rings."""
+
+    def __init__(self, camera: Camera, num_envs: int, settings: Configuration) -> None:
+        """
+        Raises:
+            ValueError: There are too many rings to draw.
+        """
+        if camera.is_on and num_envs > _MOST_DRAWN:
+            raise ValueError(f"num_envs is {num_envs}; allowed with a render_mode: 1 to {_MOST_DRAWN}")
+        known = json.loads(settings.json())
+        self._hold_s: float = known["hold_s"]
+        self._times_s = np.zeros(num_envs)
+        self._of_rings = [Pictures(camera, known["top_speed_mps"]) for _ in range(num_envs if camera.is_on else 0)]
+
+    def note(self, rings: Rings, begun: NDArray[np.bool_], has_ended: bool = False) -> None:
+        """Notes the present moment of all rings; ``begun`` marks rings whose episodes have just begun. ``has_ended``: at the end of the last
+        episodes."""
+        if not self._of_rings:
+            return
+        columns, lengths_m, times_s = _columns(rings, has_ended), rings.circumferences_m(has_ended), rings.times_s()
+        for ring, pictures in enumerate(self._of_rings):
+            if begun[ring]:
+                # Each episode has a ring of its own length.
+                pictures.clear(is_road_new=True)
+            is_there = columns.lane[ring] >= 0
+            vehicles = Vehicles(*(column[ring, is_there] for column in columns))
+            time_s = self._times_s[ring] + self._hold_s if has_ended else times_s[ring]
+            pictures.note(lambda length_m=lengths_m[ring]: _road(length_m), time_s, vehicles)
+            pictures.show(no_renderer)
+        self._times_s = times_s
+
+    def drawn(self) -> list[NDArray[np.uint8]]:
+        """Returns the present picture of each ring, uint8, ``(height, width, 3)``."""
+        return [pictures.picture(no_renderer) for pictures in self._of_rings]
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Returns the present picture of the first ring; None where there is none or a window shows it."""
+        return self._of_rings[0].render(no_renderer) if self._of_rings else None
+
+    def close(self) -> None:
+        """Closes the windows."""
+        for pictures in self._of_rings:
+            pictures.close()
+
+
+def _road(length_m: float) -> Road:
+    """Returns a ring of this length."""
+    angle_rad = np.linspace(0.0, 2.0 * np.pi, 181)
+    points_m = length_m / (2.0 * np.pi) * np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=1)
+    return Road([("ring_0", _LANE_WIDTH_M, points_m)], float(length_m), True)
 
 
 class _Episodes:
-    """Rings with their seed, and whether a step is possible."""
+    """Rings with their seed, the functions of their user, and whether a step is possible."""
 
-    def __init__(self, settings: Configuration, num_envs: int, own_seed: int | None) -> None:
+    def __init__(self, settings: Configuration, num_envs: int, own_seed: int | None, own: OwnFunctions) -> None:
         self.rings = Rings(settings, num_envs)
+        self.own = own
+        self._settings = settings
+        self.hold_s: float = json.loads(settings.json())["hold_s"]
+        self._before: Moment | None = None
         self.levels = settings.levels
         self.is_begun = False
         self._shape = (num_envs,) if settings.levels else (num_envs, 1)
@@ -59,6 +126,13 @@ class _Episodes:
         self.is_begun = True
         return True
 
+    def observations(self) -> NDArray[Any]:
+        """Returns what the rings observe at the beginning of episodes, ``(num_envs, k)``."""
+        if not self.own.are_given:
+            return self.rings.observations
+        self._before = self._moment(self.rings.observations)
+        return self.own.observations(self._before)
+
     def step(self, actions: NDArray[np.float32]) -> bool:
         """Drives one hold; returns True if an episode ended."""
         try:
@@ -68,9 +142,97 @@ class _Episodes:
             self.is_begun = False
             raise
 
+    def owned(self, actions: NDArray[np.float32], has_ended: bool) -> tuple[NDArray[Any], NDArray[np.float64], NDArray[Any]]:
+        """Returns observations, rewards and last observations of the hold just driven, by the user's functions if there are any."""
+        rings = self.rings
+        if not self.own.are_given:
+            return rings.observations, rings.rewards, rings.final_observations
+        before = self._before
+        if before is None:
+            raise RuntimeError("a hold before the episode has begun")
+        try:
+            now = self._moment(rings.observations)
+            after = self._ended(before, now) if has_ended else now
+            measures = {name: rings.mean_speeds_mps.copy() for name in RING_MEASURES}
+            hold = Hold(before, actions, after, rings.rewards, rings.terminations, measures)
+            rewards, final = self.own.rewards(hold), self.own.observations(after)
+            self._before = now
+            return self.own.observations(now) if has_ended else final, rewards, final
+        except BaseException:
+            # The function has not seen this hold.
+            self.is_begun = False
+            raise
+
+    def vehicles(self) -> Vehicles:
+        """Returns all vehicles now, each column ``(num_envs, vehicles)``."""
+        return _columns(self.rings, False)
+
+    def state(self) -> dict[str, Any]:
+        """Returns the state of all rings."""
+        if not self.is_begun:
+            raise ResetNeeded(NEVER)
+        return {"settings": self._settings.json(), "rings": self.rings.state()}
+
+    def set_state(self, state: Any) -> NDArray[Any]:
+        """Sets the state of all rings; returns their observations.
+
+        Raises:
+            ValueError: This is no state of rings, or that of other settings.
+        """
+        if not isinstance(state, dict) or not {"settings", "rings"} <= state.keys():
+            raise ValueError("this is no state of rings; allowed: what get_state of such environments returns")
+        check_settings(state["settings"], self._settings.json())
+        self.rings.set_state(state["rings"])
+        self.is_begun = True
+        return self.observations()
+
+    def _moment(self, observations: NDArray[np.float32]) -> Moment:
+        time_s = self.rings.times_s()
+        return Moment(time_s, ["ego"], np.zeros(1, np.uint32), observations.copy(), self.vehicles(), {})
+
+    def _ended(self, before: Moment, now: Moment) -> Moment:
+        """Returns the moment after a hold in which episodes have ended, before the next ones began."""
+        rings = self.rings
+        ended = rings.terminations | rings.truncations
+        columns = zip(_columns(rings, True), now.vehicles)
+        vehicles = Vehicles(*(np.where(ended[:, None], old, new) for old, new in columns))
+        observations = np.where(ended[:, None], rings.final_observations, now.observations)
+        time_s = np.where(ended, before.time_s + self.hold_s, now.time_s)
+        return Moment(time_s, now.agents, now.cars, observations, vehicles, {})
+
     def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
         """Returns actions as the engine takes them, float32, ``(num_envs,)``; raises for invalid ones."""
         return as_float32(actions, self.levels, self._shape if shape is None else shape)
+
+
+def _columns(rings: Rings, has_ended: bool) -> Vehicles:
+    """Returns all vehicles, each column ``(num_envs, vehicles)``, at the end of the last episodes or now. Rings are drawn as circles, the
+    start of the lane in the east."""
+    s_m, speed_mps = rings.vehicles(has_ended)
+    radius_m = (rings.circumferences_m(has_ended) / (2.0 * np.pi))[:, None]
+    # A vehicle's place is that of its front, x and y are those of its middle.
+    middle_rad = (s_m - CAR_SIZE_M[0] / 2.0) / radius_m
+    is_there = np.isfinite(s_m)
+
+    def of_all(value: float) -> NDArray[np.float64]:
+        return np.where(is_there, value, np.nan)
+
+    car = np.broadcast_to(np.arange(s_m.shape[1], dtype=np.uint32), s_m.shape)
+    return Vehicles(
+        car=car,
+        is_advised=(car == 0) & is_there,
+        lane=np.where(is_there, 0, -1).astype(np.int32),
+        lane_s_m=s_m,
+        lane_offset_m=of_all(0.0),
+        s_m=s_m,
+        x_m=radius_m * np.cos(middle_rad),
+        y_m=radius_m * np.sin(middle_rad),
+        yaw_rad=np.remainder(middle_rad + np.pi / 2.0, 2.0 * np.pi),
+        speed_mps=speed_mps,
+        accel_mps2=of_all(np.nan),
+        length_m=of_all(CAR_SIZE_M[0]),
+        width_m=of_all(CAR_SIZE_M[1]),
+    )
 
 
 class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
@@ -92,7 +254,7 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     The same seed, ``num_envs`` and actions make the same episodes to the bit, on any number of threads (``RAYON_NUM_THREADS``).
     """
 
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.SAME_STEP}
+    metadata = {"render_modes": list(VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
 
     def __init__(
         self,
@@ -103,24 +265,30 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         advice: str | None = None,
         driver: str | None = None,
         copy: bool = True,
-        render_mode: None = None,
+        render_mode: str | None = None,
+        view: str | None = None,
+        size: tuple[int, int] = (1280, 720),
         **settings: Any,
     ) -> None:
         """See ``codrive.make_vec``."""
-        _check_render_mode(render_mode)
+        camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES, _VIEWS)
         num_envs = checked_count(num_envs, 65536)
+        own = OwnFunctions.taken_from(settings, RING_MEASURES)
         self.settings = configuration(name, hold, advice, driver, settings)
         self.copy = bool(copy)
         self.num_envs = num_envs
-        self.single_observation_space, self.single_action_space = spaces(self.settings)
+        self.single_observation_space, self.single_action_space = spaces(self.settings, own.space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"))
+        self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"), own)
         self._everywhere = np.ones(self.num_envs, np.bool_)
+        self.render_mode = render_mode
+        self._pictures = _RingPictures(camera, self.num_envs, self.settings)
+        self.metadata = {**picture_metadata(self._episodes.hold_s, VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins an episode in each ring.
 
         Args:
@@ -136,12 +304,13 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         mask = checked_mask(options, self.num_envs)
         if not self._episodes.seed(seed, self.np_random):
             self._episodes.rings.begin(self._everywhere if mask is None else mask)
-        return self._given(self._episodes.rings.observations), {}
+        self._pictures.note(self._episodes.rings, self._everywhere if mask is None or seed is not None else mask)
+        return self._given(self._episodes.observations()), {}
 
     def step(
         self, actions: Any
     ) -> tuple[
-        NDArray[np.float32], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
+        NDArray[Any], NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]
     ]:
         """Drives one hold of every ring under these actions, ``(num_envs, 1)``, or ``(num_envs,)`` for levels.
 
@@ -153,13 +322,52 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         rings = self._episodes.rings
         if not self._episodes.is_begun:
             raise ResetNeeded(NEVER)
-        has_ended = self._episodes.step(self._episodes.actions(actions))
+        given = self._episodes.actions(actions)
+        has_ended = self._episodes.step(given)
+        observations, rewards, final = self._episodes.owned(given, has_ended)
         mean_speed_mps = self._given(rings.mean_speeds_mps)
-        infos = {"mean_speed_mps": mean_speed_mps, "_mean_speed_mps": self._everywhere.copy()}
+        infos = vector_infos({"mean_speed_mps": mean_speed_mps})
         terminations, truncations = self._given(rings.terminations), self._given(rings.truncations)
         if has_ended:
-            infos.update(final_infos(terminations | truncations, rings.final_observations, mean_speed_mps))
-        return self._given(rings.observations), self._given(rings.rewards), terminations, truncations, infos
+            infos.update(final_infos(terminations | truncations, final, {"mean_speed_mps": mean_speed_mps}))
+        self._pictures.note(rings, terminations | truncations)
+        return self._given(observations), self._given(rewards), terminations, truncations, infos
+
+    @property
+    def vehicles(self) -> Vehicles:
+        """Returns all vehicles now, each column ``(num_envs, vehicles)``; NaN where a ring has fewer.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        check_open(self.closed)
+        return self._episodes.vehicles()
+
+    def get_state(self) -> dict[str, Any]:
+        """Returns the state of all rings, with which ``set_state`` goes on to the same bits. It can be pickled."""
+        check_open(self.closed)
+        return {**self._episodes.state(), "random": self.np_random.bit_generator.state}
+
+    def set_state(self, state: dict[str, Any]) -> NDArray[Any]:
+        """Sets a state that ``get_state`` of an environment with the same settings and ``num_envs`` has returned. Returns the observations
+        there, ``(num_envs, k)``.
+
+        Raises:
+            ValueError: This is no state, or that of other settings.
+        """
+        check_open(self.closed)
+        observations = self._episodes.set_state(state)
+        self.np_random.bit_generator.state = state["random"]
+        return self._given(observations)
+
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Returns the present picture of each ring, uint8, ``(height, width, 3)``; None without a ``render_mode``.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        check_open(self.closed)
+        return tuple(self._pictures.drawn()) if self.render_mode is not None else None
 
     def _given(self, array: NDArray[Any]) -> NDArray[Any]:
         return array.copy() if self.copy else array
@@ -171,7 +379,7 @@ class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
     After an episode has ended, call ``reset`` before the next ``step``.
     """
 
-    metadata = {"render_modes": []}
+    metadata = {"render_modes": POSSIBLE_MODES}
 
     def __init__(
         self,
@@ -180,29 +388,36 @@ class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
-        render_mode: None = None,
+        render_mode: str | None = None,
+        view: str | None = None,
+        size: tuple[int, int] = (1280, 720),
         **settings: Any,
     ) -> None:
         """See ``codrive.make``."""
-        _check_render_mode(render_mode)
+        camera = Camera(render_mode, view, size, views=_VIEWS)
+        own = OwnFunctions.taken_from(settings, RING_MEASURES)
         self.settings = configuration(name, hold, advice, driver, settings)
-        self.observation_space, self.action_space = spaces(self.settings)
-        self._episodes = _Episodes(self.settings, 1, settings.get("seed"))
+        self.observation_space, self.action_space = spaces(self.settings, own.space)
+        self._episodes = _Episodes(self.settings, 1, settings.get("seed"), own)
         self._has_ended = False
         self._is_closed = False
+        self.render_mode = render_mode
+        self._pictures = _RingPictures(camera, 1, self.settings)
+        self.metadata = picture_metadata(self._episodes.hold_s)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    ) -> tuple[NDArray[Any], dict[str, Any]]:
         """Begins an episode: the first one of a seed, or the next one. Returns the observation, float32, ``(k,)``, and an empty dict."""
         check_open(self._is_closed)
         super().reset(seed=seed)
         if not self._episodes.seed(seed, self.np_random) and not self._has_ended:
             self._episodes.rings.begin(np.ones(1, np.bool_))
         self._has_ended = False
-        return self._episodes.rings.observations[0].copy(), {}
+        self._pictures.note(self._episodes.rings, np.ones(1, np.bool_))
+        return self._episodes.observations()[0].copy(), {}
 
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+    def step(self, action: Any) -> tuple[NDArray[Any], float, bool, bool, dict[str, Any]]:
         """Drives one hold under this action, ``(1,)``, or the number of a level.
 
         Raises:
@@ -216,12 +431,59 @@ class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
             raise ResetNeeded(ENDED)
         rings = self._episodes.rings
         shape = () if self._episodes.levels else (1,)
-        self._has_ended = self._episodes.step(self._episodes.actions(action, shape))
+        given = self._episodes.actions(action, shape)
+        self._has_ended = self._episodes.step(given)
+        observations, rewards, final = self._episodes.owned(given, self._has_ended)
         # The engine has already begun the next episode; ``reset`` returns its first observation.
-        seen = rings.final_observations if self._has_ended else rings.observations
+        seen = final if self._has_ended else observations
+        self._pictures.note(rings, np.zeros(1, np.bool_), self._has_ended)
         info = {"mean_speed_mps": float(rings.mean_speeds_mps[0])}
-        return seen[0].copy(), float(rings.rewards[0]), bool(rings.terminations[0]), bool(rings.truncations[0]), info
+        return seen[0].copy(), float(rewards[0]), bool(rings.terminations[0]), bool(rings.truncations[0]), info
+
+    @property
+    def vehicles(self) -> Vehicles:
+        """Returns all vehicles now as columns, the ego first, then backwards.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        check_open(self._is_closed)
+        columns = _columns(self._episodes.rings, self._has_ended)
+        is_there = columns.lane[0] >= 0
+        return Vehicles(*(column[0, is_there] for column in columns))
+
+    def get_state(self) -> dict[str, Any]:
+        """Returns the state of the ring, with which ``set_state`` goes on to the same bits. It can be pickled.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        check_open(self._is_closed)
+        random = self.np_random.bit_generator.state
+        return {**self._episodes.state(), "random": random, "has_ended": self._has_ended}
+
+    def set_state(self, state: dict[str, Any]) -> NDArray[Any]:
+        """Sets a state that ``get_state`` of an environment with the same settings has returned. Returns the observation there.
+
+        Raises:
+            ValueError: This is no state, or that of other settings.
+        """
+        check_open(self._is_closed)
+        observations = self._episodes.set_state(state)
+        self.np_random.bit_generator.state = state["random"]
+        self._has_ended = state["has_ended"]
+        return observations[0].copy()
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Returns the present picture, uint8, ``(height, width, 3)``; None without a ``render_mode``, or where a window shows it.
+
+        Raises:
+            ResetNeeded: No episode has begun.
+        """
+        check_open(self._is_closed)
+        return self._pictures.render()
 
     def close(self) -> None:
         """Ends the ring; the environment cannot be used afterwards."""
+        self._pictures.close()
         self._is_closed = True

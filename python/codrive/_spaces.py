@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled
-from gymnasium.spaces import Box, Discrete, Space
+from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled, ResetNeeded
+from gymnasium.spaces import Box, Discrete, MultiDiscrete, Space
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def _remade(kind: type, arguments: tuple[Any, ...], named: dict[str, Any]) -> An
 
 
 class Picklable:
-    """Environment that is pickled, copied and sent to other processes as its arguments: the other one has had no ``reset``."""
+    """Environment that is pickled, copied and sent to other processes as its arguments and its state, if an episode has begun."""
 
     _arguments: tuple[tuple[Any, ...], dict[str, Any]]
 
@@ -43,8 +44,23 @@ class Picklable:
         made._arguments = (arguments, named)
         return made
 
+    def get_state(self) -> dict[str, Any]:
+        """Returns the state; every environment has its own."""
+        raise NotImplementedError
+
+    def set_state(self, state: dict[str, Any]) -> Any:
+        """Sets a state of ``get_state``; every environment has its own."""
+        raise NotImplementedError
+
     def __reduce__(self) -> tuple[Any, ...]:
-        return _remade, (type(self), *self._arguments)
+        remade = (_remade, (type(self), *self._arguments))
+        try:
+            return (*remade, self.get_state())
+        except (ResetNeeded, ClosedEnvironmentError):
+            return remade
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.set_state(state)
 
 
 class AdviceSettings(Protocol):
@@ -77,12 +93,19 @@ class AdviceMeaning:
 MADE_WITH = "codrive_settings"
 
 
-def spaces(settings: AdviceSettings) -> tuple[Box, Space]:
-    """Returns the observation space and the action space of one vehicle."""
-    observation = Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
+def spaces(settings: AdviceSettings, own: Space[Any] | None = None) -> tuple[Space[Any], Space[Any]]:
+    """Returns the observation space and the action space of one vehicle; ``own`` is the user's observation space."""
+    observation = own if own is not None else Box(-np.inf, np.inf, (len(settings.inputs()),), np.float32)
     action = Discrete(settings.levels) if settings.levels else Box(-1.0, 1.0, (1,), np.float32)
     setattr(action, MADE_WITH, getattr(settings, "learning", settings).json())
     return observation, action
+
+
+def with_lane(advice: Space[Any]) -> Space[Any]:
+    """Returns the action space with a lane beside the advice."""
+    if isinstance(advice, Discrete):
+        return MultiDiscrete(np.array([advice.n, 3]))
+    return Box(-1.0, 1.0, (2,), np.float32)
 
 
 def as_float32(actions: Any, levels: int, shape: tuple[int, ...], of: str = "") -> NDArray[np.float32]:
@@ -168,15 +191,33 @@ def checked_vector_seed(seed: Any, how: str) -> None:
         raise TypeError(f"seed is {seed!r}; allowed: one whole number, from which each {how}")
 
 
-def final_infos(
-    ended: NDArray[np.bool_], final_observations: Any, mean_speed_mps: NDArray[np.float64]
-) -> dict[str, Any]:
+def vector_infos(values: dict[str, NDArray[Any]]) -> dict[str, Any]:
+    """Returns the infos of a vector environment in which each environment has all of these values, each ``(num_envs, ...)``."""
+    everywhere = {f"_{name}": np.ones(len(value), np.bool_) for name, value in values.items()}
+    return {**values, **everywhere}
+
+
+def final_infos(ended: NDArray[np.bool_], final_observations: Any, values: dict[str, NDArray[Any]]) -> dict[str, Any]:
     """Returns the infos of Gymnasium's vector environments for episodes that have just ended: their last observation and their info."""
     final_obs = np.full(len(ended), None, dtype=object)
     for number in np.flatnonzero(ended):
         final_obs[number] = final_observations[number].copy()
-    final_info = {"mean_speed_mps": np.where(ended, mean_speed_mps, 0.0), "_mean_speed_mps": ended.copy()}
+    final_info: dict[str, Any] = {}
+    for name, value in values.items():
+        final_info.update({name: np.where(ended, value, 0.0), f"_{name}": ended.copy()})
     return {"final_obs": final_obs, "_final_obs": ended.copy(), "final_info": final_info, "_final_info": ended.copy()}
+
+
+def check_settings(given: str, own: str) -> None:
+    """Refuses a state of an environment with other settings, both JSON.
+
+    Raises:
+        ValueError: The settings differ.
+    """
+    if given != own:
+        mine, its = json.loads(own), json.loads(given)
+        key = next((key for key in mine if mine[key] != its.get(key)), "set of settings")
+        raise ValueError(f"the state is of an environment with another {key}; allowed: one with the same settings")
 
 
 def check_open(is_closed: bool) -> None:

@@ -17,10 +17,7 @@ import weakref
 from collections.abc import Iterable
 from typing import Any, BinaryIO
 
-import numpy as np
-from numpy.typing import NDArray
-
-from codrive._drives import Arguments, HoldResult, Observed
+from codrive._drives import Arguments
 from codrive._runtime_folder import runtime_variables
 
 #: Time that a worker has to end by itself, s: SUMO removes its files.
@@ -102,24 +99,9 @@ class WorkerDrive:
         """Returns the id of the process, if there is one."""
         return None if self._process is None else self._process.pid
 
-    def begin(self, seed: int) -> Observed:
-        """Calls ``LocalDrive.begin`` in the process."""
-        self.ask("begin", seed)
-        return self.answer()
-
-    def hold(self, actions: NDArray[np.float32]) -> HoldResult:
-        """Calls ``LocalDrive.hold`` in the process."""
-        self.ask("hold", actions)
-        return self.answer()
-
-    def fingerprint(self) -> str:
-        """Calls ``LocalDrive.fingerprint`` in the process."""
-        self.ask("fingerprint")
-        return self.answer()
-
-    def render(self, width: int, height: int, view: str) -> NDArray[np.uint8]:
-        """Calls ``LocalDrive.render`` in the process."""
-        self.ask("render", width, height, view)
+    def call(self, name: str, *arguments: Any) -> Any:
+        """Calls the method of ``LocalDrive`` with this name in the process."""
+        self.ask(name, *arguments)
         return self.answer()
 
     def ask(self, call: str, *arguments: Any) -> None:
@@ -132,7 +114,7 @@ class WorkerDrive:
             # The pipes belong to the process that this one was forked from.
             self._process = None
         try:
-            if self._process is None and call == "begin":
+            if self._process is None and call in ("begin", "restore"):
                 self._start()
             if self._process is None:
                 raise RuntimeError(f"the drive has no process; {_AGAIN}")

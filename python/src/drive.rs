@@ -6,17 +6,19 @@ use crate::picture::Shot;
 use crate::{
     configuration::{Configuration, json, single, unknown_setting},
     threads,
+    traffic_columns::{self, VEHICLE_COLUMNS},
 };
 use codrive::{
     data_folders,
     drive_loop::episode::{self, Episode, EpisodeError, HoldOutcome},
     drive_loop::episode_config::{EpisodeConfig, LATE},
     driver::{self, DriverError, Population},
+    map::network::SignalId,
     native_code,
     scenario::Scenario,
     settings::Field,
     toml_text::did_you_mean,
-    traffic::{Demand, EGO, EngineChoice, sumo},
+    traffic::{Demand, EGO, EngineChoice, TrafficOrder, VehicleId, sumo},
 };
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::{
@@ -200,6 +202,9 @@ struct Running {
     last: Option<HoldOutcome>,
 }
 
+/// Lane: id, width, m, and centre line, float64, `(points, 2)`.
+type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
+
 /// Environment that holds one drive at a time. `codrive._drive` wraps this.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Drive {
@@ -303,9 +308,61 @@ impl Drive {
         self.table(py, rows)
     }
 
-    /// Returns the mean speed of all vehicles over the last hold, m/s.
-    fn mean_speed_mps(&self) -> PyResult<f64> {
-        self.last(|last| last.mean_speed_mps)
+    /// Returns the measures of the last hold, float64, in the order of `HOLD_MEASURES`.
+    fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(PyArray1::from_slice(py, &self.last(|last| last.measures)?))
+    }
+
+    /// Returns all vehicles now, float64, `(columns, vehicles)`, in the order of `VEHICLE_COLUMNS`.
+    fn vehicles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let columns = self.with(|episode| traffic_columns::vehicles(episode.world()))?;
+        let vehicles = columns.len() / VEHICLE_COLUMNS.len();
+        PyArray1::from_vec(py, columns).reshape([VEHICLE_COLUMNS.len(), vehicles])
+    }
+
+    /// Returns for each lane its id, its width and its centre line, float64, `(points, 2)`, metres.
+    fn lanes<'py>(&self, py: Python<'py>) -> PyResult<Vec<LaneLine<'py>>> {
+        let lanes = self.with(|episode| traffic_columns::lanes(&episode.world().map().network))?;
+        let lane = |(id, width_m, points): (String, f64, Vec<f64>)| {
+            let count = points.len() / 2;
+            Ok((id, width_m, PyArray1::from_vec(py, points).reshape([count, 2])?))
+        };
+        lanes.into_iter().map(lane).collect()
+    }
+
+    /// Returns the length of the route, m, and true if it is closed.
+    fn route(&self) -> PyResult<(f64, bool)> {
+        self.with(|episode| {
+            let route = &episode.world().map().route;
+            (route.length_m(), route.is_closed())
+        })
+    }
+
+    /// Returns for each signal its id and the letters that it shows.
+    fn signals(&self) -> PyResult<Vec<(String, String)>> {
+        self.with(|episode| traffic_columns::signals(episode.world()))
+    }
+
+    /// Orders a vehicle to change lanes by this many to the left within a time, s, and then only by order.
+    fn change_lane(&self, py: Python<'_>, car: u32, to_the_left: i32, duration_s: f64) -> PyResult<()> {
+        self.order(py, &TrafficOrder::ChangeLane { id: VehicleId(car), to_the_left, duration_s })
+    }
+
+    /// Orders a vehicle to drive along these edges from the first one, where it is.
+    fn set_route(&self, py: Python<'_>, car: u32, edges: Vec<String>) -> PyResult<()> {
+        self.order(py, &TrafficOrder::Route { id: VehicleId(car), edges })
+    }
+
+    /// Orders a signal to begin a phase of its programme.
+    fn set_phase(&self, py: Python<'_>, signal: &str, phase: u32) -> PyResult<()> {
+        let signal = self.signal(signal)?;
+        self.order(py, &TrafficOrder::Phase { signal, phase })
+    }
+
+    /// Orders a signal to show these letters, one for each link, until the next order.
+    fn set_state(&self, py: Python<'_>, signal: &str, letters: String) -> PyResult<()> {
+        let signal = self.signal(signal)?;
+        self.order(py, &TrafficOrder::State { signal, letters })
     }
 
     /// Returns true if the last hold reached the horizon or the end of the participant's route; no vehicle is advised after that.
@@ -363,6 +420,21 @@ impl Drive {
     fn last<T>(&self, look: impl FnOnce(&HoldOutcome) -> T) -> PyResult<T> {
         let none = || PyRuntimeError::new_err("no hold has been driven yet");
         self.lock().last.as_ref().map(look).ok_or_else(none)
+    }
+
+    fn signal(&self, id: &str) -> PyResult<SignalId> {
+        let ids: Vec<String> = self
+            .with(|episode| episode.world().map().network.signals().iter().map(|signal| signal.id.clone()).collect())?;
+        let index = ids.iter().position(|own| own == id).ok_or_else(|| {
+            let near = did_you_mean(id, &ids.iter().map(String::as_str).collect::<Vec<_>>());
+            PyValueError::new_err(format!("no signal is called {id:?}{near}; env.signals has all of the network"))
+        })?;
+        Ok(SignalId::from_index(index))
+    }
+
+    fn order(&self, py: Python<'_>, order: &TrafficOrder) -> PyResult<()> {
+        let given = threads::here(py, || self.lock().episode.as_mut().map(|episode| episode.order(order)))?;
+        given.ok_or_else(not_begun)?.map_err(refused)
     }
 
     fn table<'py>(&self, py: Python<'py>, rows: Vec<f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {

@@ -3,7 +3,7 @@
 //!
 //! * [`configuration`] reads settings.
 //! * [`rings`] moves many environments at once.
-//! * [`drive`] runs whole drives; `picture` draws them if the build can.
+//! * [`drive`] runs whole drives; [`traffic_columns`] has their vehicles; `picture` draws them if the build can.
 //! * [`evaluation`] evaluates policies, [`policy_file`] writes them.
 //! * [`folders`] reads recordings.
 //! * [`benchmark`] measures the speed of rings without Python.
@@ -21,6 +21,7 @@ mod policy_file;
 mod rings;
 mod sweep;
 mod threads;
+mod traffic_columns;
 
 use pyo3::prelude::*;
 
@@ -41,6 +42,16 @@ mod _codrive {
 
     #[pymodule_export]
     const HAS_DESKTOP: bool = super::drive::HAS_DESKTOP;
+
+    #[pymodule_export]
+    const VEHICLE_COLUMNS: [&str; super::traffic_columns::VEHICLE_COLUMNS.len()] =
+        super::traffic_columns::VEHICLE_COLUMNS;
+
+    #[pymodule_export]
+    const HOLD_MEASURES: [&str; super::traffic_columns::HOLD_MEASURES.len()] = super::traffic_columns::HOLD_MEASURES;
+
+    #[pymodule_export]
+    const CAR_SIZE_M: (f64, f64) = (codrive::space::CAR_LENGTH_M, codrive::space::CAR_WIDTH_M);
 
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {

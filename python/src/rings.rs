@@ -8,13 +8,13 @@ use crate::{
 use codrive::{
     policy::{CorrectedAdvice, NetworkInput, Observation},
     train::{
-        TrainConfig,
+        RingVehicle, TrainConfig,
         environment::{Ending, VecEnv},
         rollout::action,
         simd::LANES,
     },
 };
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::{
     exceptions::{PyRuntimeError, PyValueError},
     prelude::*,
@@ -103,6 +103,23 @@ impl RingBatch {
         self.blocks.par_iter().zip(rows).for_each(|(block, rows)| {
             rows.chunks_exact_mut(inputs.len()).enumerate().for_each(|(l, row)| scale(inputs, &block.observe(l), row));
         });
+    }
+
+    /// Returns places along the rings, m, and speeds, m/s, of all vehicles, `(2, rings, most)`, the ego first, then backwards; NaN where a
+    /// ring has fewer. `has_ended`: at the end of each ring's last episode, else now.
+    pub fn vehicles(&self, has_ended: bool) -> Vec<f64> {
+        let most = self.config.ring.vehicles_max as usize;
+        let mut columns = vec![f64::NAN; 2 * self.rings * most];
+        let (places, speeds) = columns.split_at_mut(self.rings * most);
+        for (ring, (places, speeds)) in places.chunks_mut(most).zip(speeds.chunks_mut(most)).enumerate() {
+            let (block, l) = (&self.blocks[ring / LANES], ring % LANES);
+            let put = |(k, vehicle): (usize, RingVehicle)| (places[k], speeds[k]) = (vehicle.s_m, vehicle.speed_mps);
+            match has_ended {
+                true => block.ended().vehicles(l).enumerate().for_each(put),
+                false => block.vehicles(l).enumerate().for_each(put),
+            }
+        }
+        columns
     }
 
     /// Drives one hold of all rings on all cores. Must be called within [`threads::here`]. After a signal there are no episodes, as some
@@ -275,6 +292,51 @@ impl Rings {
         let (batch, signals) = (&mut self.batch, Signals::new());
         threads::here(py, || batch.begin(|ring| wanted[ring], &signals))??;
         signals.raised()?;
+        self.look(py)
+    }
+
+    /// Returns places along the rings, m, and speeds, m/s, of all vehicles, float64, `(2, num_envs, most)`, the ego first, then backwards;
+    /// NaN where a ring has fewer. `has_ended`: at the end of each ring's last episode, else now.
+    fn vehicles<'py>(&self, py: Python<'py>, has_ended: bool) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        self.check_begun()?;
+        let most = self.batch.config.ring.vehicles_max as usize;
+        PyArray1::from_vec(py, self.batch.vehicles(has_ended)).reshape([2, self.batch.rings, most])
+    }
+
+    /// Returns the lengths of the rings, m, float64, `(num_envs,)`; `has_ended`: of their last episodes, else now.
+    fn circumferences_m<'py>(&self, py: Python<'py>, has_ended: bool) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.check_begun()?;
+        let length_m = |ring: usize| {
+            let (block, l) = (&self.batch.blocks[ring / LANES], ring % LANES);
+            if has_ended { block.ended().circumference_m(l) } else { block.circumference_m(l) }
+        };
+        Ok(PyArray1::from_iter(py, (0..self.batch.rings).map(length_m)))
+    }
+
+    /// Returns the times since the episodes began, s, float64, `(num_envs,)`.
+    fn times_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.check_begun()?;
+        let time_s = |ring: usize| self.batch.blocks[ring / LANES].time_s(ring % LANES);
+        Ok(PyArray1::from_iter(py, (0..self.batch.rings).map(time_s)))
+    }
+
+    /// Returns the state of all rings as text, from which `set_state` goes on with the same bits.
+    fn state(&self, py: Python<'_>) -> PyResult<String> {
+        self.check_begun()?;
+        let blocks = &self.batch.blocks;
+        threads::here(py, || serde_json::to_string(blocks))?.map_err(|why| PyRuntimeError::new_err(why.to_string()))
+    }
+
+    /// Sets the state of all rings, which has the same settings and number of rings.
+    fn set_state(&mut self, py: Python<'_>, state: &str) -> PyResult<()> {
+        let read = threads::here(py, || serde_json::from_str::<Vec<VecEnv>>(state))?;
+        let blocks = read.map_err(|why| PyValueError::new_err(format!("this is no state of rings: {why}")))?;
+        let wanted = self.batch.rings.div_ceil(LANES);
+        if blocks.len() != wanted {
+            let text = format!("the state has {} blocks of {LANES} rings; allowed: {wanted}", blocks.len());
+            return Err(PyValueError::new_err(text));
+        }
+        self.batch.blocks = blocks;
         self.look(py)
     }
 

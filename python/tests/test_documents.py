@@ -12,7 +12,7 @@ ELSEWHERE = re.compile(r"\bmodel\b|codrive\.read\(|codrive\.sweep")
 
 
 def test_the_page_has_examples_that_can_run_alone():
-    assert len([example for example in EXAMPLES if not ELSEWHERE.search(example)]) == 4
+    assert len([example for example in EXAMPLES if not ELSEWHERE.search(example)]) == 6
 
 
 @pytest.mark.parametrize("example", [example for example in EXAMPLES if not ELSEWHERE.search(example)])
@@ -22,4 +22,7 @@ def test_examples_do_what_is_written(example):
     for env in (made.get("env"), made.get("envs")):
         if env is not None:
             env.reset(seed=1)
+            agents = getattr(env, "agents", None)
+            actions = env.action_space.sample() if agents is None else {agent: env.action_space(agent).sample() for agent in agents}
+            env.step(actions)
             env.close()

@@ -213,7 +213,7 @@ def test_a_fault_in_the_process_is_raised_here_by_its_own_type():
     # Settings are checked in this process first, so the test bypasses that check.
     drive = WorkerDrive(("no-such-map", None, {}), {}, os.getcwd())
     with pytest.raises(ValueError, match="no-such-map"):
-        drive.begin(1)
+        drive.call("begin", 1)
     drive.close()
     env, _ = begun()
     with pytest.raises(ValueError, match="2 actions"):

@@ -53,13 +53,44 @@ def test_the_ids_make_one_and_many():
     assert envs.reset(seed=1)[0].shape == (3, 4)
 
 
-def test_an_id_asked_for_pictures_answers_as_stable_baselines3_expects():
-    # It asks each environment for pictures, and makes it without them after a TypeError.
+def test_an_id_draws_the_pictures_that_libraries_ask_for():
     for name in ("codrive/Ring250-v0", "codrive/Drive-v0"):
-        with pytest.raises(TypeError, match="render_mode"):
-            gymnasium.make(name, render_mode="rgb_array", **({} if "Ring" in name else {"traffic": "native"}))
-    with pytest.raises(ValueError, match="render_mode is 'human'"):
-        codrive.make(render_mode="human")
+        arguments = {"size": (320, 200), "view": "schematic", **SHORT, **({} if "Ring" in name else {"traffic": "native"})}
+        env = gymnasium.make(name, render_mode="rgb_array", **arguments).unwrapped
+        with pytest.raises(gymnasium.error.ResetNeeded):
+            env.render()
+        env.reset(seed=1)
+        pictures = [env.render()]
+        for _ in range(4):
+            env.step(np.ones(1, np.float32))
+            pictures.append(env.render())
+        assert all(picture.shape == (200, 320, 3) and picture.dtype == np.uint8 for picture in pictures)
+        # Vehicles move, and the lines of the diagram grow.
+        assert all(not np.array_equal(first, second) for first, second in zip(pictures, pictures[1:]))
+        env.close()
+
+
+def test_rings_are_drawn_side_by_side_up_to_sixty_four():
+    envs = codrive.make_vec("ring-250", num_envs=2, render_mode="rgb_array", size=(320, 200), **SHORT)
+    envs.reset(seed=1)
+    first, second = envs.render()
+    assert first.shape == (200, 320, 3) and not np.array_equal(first, second)
+    assert codrive.make_vec("ring-250", num_envs=2, **SHORT).render() is None
+    with pytest.raises(ValueError, match="num_envs is 65; allowed with a render_mode: 1 to 64"):
+        codrive.make_vec("ring-250", num_envs=65, render_mode="rgb_array")
+    with pytest.raises(ValueError, match="render_mode is 'human'; allowed: None, 'rgb_array'"):
+        codrive.make_vec("ring-250", num_envs=2, render_mode="human")
+    with pytest.raises(ValueError, match="view is 'chase'; allowed: schematic"):
+        codrive.make("ring-250", render_mode="rgb_array", view="chase")
+
+
+def test_a_window_without_a_display_is_refused_with_the_remedy(monkeypatch):
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    # Libraries that ask for a window take a TypeError as "without".
+    for kind in (gymnasium.error.DependencyNotInstalled, TypeError):
+        with pytest.raises(kind, match="remedy: render_mode='rgb_array'"):
+            codrive.make("ring-250", render_mode="human")
 
 
 @pytest.mark.parametrize(
@@ -74,11 +105,14 @@ def test_an_id_asked_for_pictures_answers_as_stable_baselines3_expects():
 )
 def test_environments_are_pickled_and_copied_as_their_arguments(make):
     env = make()
+    new = pickle.loads(pickle.dumps(env))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        new.step(np.zeros(new.action_space.shape, np.float32))
+    new.close()
     own = env.reset(seed=3)[0]
     for other in (copy.deepcopy(env), pickle.loads(pickle.dumps(env))):
         assert type(other) is type(env)
-        with pytest.raises(gymnasium.error.ResetNeeded):
-            other.step(np.zeros(other.action_space.shape, np.float32))
+        other.step(np.zeros(other.action_space.shape, np.float32))
         assert np.array_equal(other.reset(seed=3)[0], own)
         other.close()
     # The first one is still open.

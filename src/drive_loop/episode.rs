@@ -7,14 +7,17 @@
 //! for the rest of that hold all vehicles count as standing. While there is no vehicle to advise, the drive continues
 //! without actions.
 
-use super::{RunError, episode_config::EpisodeConfig};
+use super::{
+    RunError,
+    episode_config::EpisodeConfig,
+    hold_measures::{HOLD_MEASURES, HoldMeasures},
+};
 use crate::{
-    controls::Controls,
     driver::{self, SimulatedDriver},
     policy::{Action, NetworkInput, Observation},
     rng,
     sim::{Agent, AgentDrivers, HASH_START, OutsideSettings, World, WorldError},
-    traffic::{EGO, VehicleId},
+    traffic::{EGO, TrafficOrder, VehicleId},
     train::{RewardKind, rollout::action},
 };
 use std::sync::Arc;
@@ -43,6 +46,9 @@ pub enum EpisodeError {
         /// Description of the allowed values.
         allowed: String,
     },
+    /// Order to the traffic that it cannot carry out; nothing has changed.
+    #[error("{0}")]
+    Order(String),
     /// The episode is over.
     #[error("the episode is over; begin another one")]
     Over,
@@ -66,8 +72,8 @@ pub struct AgentOutcome {
 pub struct HoldOutcome {
     /// Agents that were present at the beginning of the hold.
     pub agents: Vec<AgentOutcome>,
-    /// Mean speed of all vehicles over the steps, m/s.
-    pub mean_speed_mps: f64,
+    /// Values of [`HOLD_MEASURES`] over the steps. After a contact, all vehicles stand for the rest of the hold.
+    pub measures: [f64; HOLD_MEASURES.len()],
     /// True if the horizon is reached or the participant's path has ended; no vehicle is advised any more.
     pub is_truncated: bool,
 }
@@ -170,14 +176,14 @@ impl Episode {
             last_seen: self.world.complete_observation(agent),
         };
         let mut agents: Vec<Advised> = self.world.agents().map(begin).collect();
-        let (mean_mps, steps, has_crashed) = self.drive(&mut agents).inspect_err(|_| self.is_over = true)?;
+        let (measures, has_crashed) = self.drive(&mut agents).inspect_err(|_| self.is_over = true)?;
         let has_left = |id: VehicleId| {
             let is_there = self.world.agents().any(|agent| agent.id() == id);
             !is_there || (id == EGO && self.world.ended().is_some())
         };
         // After a contact, the rest of the hold counts as a standstill.
         let counted = |driven: u32| f64::from(if has_crashed { hold.steps() } else { driven.max(1) });
-        let mean_speed_mps = mean_mps / counted(steps);
+        let [mean_speed_mps, ..] = measures;
         let reward = &self.config.learning.reward;
         let outcome = |(agent, action): (&Advised, &Action)| {
             let speed_mps = match reward.kind {
@@ -202,26 +208,39 @@ impl Episode {
             self.wait_for_agents()?;
             is_truncated = self.is_over;
         }
-        Ok(HoldOutcome { agents: outcomes, mean_speed_mps, is_truncated })
+        Ok(HoldOutcome { agents: outcomes, measures, is_truncated })
     }
 
-    /// Runs a hold, or less if the drive ends or there is a contact. Returns the sum of the mean speeds of its steps,
-    /// m/s, their number, and true after a contact.
-    fn drive(&mut self, agents: &mut [Advised]) -> Result<(f64, u32, bool), RunError> {
-        let (mut sum_mps, mut steps, mut has_crashed) = (0.0, 0, false);
+    /// Gives the traffic an order, from the next hold on.
+    ///
+    /// # Errors
+    /// The episode is over, or the order cannot be carried out, in which case nothing has changed.
+    pub fn order(&mut self, order: &TrafficOrder) -> Result<(), EpisodeError> {
+        if self.is_over {
+            return Err(EpisodeError::Over);
+        }
+        self.world.order(order).map_err(|why| EpisodeError::Order(why.to_string()))
+    }
+
+    /// Runs a hold, or less if the drive ends or there is a contact. Returns its measures, and true after a contact.
+    fn drive(&mut self, agents: &mut [Advised]) -> Result<([f64; HOLD_MEASURES.len()], bool), RunError> {
+        let (mut steps, mut has_crashed) = (0, false);
+        let mut measures = HoldMeasures::begin(self.world.scenario().step_s, self.world.snapshot());
         while steps < self.config.hold().steps() && !has_crashed && self.world.ended().is_none() {
             self.step()?;
             steps += 1;
-            sum_mps += self.world.snapshot().mean_speed_mps;
+            measures.add(self.world.snapshot());
             self.note(agents);
             has_crashed = self.world.contacts_of_others() + self.contacts_of(EGO).unwrap_or(0) > 0;
         }
         self.see(agents, self.world.agents());
-        if !has_crashed {
+        if has_crashed {
+            measures.stand_until(self.config.hold().steps().into());
+        } else {
             // Vehicles at the end of their path leave and new ones enter before the next advice is due.
             self.world.sync_agents_now()?;
         }
-        Ok((sum_mps, steps, has_crashed))
+        Ok((measures.values(), has_crashed))
     }
 
     /// Adds the speeds of the hold's agents that are still present, and the last observations of those that have left in this step.
@@ -245,12 +264,14 @@ impl Episode {
 
     /// Runs one step of the world.
     fn step(&mut self) -> Result<(), RunError> {
-        for _ in 0..self.world.scenario().step_ticks() {
-            let controls = match &mut self.driver {
-                Some(driver) => driver.controls(&self.world.perceived_by(driver)),
-                None => Controls::default(),
-            };
-            self.world.tick(&controls)?;
+        match &mut self.driver {
+            Some(driver) => {
+                for _ in 0..self.world.scenario().step_ticks() {
+                    let controls = driver.controls(&self.world.perceived_by(driver));
+                    self.world.tick(&controls)?;
+                }
+            }
+            None => self.world.step()?,
         }
         let others = self.world.advised_others().iter().map(|agent| agent.snapshot());
         self.fingerprint = others.fold(self.world.snapshot().hash(self.fingerprint), |hash, view| view.hash(hash));
@@ -260,7 +281,7 @@ impl Episode {
     /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most.
     fn wait_for_agents(&mut self) -> Result<(), RunError> {
         while self.world.agents().next().is_none() && !self.is_over {
-            let (_, _, has_crashed) = self.drive(&mut [])?;
+            let (_, has_crashed) = self.drive(&mut [])?;
             self.holds += 1;
             self.is_over = has_crashed || self.world.ended().is_some() || self.holds >= self.horizon;
         }

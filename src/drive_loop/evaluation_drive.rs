@@ -69,7 +69,7 @@ fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
     let mut run = OfflineDrive::of(alone, [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
-    let start = speeds(run.world().snapshot());
+    let start = run.world().snapshot().numbered_speeds_mps();
     let mut metrics = EpisodeMetrics::on_network(scenario.step_s, start, most_gap_m);
     while run.world().ended().is_none() {
         run.step()?;
@@ -80,16 +80,11 @@ fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
         }
         let snapshot = run.world().snapshot();
         let others = AdvisedStep { min_gap_m: min_gap_m(snapshot), ..advised_others(run.world()) };
-        metrics.add(speeds(snapshot), EpisodeStep { others, ..EpisodeStep::default() });
+        metrics.add(snapshot.numbered_speeds_mps(), EpisodeStep { others, ..EpisodeStep::default() });
     }
     let mut result = metrics.result();
     result.network = result.network.map(|flow| with_demand(flow, run.world(), metrics.newest()));
     Ok(result)
-}
-
-/// Returns numbers and speeds of the present vehicles, m/s.
-fn speeds(snapshot: &Snapshot) -> impl Iterator<Item = (u32, f64)> {
-    snapshot.vehicles().map(|car| (car.id.0, car.speed_mps.max(0.0)))
 }
 
 /// Returns the combined state of the advised vehicles other than the ego.

@@ -4,7 +4,8 @@
 //! * [`drive`]: the loop's body, the same with and without a window. [`offline`]: a drive by a simulated driver.
 //! * [`rehearsal`]: a study with simulated participants; [`baselines`]: trials repeated without advice.
 //! * [`evaluation_drive`]: one whole drive, evaluated as on the fast ring.
-//! * [`episode`]: a drive that a learner advises from outside; [`episode_config`]: its settings.
+//! * [`episode`]: a drive that a learner advises from outside; [`episode_config`]: its settings; [`hold_measures`]: its
+//!   measures.
 //! * [`recording_manifest`]: the manifest of a recording. [`summary_text`]: a drive's summary as text.
 
 pub mod baselines;
@@ -12,6 +13,7 @@ pub mod drive;
 pub mod episode;
 pub mod episode_config;
 pub mod evaluation_drive;
+pub mod hold_measures;
 pub mod offline;
 pub mod recording_manifest;
 pub mod rehearsal;

@@ -23,7 +23,7 @@ pub use correlation::correlation;
 pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, mean_and_interval};
 pub use estimate::Estimate;
 pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
-pub use registry::{Measure, MeasuredOn, RoadKinds};
+pub use registry::{Measure, MeasuredOn, RoadKinds, measure};
 pub use tick_totals::{RunningMean, RunningMinimum, TickTotals};
 pub use traffic_totals::TrafficTotals;
 pub use trajectories::{SpeedTrace, Trajectories};

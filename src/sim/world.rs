@@ -170,6 +170,25 @@ impl World {
     /// # Errors
     /// The traffic engine failed; the drive cannot go on.
     pub fn tick(&mut self, controls: &Controls) -> Result<(), WorldError> {
+        self.advance(controls, 1)
+    }
+
+    /// Advances a drive without a participant from one step of the traffic engine to the next. It does so at once where no vehicle has a full
+    /// body: the others move from step to step, and what is drawn within a step is left out.
+    ///
+    /// # Errors
+    /// As [`World::tick`].
+    pub fn step(&mut self) -> Result<(), WorldError> {
+        let step_ticks = self.scenario().step_ticks();
+        let moves_within = self.observer.participant().is_some() || self.others.iter().any(Agent::is_full);
+        if self.begins_step() && !moves_within && self.scenario().advised_body == AdvisedBody::Light {
+            return self.advance(&Controls::default(), step_ticks);
+        }
+        (0..step_ticks).try_for_each(|_| self.tick(&Controls::default()))
+    }
+
+    /// Advances by one tick, or by all ticks of a step.
+    fn advance(&mut self, controls: &Controls, ticks: u64) -> Result<(), WorldError> {
         if self.ended.is_some() {
             self.observer.events_mut().clear();
             self.others.iter_mut().for_each(|agent| agent.events.clear());
@@ -185,16 +204,16 @@ impl World {
             agents_mut(&mut self.observer, &mut self.others).for_each(Agent::begin_step);
             self.traffic.begin_step(self.observer.view());
         }
-        let fraction = (within + 1) as f64 / step_ticks as f64;
-        self.traffic.move_vehicles(self.observer.view_mut(), fraction);
+        let fraction = (within + ticks) as f64 / step_ticks as f64;
+        self.traffic.move_vehicles(self.observer.view_mut(), fraction, ticks as f64 * TICK_S);
         if let Some(participant) = self.observer.participant_mut() {
             participant.place_on_lane(self.drive.scenario())?;
         }
         if self.move_agents() && self.scenario().contact == OnContact::End {
             self.end(EndReason::Contact);
         }
-        self.observer.view_mut().tick.0 += 1;
-        self.others.iter_mut().for_each(|agent| agent.view.tick.0 += 1);
+        self.observer.view_mut().tick.0 += ticks;
+        self.others.iter_mut().for_each(|agent| agent.view.tick.0 += ticks);
         self.update_derived()?;
         if self.observer.participant().is_some_and(Agent::is_at_end) {
             self.end(EndReason::PathEnd);

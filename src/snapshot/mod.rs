@@ -8,7 +8,7 @@ use crate::{
     rng,
     space::{CAR_WIDTH_M, Pose},
     time::Tick,
-    traffic::{Articulation, VehicleBody, VehicleId, VehicleKind, VehicleLamps, VehiclePart},
+    traffic::{Articulation, EGO, VehicleBody, VehicleId, VehicleKind, VehicleLamps, VehiclePart},
 };
 
 /// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
@@ -147,6 +147,13 @@ impl Snapshot {
     pub fn speeds_mps(&self) -> impl Iterator<Item = f64> {
         let ego = (!self.is_without_ego).then_some(self.ego.speed_mps);
         self.vehicles().map(|car| car.speed_mps).chain(ego)
+    }
+
+    /// Returns numbers and speeds of all vehicles, m/s, the ego first; a vehicle that rolls backwards has 0.
+    pub fn numbered_speeds_mps(&self) -> impl Iterator<Item = (u32, f64)> {
+        let ego = (!self.is_without_ego).then_some((EGO.0, self.ego.speed_mps));
+        let others = self.vehicles().map(|car| (car.id.0, car.speed_mps));
+        ego.into_iter().chain(others).map(|(id, speed_mps)| (id, speed_mps.max(0.0)))
     }
 
     /// Returns the ego's lamps as other drivers see them.

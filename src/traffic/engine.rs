@@ -11,7 +11,7 @@ use super::{
 use crate::{
     map::{
         RoadMap,
-        network::{LaneId, Network},
+        network::{LaneId, Network, SignalId},
     },
     space::Pose,
 };
@@ -149,6 +149,42 @@ impl LaneMotion {
     }
 }
 
+/// Order from outside to the traffic of a network.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TrafficOrder {
+    /// The vehicle changes to the lane this many to the left as soon as there is room, within `duration_s`, and stays there. From then on it
+    /// changes lanes by order only, also where its route needs another. No effect where there is no such lane, as inside a junction.
+    ChangeLane {
+        /// Vehicle of the order.
+        id: VehicleId,
+        /// Number of lanes, positive to the left; 0 is to stay.
+        to_the_left: i32,
+        /// Time in which the change has to begin, s.
+        duration_s: f64,
+    },
+    /// The vehicle drives along these edges, the first of which is its own.
+    Route {
+        /// Vehicle of the order.
+        id: VehicleId,
+        /// Edges by SUMO's ids.
+        edges: Vec<String>,
+    },
+    /// The signal shows the phase of this number of its programme, which goes on from there.
+    Phase {
+        /// Signal of the order.
+        signal: SignalId,
+        /// Number of the phase, from 0.
+        phase: u32,
+    },
+    /// The signal shows these letters, one for each of its links, until the next order.
+    State {
+        /// Signal of the order.
+        signal: SignalId,
+        /// SUMO's letters of lights, one for each link.
+        letters: String,
+    },
+}
+
 /// Vehicle ahead, as the engine knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EngineLeader {
@@ -216,6 +252,14 @@ pub trait Traffic: Send {
     /// The vehicle is not there, or the engine has no vehicles with routes.
     fn leader(&self, _id: VehicleId, _reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
         Err(TrafficError::Setup("only vehicles of a demand have a way on a network".into()))
+    }
+
+    /// Carries out an order, from the next step on.
+    ///
+    /// # Errors
+    /// The order cannot be carried out, and nothing has changed; or the engine takes no orders.
+    fn order(&mut self, _order: &TrafficOrder) -> Result<(), TrafficError> {
+        Err(TrafficError::Setup("the native engine takes no orders; traffic of SUMO on a network does".into()))
     }
 
     /// Returns the demand with the canonical copies that SUMO reads in place of its files.

@@ -36,7 +36,7 @@ pub use drivers::{
 };
 pub use engine::{
     CREEP_MPS2, DemandSetup, EgoStart, EngineLeader, ExternalVehicleState, FixedSetup, HARDEST_MPS2, InitialVehicle,
-    LaneMotion, Traffic, VehicleReport,
+    LaneMotion, Traffic, TrafficOrder, VehicleReport,
 };
 pub use error::TrafficError;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};

@@ -12,6 +12,7 @@ use super::{
     hold_totals::Totals,
     identification::BlockSample,
     ring::VectorizedRing,
+    ring_vehicles::{self, EndedRings, RingVehicle, RingWays},
     simd::{LANES, SimdLanes, VectorWork, in_wide_vectors, lane, splat},
 };
 use crate::{
@@ -65,7 +66,9 @@ pub struct VecEnv {
     stream: String,
     ring: VectorizedRing,
     follower: AdviceFollower,
-    circumference_m: SimdLanes,
+    ways: RingWays,
+    /// Rings at the end of their last episodes.
+    ended: EndedRings,
     /// Speed at which each ring flows evenly, m/s.
     equilibrium_mps: SimdLanes,
     hold_steps: u32,
@@ -107,9 +110,10 @@ impl VecEnv {
             stream: stream.to_owned(),
             stock: ring.clone(),
             stock_follower: follower.clone(),
+            ended: EndedRings::new(ring.clone()),
             ring,
             follower,
-            circumference_m: splat(0.0),
+            ways: RingWays::default(),
             equilibrium_mps: splat(0.0),
             hold_steps: hold.steps(),
             mean_ego_mps: splat(0.0),
@@ -161,7 +165,7 @@ impl VecEnv {
             speed_mps: f64::from(self.ring.ego_mps()[l]),
             leader_speed_mps: f64::from(self.ring.leader_mps()[l]),
             gap_m: f64::from(self.ring.gap_m()[l]),
-            circumference_m: f64::from(self.circumference_m[l]),
+            circumference_m: f64::from(self.ways.circumference_m[l]),
             vehicles: self.ring.cars(l) as u32,
             hold_s: self.hold_length().seconds(),
             mean_speed_mps: f64::from(self.mean_ego_mps[l]),
@@ -228,6 +232,26 @@ impl VecEnv {
     /// Adds the state of the whole ring to observations from now on.
     pub(super) fn show_whole_ring(&mut self) {
         self.is_whole_shown = true;
+    }
+
+    /// Returns the vehicles of ring `l` now, the ego first, then backwards.
+    pub fn vehicles(&self, l: usize) -> impl Iterator<Item = RingVehicle> + '_ {
+        ring_vehicles::vehicles(&self.ring, &self.ways, l)
+    }
+
+    /// Returns the rings at the end of their last episodes.
+    pub fn ended(&self) -> &EndedRings {
+        &self.ended
+    }
+
+    /// Returns the length of ring `l`, metres.
+    pub fn circumference_m(&self, l: usize) -> f64 {
+        self.ways.circumference_m[l].into()
+    }
+
+    /// Returns the time since the episode of ring `l` began, seconds.
+    pub fn time_s(&self, l: usize) -> f64 {
+        f64::from(self.elapsed[l]) * self.hold_length().seconds()
     }
 
     /// Issues advice to the ego of ring `l` for `hold`; `action` is the advice itself, not a correction. Before the first advice, and
@@ -339,6 +363,7 @@ impl VecEnv {
     fn settle(&mut self, l: usize, action: Action, horizon: u32, totals: &Totals) -> Outcome {
         let share = 1.0 / self.hold_steps as f32;
         self.elapsed[l] += 1;
+        self.ways.ego_way_m[l] += totals.ego_mps[l] * self.config.ring.step_s as f32;
         let ending = if l >= self.rings {
             Ending::None
         } else if totals.least_gap_m[l] <= 0.0 {
@@ -360,6 +385,7 @@ impl VecEnv {
         self.tell_corrected(l, CorrectedLanes::decide);
         let (last_seen, last_state) = (self.observe(l), self.whole_state(l));
         if ending != Ending::None {
+            self.ended.keep(l, &self.ring, &self.ways);
             self.begin_episode(l);
         }
         Outcome { reward, mean_mps, ending, last_seen, last_state }
@@ -380,7 +406,8 @@ impl VecEnv {
         }
         self.ring.copy_lane(l, &self.stock, self.used);
         self.follower.copy_lane(l, &self.stock_follower, self.used);
-        self.circumference_m[l] = self.stock_m[self.used];
+        self.ways.circumference_m[l] = self.stock_m[self.used];
+        self.ways.ego_way_m[l] = 0.0;
         self.equilibrium_mps[l] = self.stock_equilibrium_mps[self.used];
         self.elapsed[l] = 0;
         self.mean_ego_mps[l] = self.ring.ego_mps()[l];

@@ -32,6 +32,7 @@ pub mod population_fit;
 pub mod ring;
 mod ring_models;
 mod ring_trajectories;
+mod ring_vehicles;
 pub mod rollout;
 pub mod scalar;
 mod shipped_rings;
@@ -52,6 +53,7 @@ pub use learner::{Learner, LearningCurveRow, network_of};
 pub use lessons::EstimatorKind;
 pub use platoon_trajectories::platoon_trajectories;
 pub use ring_trajectories::ring_trajectories;
+pub use ring_vehicles::{EndedRings, RingVehicle};
 
 #[cfg(test)]
 mod driver_tests;

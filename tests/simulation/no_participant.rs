@@ -41,6 +41,32 @@ fn drive(scenario: &Scenario, mut look: impl FnMut(&World)) -> World {
     world
 }
 
+#[test]
+fn a_drive_by_steps_is_the_drive_by_ticks() {
+    let _alone = one_at_a_time();
+    let scenario = merge(0.5);
+    let mut by_ticks = Vec::new();
+    let world = drive(&scenario, |world| {
+        if world.snapshot().tick.0.is_multiple_of(scenario.step_ticks()) {
+            by_ticks.push(hash(world));
+        }
+    });
+    assert!(world.ever_advised().len() > 3, "{:?}", world.ever_advised());
+    drop(world);
+    let mut world = World::new(&scenario).expect("the merge");
+    for (step, expected) in by_ticks.iter().enumerate() {
+        world.step().expect("SUMO goes on");
+        assert_eq!(hash(&world), *expected, "step {step}");
+    }
+    assert_eq!(world.ended(), Some(EndReason::Duration));
+}
+
+/// Returns a hash of all that a drive depends on: the view of all vehicles, and that of each agent.
+fn hash(world: &World) -> u64 {
+    let others = world.advised_others().iter().map(|agent| agent.snapshot());
+    others.fold(world.snapshot().hash(1), |hash, view| view.hash(hash))
+}
+
 /// State of the merge at the end of a step, by SUMO's own program.
 struct Written {
     running: usize,

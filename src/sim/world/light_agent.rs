@@ -7,14 +7,17 @@
 use super::{
     agent::{Agent, AgentBody},
     light_body::LightBody,
+    network_view::NetworkView,
 };
 use crate::{
     driver::{Perception, SeenLeader},
     ego::Contact,
+    map::RoadMap,
     sim::{Leader, Snapshot, VehicleSnapshot},
     time::TICK_S,
     traffic::{EGO, LaneMotion, VehicleId},
 };
+use std::sync::Arc;
 
 impl Agent {
     /// Returns the motion of a light agent in the step that begins.
@@ -60,6 +63,12 @@ impl Agent {
         }
         let mean_mps = way_m / (step_ticks as f64 * TICK_S);
         *motion = Some(LaneMotion { id, mean_mps, end_mps: car.speed_mps() });
+    }
+
+    /// Gives a light agent another path, on which it is at `s_m`.
+    pub(super) fn drive_along(&mut self, map: Arc<RoadMap>, s_m: f64) {
+        self.network = NetworkView::new(&map);
+        (self.map, self.view.ego_s_m) = (map, s_m);
     }
 
     /// Takes a light agent to where the traffic has it at the end of a step: `now`, in the view of all vehicles.

@@ -14,7 +14,7 @@ use crate::{
     driver::{DriverError, DriverParams},
     policy::{Action, Observation},
     scenario::PlannedDrive,
-    traffic::VehicleId,
+    traffic::{TrafficError, TrafficOrder, VehicleId},
 };
 use std::sync::Arc;
 
@@ -61,6 +61,27 @@ impl World {
         if let Some(agent) = agents_mut(&mut self.observer, &mut self.others).nth(index) {
             agent.advice.set_action(action);
         }
+    }
+
+    /// Gives the traffic an order. Call it where a step begins; it counts from that step on.
+    ///
+    /// # Errors
+    /// The order is for a vehicle with a full body, which keeps to its own path; the vehicle is not there; or the engine refuses the order.
+    /// Nothing has changed.
+    pub fn order(&mut self, order: &TrafficOrder) -> Result<(), WorldError> {
+        let of = match order {
+            TrafficOrder::ChangeLane { id, .. } | TrafficOrder::Route { id, .. } => Some(*id),
+            TrafficOrder::Phase { .. } | TrafficOrder::State { .. } => None,
+        };
+        if let Some(agent) = self.agents().find(|agent| Some(agent.id()) == of && agent.is_full()) {
+            let text = format!("vehicle {} has a full body and a driver, who keeps to the path", agent.id().0);
+            return Err(TrafficError::Setup(text).into());
+        }
+        let path = self.traffic.order(order)?;
+        if let (Some((map, s_m)), Some(agent)) = (path, self.others.iter_mut().find(|agent| Some(agent.id()) == of)) {
+            agent.drive_along(map, s_m);
+        }
+        Ok(())
     }
 
     /// Returns the observation on which the advice of this agent is based; call it where a step begins.

@@ -15,16 +15,16 @@ use super::{
 use crate::{
     ego::Obstacle,
     map::{
-        PathLanes, RoadMap, Route, is_against,
-        network::{LanePosition, SignalStates},
+        MapError, PathLanes, RoadMap, Route, is_against,
+        network::{LaneId, LanePosition, SignalStates},
     },
-    scenario::{AdvisedBody, PlannedDrive},
+    scenario::{AdvisedBody, PlanError, PlannedDrive},
     sim::{Leader, Snapshot, VehicleSnapshot},
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        Articulation, Demand, EGO, EngineLeader, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficStart,
-        VehicleId, VehicleKind, VehicleReport, VehicleState,
+        Articulation, Demand, EGO, EngineLeader, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficOrder,
+        TrafficStart, VehicleId, VehicleKind, VehicleReport, VehicleState,
     },
 };
 use std::sync::Arc;
@@ -72,6 +72,15 @@ pub(super) struct TrafficCoupling {
     new: Vec<VehicleId>,
     /// State of traffic at the hand-over to the driver.
     pub hand_over: HandOver,
+}
+
+fn stopped() -> TrafficError {
+    TrafficError::Setup("this drive was stopped".into())
+}
+
+/// Returns the error of an order for a vehicle that is on no lane now.
+fn no_vehicle(id: VehicleId) -> TrafficError {
+    TrafficError::Setup(format!("vehicle {} is on no lane now", id.0))
 }
 
 /// A vehicle with its position on the ego's route.
@@ -173,7 +182,7 @@ impl TrafficCoupling {
 
     /// Puts all vehicles and the states of signals into the snapshot of the first tick.
     pub fn first_view(&mut self, snapshot: &mut Snapshot) {
-        self.move_vehicles(snapshot, 1.0);
+        self.move_vehicles(snapshot, 1.0, TICK_S);
     }
 
     /// Runs the engine's next step with the full agents' present and predicted states and the light agents' motions.
@@ -186,9 +195,7 @@ impl TrafficCoupling {
             self.motions.extend(agent.motion());
         }
         self.reports = reports;
-        let Some(engine) = &mut self.engine else {
-            return Err(TrafficError::Setup("this drive was stopped".into()));
-        };
+        let engine = self.engine.as_mut().ok_or_else(stopped)?;
         engine.drive(&self.motions)?;
         engine.step(&self.reports)?;
         let is_agent = |id: VehicleId| {
@@ -229,16 +236,40 @@ impl TrafficCoupling {
             let start = StartPlace { s_m, speed_mps: vehicle.speed_mps };
             return Ok(Some(NewAgent { id, map: Arc::clone(&self.map), start }));
         }
-        let here = self.map.network.edge_of(lane).id.clone();
         let edges = match body {
             AdvisedBody::Full => engine.take_over(id)?,
             AdvisedBody::Light => engine.take_pedals(id)?,
         };
-        let ahead: Vec<&str> = edges.iter().map(String::as_str).skip_while(|edge| *edge != here).collect();
-        let Ok(map) = self.map.along(&ahead, lane) else { return Ok(None) };
-        let front = vehicle.pose.front(CAR_LENGTH_M);
-        let start = StartPlace { s_m: map.route.project(front, Some(vehicle.s_m)).s_m, speed_mps: vehicle.speed_mps };
-        Ok(Some(NewAgent { id, map: Arc::new(map), start }))
+        let Ok((map, s_m)) = self.path(vehicle, lane, &edges) else { return Ok(None) };
+        let start = StartPlace { s_m, speed_mps: vehicle.speed_mps };
+        Ok(Some(NewAgent { id, map, start }))
+    }
+
+    /// Returns the road with the rest of these edges as the path of a vehicle in this lane, and the vehicle's place on it, metres.
+    fn path(&self, vehicle: &VehicleState, lane: LaneId, edges: &[String]) -> Result<(Arc<RoadMap>, f64), MapError> {
+        let here = &self.map.network.edge_of(lane).id;
+        let ahead: Vec<&str> = edges.iter().map(String::as_str).skip_while(|edge| edge != here).collect();
+        let map = self.map.along(&ahead, lane)?;
+        let s_m = map.route.project(vehicle.pose.front(CAR_LENGTH_M), Some(vehicle.s_m)).s_m;
+        Ok((Arc::new(map), s_m))
+    }
+
+    /// Gives the engine an order. Returns the new path of the vehicle, and its place on it, for the order of a route.
+    ///
+    /// # Errors
+    /// The vehicle is not there, the route does not go on from it, or the engine refuses; nothing has changed.
+    pub fn order(&mut self, order: &TrafficOrder) -> Result<Option<(Arc<RoadMap>, f64)>, WorldError> {
+        let path = match order {
+            TrafficOrder::Route { id, edges } => {
+                let at = self.ways.iter().find(|way| way.id == *id).and_then(|way| way.to);
+                let vehicle = at.map(|at| at.vehicle).ok_or_else(|| no_vehicle(*id))?;
+                let lane = vehicle.lane.ok_or_else(|| no_vehicle(*id))?;
+                Some(self.path(&vehicle, lane, edges).map_err(PlanError::from)?)
+            }
+            TrafficOrder::ChangeLane { .. } | TrafficOrder::Phase { .. } | TrafficOrder::State { .. } => None,
+        };
+        self.engine.as_mut().ok_or_else(stopped)?.order(order)?;
+        Ok(path)
     }
 
     /// Returns the leader of a light agent on a network at the end of the last step; `None` without one, or where the engine has gone on.
@@ -277,8 +308,8 @@ impl TrafficCoupling {
         self.signals.set(letters, starts);
     }
 
-    /// Moves all other vehicles to their poses at `fraction` of the step; signals change at the step's end.
-    pub fn move_vehicles(&mut self, snapshot: &mut Snapshot, fraction: f64) {
+    /// Moves all other vehicles to their poses at `fraction` of the step, `dt_s` after the present ones; signals change at the step's end.
+    pub fn move_vehicles(&mut self, snapshot: &mut Snapshot, fraction: f64, dt_s: f64) {
         let is_end = fraction >= 1.0;
         if is_end {
             snapshot.signals.clone_from(&self.signals);
@@ -315,7 +346,7 @@ impl TrafficCoupling {
                 body: here.vehicle.body,
                 height_m: at.height_m,
                 lamps: to.vehicle.lamps,
-                pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, TICK_S),
+                pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, dt_s),
             };
             let ego = snapshot.ego.position;
             if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M {

@@ -29,7 +29,7 @@ pub use trial_process::tell_waits_by;
 
 use super::{
     CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, EngineLeader, FixedSetup, LaneMotion, Traffic,
-    TrafficError, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
+    TrafficError, TrafficOrder, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
 };
 use crate::{
     map::network::{EdgeKind, Network, SignalId, SignalLight},
@@ -372,6 +372,15 @@ impl Traffic for SumoTraffic {
 
     fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
         self.shim.leader(id, reach_m)
+    }
+
+    fn order(&mut self, order: &TrafficOrder) -> Result<(), TrafficError> {
+        match &self.fixed {
+            None => self.shim.order(order),
+            Some(_) => Err(TrafficError::Setup(
+                "a closed route with a fixed number of vehicles takes no orders; a network with a demand does".into(),
+            )),
+        }
     }
 
     fn name_and_version(&self) -> String {

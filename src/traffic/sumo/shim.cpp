@@ -81,6 +81,7 @@ API int cs_number(const char* const* lane_ids, size_t lane_count, const char* co
             lanes.push_back(Lane{id, id.substr(0, mark), std::stoi(id.substr(mark + 1)), length(id)});
         }
         signals = strings(signal_ids, signal_count);
+        for (const std::string& id : signals) programmes.push_back(sim::TrafficLight::getProgram(id));
     });
 }
 
@@ -219,6 +220,50 @@ API int cs_take_pedals(uint32_t number, const char** edges) {
         // Safe distance, right of way and red lights count; the limits of acceleration are those of the driver's car.
         sim::Vehicle::setSpeedMode(v.id, 1 + 8 + 16);
         *edges = tell_route(sim::Vehicle::getRoute(v.id));
+    });
+}
+
+// Changes a vehicle's lane by this many to the left, and gives it no other way to change lanes any more: safe ones by order.
+API int cs_change_lane(uint32_t number, int to_the_left, double duration) {
+    return guard([&] {
+        const Mobile& v = vehicle(number);
+        if (v.is_person) throw std::invalid_argument("a person has no lane");
+        constexpr int BY_ORDER_WITHOUT_COLLISION = 512;
+        sim::Vehicle::setLaneChangeMode(v.id, BY_ORDER_WITHOUT_COLLISION);
+        const std::string edge = sim::Vehicle::getRoadID(v.id);
+        if (edge.empty() || edge[0] == ':') return;
+        const int lane = sim::Vehicle::getLaneIndex(v.id) + to_the_left;
+        if (lane < 0 || lane >= sim::Edge::getLaneNumber(edge)) return;
+        sim::Vehicle::changeLane(v.id, lane, duration);
+    });
+}
+
+// Gives a vehicle a route from the edge where it is.
+API int cs_set_route(uint32_t number, const char* const* edges, size_t n) {
+    return guard([&] {
+        const Mobile& v = vehicle(number);
+        if (v.is_person) throw std::invalid_argument("a person has no route");
+        sim::Vehicle::setRoute(v.id, strings(edges, n));
+    });
+}
+
+// Begins a phase of a signal's programme, to which a held signal returns.
+API int cs_set_phase(size_t signal, uint32_t phase) {
+    return guard([&] {
+        const std::string& id = signals.at(signal);
+        if (sim::TrafficLight::getProgram(id) == "online") sim::TrafficLight::setProgram(id, programmes.at(signal));
+        sim::TrafficLight::setPhase(id, static_cast<int>(phase));
+    });
+}
+
+// Holds a signal at these letters, as many as it has links.
+API int cs_set_state(size_t signal, const char* letters) {
+    return guard([&] {
+        const std::string& id = signals.at(signal);
+        const size_t links = sim::TrafficLight::getRedYellowGreenState(id).size();
+        if (std::string(letters).size() != links)
+            throw std::invalid_argument("a signal with " + std::to_string(links) + " links takes as many letters");
+        sim::TrafficLight::setRedYellowGreenState(id, letters);
     });
 }
 

@@ -9,7 +9,7 @@ use crate::{
     idm::IdmParams,
     map::network::LaneId,
     space::SumoPose,
-    traffic::{EngineLeader, TrafficError, VehicleId, go_on, starts_under_way},
+    traffic::{EngineLeader, TrafficError, TrafficOrder, VehicleId, go_on, starts_under_way},
 };
 use glam::DVec2;
 use std::{
@@ -40,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 10,
+        number: 11,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -79,6 +79,10 @@ struct Api {
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, c_int, *mut u32) -> c_int,
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
+    change_lane: unsafe extern "C" fn(u32, c_int, f64) -> c_int,
+    set_route: unsafe extern "C" fn(u32, Texts, usize) -> c_int,
+    set_phase: unsafe extern "C" fn(usize, u32) -> c_int,
+    set_state: unsafe extern "C" fn(usize, Text) -> c_int,
     step: unsafe extern "C" fn(*const RawCommand, usize, f64, *mut RawStep) -> c_int,
     look: unsafe extern "C" fn(*mut RawStep) -> c_int,
     bare_step: unsafe extern "C" fn() -> c_int,
@@ -139,6 +143,10 @@ impl Api {
             add: symbol!(b"cs_add\0"),
             take: symbol!(b"cs_take\0"),
             take_pedals: symbol!(b"cs_take_pedals\0"),
+            change_lane: symbol!(b"cs_change_lane\0"),
+            set_route: symbol!(b"cs_set_route\0"),
+            set_phase: symbol!(b"cs_set_phase\0"),
+            set_state: symbol!(b"cs_set_state\0"),
             step: symbol!(b"cs_step\0"),
             look: symbol!(b"cs_look\0"),
             bare_step: symbol!(b"cs_bare_step\0"),
@@ -313,6 +321,25 @@ impl Shim {
     pub fn take_pedals(&mut self, id: VehicleId) -> Result<Vec<String>, TrafficError> {
         let edges = self.text(|out| unsafe { (self.api.take_pedals)(id.0, out) })?;
         Ok(edges.split(' ').map(str::to_owned).collect())
+    }
+
+    /// Carries out an order, from the next step on. SUMO has changed nothing if it refuses one.
+    pub fn order(&mut self, order: &TrafficOrder) -> Result<(), TrafficError> {
+        let api = &self.api;
+        let code = match order {
+            TrafficOrder::ChangeLane { id, to_the_left, duration_s } => unsafe {
+                (api.change_lane)(id.0, *to_the_left, *duration_s)
+            },
+            TrafficOrder::Route { id, edges } => {
+                with_texts(edges, |texts, n| unsafe { (api.set_route)(id.0, texts, n) })
+            }
+            TrafficOrder::Phase { signal, phase } => unsafe { (api.set_phase)(signal.index(), *phase) },
+            TrafficOrder::State { signal, letters } => {
+                let letters = c_text(letters);
+                unsafe { (api.set_state)(signal.index(), letters.as_ptr()) }
+            }
+        };
+        self.check(code)
     }
 
     /// Carries out the commands and makes one step of this length, s; returns its changes.

@@ -40,6 +40,7 @@ Reading reading;
 std::vector<Lane> lanes;
 std::unordered_map<std::string, int32_t> lane_numbers;
 std::vector<std::string> signals;
+std::vector<std::string> programmes;  // of each signal, from the start
 // By ascending number: those that came later stand behind.
 std::vector<Mobile> vehicles;
 std::unordered_map<std::string, uint32_t> numbers;
@@ -267,6 +268,7 @@ void forget() {
     lanes.clear();
     lane_numbers.clear();
     signals.clear();
+    programmes.clear();
     is_sum_exact = true;
     next_to_check = 0;
 }
