@@ -24,7 +24,9 @@ class DriveEnv(OpenDrive, Picklable, AdviceMeaning, gymnasium.Env):
     last seed started. After an episode has ended, call ``reset`` before the next ``step``.
 
     With SUMO the drive runs in a process of its own, which ``reset`` starts and which ends with ``close`` or with the environment. If the
-    process is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another.
+    process is lost, ``step`` raises ``RuntimeError``, and ``reset`` starts another. With ``own_process=False`` it runs in this process.
+
+    ``participant=False`` on a closed road gives the ego a light body (docs/python.md).
     """
 
     metadata = {"render_modes": POSSIBLE_MODES}
@@ -37,6 +39,7 @@ class DriveEnv(OpenDrive, Picklable, AdviceMeaning, gymnasium.Env):
         hold: float | None = None,
         advice: str | None = None,
         driver: str | None = None,
+        own_process: bool = True,
         render_mode: str | None = None,
         view: str | None = None,
         size: tuple[int, int] = (1280, 720),
@@ -46,7 +49,7 @@ class DriveEnv(OpenDrive, Picklable, AdviceMeaning, gymnasium.Env):
         camera = Camera(render_mode, view, size)
         check_one_advised(settings)
         own = OwnFunctions.taken_from(settings)
-        setup = Setup(name, traffic, hold, advice, driver, settings)
+        setup = Setup(name, traffic, hold, advice, driver, settings, own_process)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
         self.observation_space, self.action_space = spaces(self.settings, own.space)

@@ -35,7 +35,11 @@ class Setup:
         advice: str | None,
         driver: str | None,
         settings: dict[str, Any],
+        own_process: bool = True,
     ) -> None:
+        if not isinstance(own_process, bool):
+            raise ValueError(f"own_process is {own_process!r}; allowed: True, False")
+        self._own_process = own_process
         traffic = traffic_of(name, traffic, DRIVE_TRAFFIC)
         # Each drive begins with its own seed, so the setting applies to the series.
         self.own_seed = _checked_seed(settings.get("seed"))
@@ -48,8 +52,11 @@ class Setup:
         self.top_speed_mps: float = settings["top_speed_mps"]
 
     def drive(self) -> LocalDrive | WorkerDrive:
-        """Makes a drive, in this process if SUMO is not needed."""
-        return self.worker() if self.configuration.needs_sumo else LocalDrive(self.arguments)
+        """Makes a drive, in this process if SUMO is not needed or is wanted here."""
+        if self.configuration.needs_sumo and self._own_process:
+            return self.worker()
+        os.environ.update(self.variables)
+        return LocalDrive(self.arguments)
 
     def worker(self) -> WorkerDrive:
         """Makes a drive in a process of its own."""
@@ -66,8 +73,6 @@ def check_one_advised(settings: dict[str, Any]) -> None:
         raise ValueError(
             f"advised is {settings['advised']!r}; allowed: 1, the participant's vehicle; codrive.make_parallel advises several, as agents"
         )
-    if settings.get("participant", True) is not True:
-        raise ValueError(f"participant is {settings['participant']!r}; allowed: True, because the advice is for the participant's vehicle")
 
 
 def _checked_seed(seed: Any) -> int | None:

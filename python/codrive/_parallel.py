@@ -69,6 +69,7 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
         advice: str | None = None,
         driver: str | None = None,
         lane_changes: bool = False,
+        own_process: bool = True,
         render_mode: str | None = None,
         view: str | None = None,
         size: tuple[int, int] = (1280, 720),
@@ -81,7 +82,7 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
         if traffic == "ring":
             raise ValueError(_ONE_EACH)
         own = OwnFunctions.taken_from(settings)
-        setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": str(advised)})
+        setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": str(advised)}, own_process)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
         self.metadata = {"name": "codrive_drive", "is_parallelizable": True, **picture_metadata(setup.hold_s)}

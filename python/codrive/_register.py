@@ -118,7 +118,8 @@ def make(
             nothing is drawn. ``view="schematic"`` is the road from above with all vehicles, beside a space-time diagram. Whole drives also
             have ``"driver"`` (their default), ``"mirror"``, ``"birdseye"`` and ``"chase"``, if the package is built with its renderer.
             ``size=(1280, 720)``, pixels.
-        **settings: ``reward``, ``observation`` and ``observation_space`` of your own (docs/python.md). Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
+        **settings: ``own_process=False`` runs SUMO in this process, which holds one at a time: a step has no messages to wait for, and a
+            crash of SUMO ends Python. ``reward``, ``observation`` and ``observation_space`` of your own (docs/python.md). Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
             (``codrive.settings(name, traffic=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
             and change it, too.
 

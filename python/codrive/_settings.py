@@ -31,6 +31,7 @@ _MISPLACED = {
     "render_mode": "only environments draw pictures",
     "view": "only environments draw pictures",
     "size": "only environments draw pictures",
+    "own_process": "only codrive.make and codrive.make_parallel with SUMO can do without a process of its own",
     "observation": "only environments take functions",
     "observation_space": "only environments take functions",
     "advised": "a fast ring has one advised vehicle; codrive.make_parallel has several",

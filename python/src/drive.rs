@@ -124,7 +124,7 @@ impl DriveConfiguration {
     /// or none.
     fn possible_agents(&self) -> Vec<String> {
         let scenario = &self.config.scenario;
-        let ego = scenario.participant.then_some(EGO);
+        let ego = (scenario.participant || !self.is_open).then_some(EGO);
         let others = scenario.advised.others(if self.is_open { 0 } else { scenario.vehicles });
         ego.into_iter().chain(others.map(codrive::traffic::VehicleId)).map(episode::name).collect()
     }

@@ -185,3 +185,23 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
     pictures = codrive.make_vec("ring-250", 2, traffic="native", **arguments)
     pictures.reset(seed=1)
     assert [picture.shape for picture in pictures.render()] == [(90, 160, 3)] * 2
+
+
+@pytest.mark.parametrize("traffic", ["native", "sumo"])
+def test_an_ego_without_a_participant_has_a_light_body_and_drives_alike(traffic):
+    arguments = {"traffic": traffic, "driver": "perfect", "advice": "speed", "warm_up_s": 60.0, "horizon_s": 60.0}
+    full, light = codrive.make("ring-250", **arguments), codrive.make("ring-250", participant=False, own_process=traffic == "native", **arguments)
+    starts = [env.reset(seed=5)[0] for env in (full, light)]
+    assert np.array_equal(*starts)
+    assert len(light.vehicles.car) == 22 and light.vehicles.car[light.vehicles.is_advised].tolist() == [0]
+    for hold in range(60):
+        action = np.full(1, np.sin(hold / 5.0) / 2.0)
+        ends = [env.step(action) for env in (full, light)]
+        # Behind the same advice light and full cars differ by less than 0.05 m and 0.05 m/s (issue 51), and so do all others.
+        one, other = full.vehicles, light.vehicles
+        assert np.abs(one.speed_mps - other.speed_mps).max() < 0.05
+        off_m = np.abs(one.s_m - other.s_m)
+        assert np.minimum(off_m, 250.0 - off_m).max() < 0.05
+    assert ends[0][3] and ends[1][3]
+    full.close()
+    light.close()

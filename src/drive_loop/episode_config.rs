@@ -90,7 +90,8 @@ impl EpisodeConfig {
         let is_of_drive = |change: &&(Field, Value)| known.iter().any(|own| own.path == change.0.path);
         let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
         let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
-        let drive = PlannedDrive::new(&scenario).map_err(plan_fault)?;
+        let road = Arc::new(scenario.load_map().map_err(|error| fault("map", error))?);
+        let drive = PlannedDrive::of_learner(&scenario, road).map_err(plan_fault)?;
         let road = Arc::clone(drive.map());
         if !is_ring {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);
@@ -183,7 +184,7 @@ impl EpisodeConfig {
     /// The scenario was changed to one that its road does not allow.
     pub fn drive(&self, seed: u64) -> Result<PlannedDrive, PlanError> {
         let scenario = Scenario { policy: "none".into(), duration_s: 0.0, seed, ..self.scenario.clone() };
-        PlannedDrive::on(&scenario, Arc::clone(&self.road))
+        PlannedDrive::of_learner(&scenario, Arc::clone(&self.road))
     }
 
     /// Checks the settings against each other and against the road; each alone is within its limits already.
@@ -212,7 +213,9 @@ impl EpisodeConfig {
             let text = format!("sees names `{}`, which whole drives do not have: {why}", feature.name());
             return Err(("sees", text));
         }
-        if drive.scenario().advises_no_vehicle() {
+        let advises_none =
+            if drive.is_open() { drive.scenario().advises_no_vehicle() } else { drive.advised().is_no_vehicle() };
+        if advises_none {
             let advised = drive.scenario().advised;
             let text =
                 format!("advised is {advised}; allowed: at least one vehicle, so that the actions have a receiver");

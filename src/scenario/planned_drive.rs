@@ -1,7 +1,7 @@
 //! A scenario with its road: all that a drive is started from. In: a [`Scenario`] as written. Out: a [`PlannedDrive`]: the road, loaded
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
-use super::{AdvisedVehicles, Scenario};
+use super::{AdvisedBody, AdvisedVehicles, Scenario};
 use crate::{
     map::{MapError, RoadMap},
     traffic::TrafficDrivers,
@@ -60,6 +60,20 @@ impl PlannedDrive {
     /// # Errors
     /// The road does not allow a setting.
     pub fn on(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
+        if !written.participant && written.demand.is_empty() && map.demand_file().is_none() {
+            let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
+                remedy: a [demand], a map with one, such as merge, or participant = true";
+            return Err(PlanError::Setting { key: "participant", message: message.into() });
+        }
+        Self::of_learner(written, map)
+    }
+
+    /// Does the same as [`PlannedDrive::on`] for a drive that a learner advises, where a closed route needs no participant: the first vehicle
+    /// is one of the traffic, too.
+    ///
+    /// # Errors
+    /// As [`PlannedDrive::on`], and for advised vehicles with full bodies on a closed route without a participant.
+    pub fn of_learner(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
         let mut scenario = written.clone();
         if !scenario.has_path_or_demand() {
             scenario.demand.files.extend(map.demand_file());
@@ -73,9 +87,12 @@ impl PlannedDrive {
         let fault = |(key, message)| PlanError::Setting { key, message };
         written.check_on(fixed_vehicles).map_err(fault)?;
         if !scenario.participant && scenario.demand.is_empty() {
-            let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
-                remedy: a [demand], a map with one, such as merge, or participant = true";
-            return Err(PlanError::Setting { key: "participant", message: message.into() });
+            let is_closed = fixed_vehicles.is_some();
+            if !is_closed || scenario.advised_body == AdvisedBody::Full {
+                let (key, why) = if is_closed { ("advised_body", "light") } else { ("demand", "one with vehicles") };
+                let message = format!("participant is false; allowed on this road: with {key} = {why}, or true");
+                return Err(PlanError::Setting { key, message });
+            }
         }
         let (start_m, length_m) = (scenario.path_start_m, map.route.length_m());
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {

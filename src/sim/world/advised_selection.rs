@@ -3,7 +3,7 @@
 use crate::{
     rng,
     scenario::{AdvisedVehicles, PlannedDrive, Scenario},
-    traffic::VehicleId,
+    traffic::{EGO, VehicleId},
 };
 
 pub(super) enum AdvisedSelection {
@@ -21,9 +21,13 @@ pub(super) enum AdvisedSelection {
 impl AdvisedSelection {
     /// Returns the choice of a drive, out of a fixed number of vehicles or of those that enter.
     pub fn new(drive: &PlannedDrive) -> Self {
-        let Scenario { vehicles, seed, .. } = *drive.scenario();
+        let Scenario { vehicles, seed, participant, .. } = *drive.scenario();
         match drive.advised() {
-            advised @ AdvisedVehicles::Count(_) => Self::Numbers(advised.others(vehicles).collect()),
+            advised @ AdvisedVehicles::Count(_) => {
+                // Without a participant the first advised vehicle is one of the traffic, too.
+                let first = (!participant && !advised.is_no_vehicle()).then_some(EGO.0);
+                Self::Numbers(first.into_iter().chain(advised.others(vehicles)).collect())
+            }
             AdvisedVehicles::Share(share) => Self::Share { share, seed },
         }
     }

@@ -52,6 +52,8 @@ pub(super) struct TrafficCoupling {
     lanes: PathLanes,
     step_s: f64,
     start: StartPlace,
+    /// True if [`EGO`] is the participant's vehicle, which is not one of the others.
+    has_participant: bool,
     /// Number of vehicles, the ego included, where it is fixed.
     fixed: Option<usize>,
     /// Ways of all other vehicles from the last step to the next, by ascending id.
@@ -128,6 +130,7 @@ impl TrafficCoupling {
             lanes,
             step_s: scenario.step_s,
             start: ego,
+            has_participant: scenario.participant,
             fixed: drive.fixed_vehicles().map(|vehicles| vehicles as usize),
             ways: Vec::new(),
             ways_before: Vec::new(),
@@ -295,7 +298,8 @@ impl TrafficCoupling {
         };
         // Both lists are sorted by id, so that one pass over them suffices.
         let mut before = self.ways_before.iter().filter_map(|way| way.to).peekable();
-        for vehicle in engine.vehicles().iter().filter(|vehicle| vehicle.id != EGO) {
+        let is_of_participant = |id: VehicleId| self.has_participant && id == EGO;
+        for vehicle in engine.vehicles().iter().filter(|vehicle| !is_of_participant(vehicle.id)) {
             while let Some(arrived) = before.next_if(|before| before.vehicle.id < vehicle.id) {
                 self.ways.push(Way::of(Some(arrived), None, &map.route, step_s));
             }
