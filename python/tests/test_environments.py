@@ -70,6 +70,26 @@ def test_an_id_draws_the_pictures_that_libraries_ask_for():
         env.close()
 
 
+@pytest.mark.parametrize("vectorised", ["sync", "async", "vector_entry_point"])
+def test_gymnasiums_own_vectors_take_the_ids(vectorised):
+    envs = gymnasium.make_vec("codrive/Ring250-v0", num_envs=2, vectorization_mode=vectorised, **SHORT)
+    envs.reset(seed=1)
+    ends = [envs.step(np.zeros((2, 1), np.float32))[3].all() for _ in range(4)]
+    assert ends == [False, False, False, True]
+    envs.close()
+
+
+def test_wrappers_of_training_loops_take_the_ids():
+    # As the single-file implementations of PPO wrap an environment.
+    env = gymnasium.make("codrive/Ring250-v0", **SHORT)
+    env = gymnasium.wrappers.RecordEpisodeStatistics(gymnasium.wrappers.FlattenObservation(env))
+    env = gymnasium.wrappers.NormalizeReward(gymnasium.wrappers.NormalizeObservation(gymnasium.wrappers.ClipAction(env)), gamma=0.99)
+    env.reset(seed=1)
+    infos = [env.step(np.full(1, 2.0, np.float32))[4] for _ in range(4)]
+    assert infos[3]["episode"]["l"] == 4 and "episode" not in infos[2]
+    assert infos[3]["episode"]["r"] == pytest.approx(sum(info["mean_speed_mps"] for info in infos), abs=1e-4)
+
+
 def test_rings_are_drawn_side_by_side_up_to_sixty_four():
     envs = codrive.make_vec("ring-250", num_envs=2, render_mode="rgb_array", size=(320, 200), **SHORT)
     envs.reset(seed=1)

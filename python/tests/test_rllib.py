@@ -89,3 +89,17 @@ def test_a_module_advises_what_its_network_says_without_exploring(levels):
         assert (given.policy == name).all()
         for column in ("mean_speed_mps", "settled_speed_mps", "min_gap_to_neighbours_m"):
             assert np.allclose(given[column], wanted[column], rtol=0.0, atol=1e-4)
+
+
+def test_its_configuration_takes_our_ids():
+    import gymnasium
+    from ray.rllib.algorithms.ppo import PPOConfig
+    from ray.tune.registry import register_env
+
+    # Ray's workers do not import what the driver has imported; the environment's maker does.
+    register_env("codrive/Ring250-v0", lambda settings: gymnasium.make("codrive:codrive/Ring250-v0", **settings))
+    config = PPOConfig().environment("codrive/Ring250-v0", env_config=SHORT).env_runners(num_env_runners=0)
+    algorithm = config.training(train_batch_size_per_learner=64, minibatch_size=32, num_epochs=1).build_algo()
+    # An episode of 20 holds at 0 to 10 m/s.
+    assert 0.0 < algorithm.train()["env_runners"]["episode_return_mean"] < 200.0
+    algorithm.stop()

@@ -103,3 +103,33 @@ def test_its_networks_become_policies_of_ours(tmp_path):
         import torch
 
         codrive.sb3.layers(PPO("MlpPolicy", rings, n_steps=8, device="cpu", policy_kwargs={"activation_fn": torch.nn.ReLU}))
+
+
+def test_its_tutorials_take_our_ids(tmp_path):
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.env_util import make_vec_env
+    from stable_baselines3.common.evaluation import evaluate_policy
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+
+    model = PPO("MlpPolicy", "codrive/Ring250-v0", n_steps=32, batch_size=32, device="cpu").learn(64)
+    model.save(tmp_path / "model")
+    for kind in (None, SubprocVecEnv):
+        envs = make_vec_env("codrive/Ring250-v0", n_envs=2, env_kwargs=SHORT, vec_env_cls=kind)
+        model = PPO("MlpPolicy", envs, n_steps=16, batch_size=32, device="cpu").learn(64)
+        # Both environments are drawn, one above the other.
+        assert envs.render(mode="rgb_array").shape == (1440, 1280, 3)
+        envs.close()
+    mean, _ = evaluate_policy(model, make_vec_env("codrive/Ring250-v0", env_kwargs=SHORT), n_eval_episodes=2)
+    # An episode of 4 holds at 0 to 10 m/s.
+    assert 0.0 < mean < 40.0
+
+
+def test_agents_of_one_drive_train_one_policy_by_supersuit():
+    import supersuit
+    from stable_baselines3 import PPO
+
+    env = codrive.make_parallel("ring-250", advised=4, participant=False, **SHORT)
+    envs = supersuit.pettingzoo_env_to_vec_env_v1(env)
+    envs = supersuit.concat_vec_envs_v1(envs, 2, num_cpus=1, base_class="stable_baselines3")
+    assert envs.num_envs == 8
+    PPO("MlpPolicy", envs, n_steps=16, batch_size=32, device="cpu").learn(128)
