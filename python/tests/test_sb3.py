@@ -113,8 +113,9 @@ def test_its_tutorials_take_our_ids(tmp_path):
 
     model = PPO("MlpPolicy", "codrive/Ring250-v0", n_steps=32, batch_size=32, device="cpu").learn(64)
     model.save(tmp_path / "model")
-    for kind in (None, SubprocVecEnv):
-        envs = make_vec_env("codrive/Ring250-v0", n_envs=2, env_kwargs=SHORT, vec_env_cls=kind)
+    # A new process has not imported codrive; the id names the module.
+    for name, kind in (("codrive/Ring250-v0", None), ("codrive:codrive/Ring250-v0", SubprocVecEnv)):
+        envs = make_vec_env(name, n_envs=2, env_kwargs=SHORT, vec_env_cls=kind)
         model = PPO("MlpPolicy", envs, n_steps=16, batch_size=32, device="cpu").learn(64)
         # Both environments are drawn, one above the other.
         assert envs.render(mode="rgb_array").shape == (1440, 1280, 3)
