@@ -29,7 +29,7 @@ from ray.rllib.core.rl_module.rl_module import RLModuleSpec
 from ray.tune.registry import register_env
 
 #: Settings of advice and driver, as in train_sb3.py, which gives the reasons.
-RING = {
+RING: dict[str, Any] = {
     "advice": "speed",
     "hold": 1.0,
     "driver": "perfect",

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from typing import Any
 
 import codrive
 import codrive.sb3
@@ -32,7 +33,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecEnv, VecNormalize
 
 #: Settings of advice and driver: a speed for one second, and a driver who reaches it without delay if the vehicle ahead allows it.
-RING = {
+RING: dict[str, Any] = {
     "advice": "speed",
     "hold": 1.0,
     "driver": "perfect",
