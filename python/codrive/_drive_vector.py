@@ -1,4 +1,4 @@
-"""Whole drives side by side as a vector environment of Gymnasium, each in a process of its own."""
+"""Whole drives side by side as a vector environment of Gymnasium, each in a process of its own, with one or several advised vehicles each."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from codrive._camera import VECTOR_RENDER_MODES, Camera, Pictures, picture_metadata
 from codrive._codrive import DriveConfiguration
-from codrive._drive_series import Setup, check_one_advised, log_of, next_seed, random_of, state_of
+from codrive._drive_series import Setup, log_of, next_seed, random_of, state_of
 from codrive._drives import DriveLog, Observed, Road, Seen
 from codrive._spaces import (
     NEVER,
@@ -45,6 +45,9 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     (``AutoresetMode.SAME_STEP``). ``reset(seed=s)`` begins in environment ``i`` the drives that ``codrive.DriveEnv`` drives after
     ``reset(seed=s + i)``.
 
+    With ``advised`` on a closed road each advised vehicle of each drive is a row, drive after drive, so that ``num_envs`` of the environment is
+    that of the drives times the agents of each. The agents of a drive begin and end their episodes together.
+
     If a process is lost, or Ctrl-C stops a step, the step raises; ``reset`` starts another process and begins all drives again.
     """
 
@@ -68,27 +71,35 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         """See ``codrive.make_vec``."""
         self._drives = []
         self._camera = camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES)
-        self.num_envs = checked_count(num_envs, _MOST)
-        check_one_advised(settings)
+        self._drive_count = checked_count(num_envs, _MOST)
         self._own = OwnFunctions.taken_from(settings)
-        self._setup = Setup(name, traffic, hold, advice, driver, settings)
+        advised = {"advised": str(settings["advised"])} if "advised" in settings else {}
+        self._setup = Setup(name, traffic, hold, advice, driver, {**settings, **advised})
+        if self._setup.configuration.is_open and str(settings.get("advised", 1)) != "1":
+            raise ValueError(
+                f"advised is {settings['advised']!r}; allowed: 1 on a network, where other advised vehicles come and go; codrive.make_parallel "
+                "has them as agents"
+            )
+        #: Names of the agents of each drive, in the order of its rows.
+        self.agents: list[str] = self._setup.configuration.possible_agents()
+        self.num_envs = self._drive_count * len(self.agents)
         self.render_mode = render_mode
         self._road: Road | None = None
-        self._pictures = [Pictures(camera, self._setup.top_speed_mps) for _ in range(self.num_envs)]
+        self._pictures = [Pictures(camera, self._setup.top_speed_mps) for _ in range(self._drive_count)]
         self.settings: DriveConfiguration = self._setup.configuration
         self.single_observation_space, self.single_action_space = spaces(self.settings, self._own.space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {**picture_metadata(self._setup.hold_s, VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
-        self._drives = [self._setup.worker() for _ in range(self.num_envs)]
-        self._random = [np_random()[0] for _ in range(self.num_envs)]
-        self._own_drives = [OwnDrive(self._own) for _ in range(self.num_envs)]
+        self._drives = [self._setup.worker() for _ in range(self._drive_count)]
+        self._random = [np_random()[0] for _ in range(self._drive_count)]
+        self._own_drives = [OwnDrive(self._own) for _ in range(self._drive_count)]
         space = self.observation_space
         self._observations = np.zeros(space.shape or (self.num_envs,), space.dtype)
         #: All that each drive was told since it began; none before the first reset.
         self._logs: dict[int, DriveLog] = {}
-        #: True for environments whose episode can continue.
-        self._is_ready = np.zeros(self.num_envs, np.bool_)
+        #: True for drives whose episode can continue.
+        self._is_ready = np.zeros(self._drive_count, np.bool_)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -96,8 +107,8 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         """Begins an episode in each environment.
 
         Args:
-            seed: Environment ``i`` begins the drives of ``seed + i``; None: the next ones.
-            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the marked environments.
+            seed: Drive ``i`` begins with ``seed + i``; None: the next ones.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the drives with a marked agent.
 
         Returns:
             Observations, float32, ``(num_envs, k)``, and an empty dict.
@@ -111,7 +122,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         if seed is None and not self._logs:
             seed = self._setup.own_seed
         super().reset(seed=seed)
-        where = np.arange(self.num_envs) if mask is None else np.flatnonzero(mask)
+        where = np.arange(self._drive_count) if mask is None else np.flatnonzero(self._rows(mask).any(axis=1))
         if seed is not None:
             for number in where:
                 self._random[number] = np_random(int(seed) + int(number))[0]
@@ -134,7 +145,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         levels = self.settings.levels
         given = as_float32(actions, levels, (self.num_envs,) if levels else (self.num_envs, 1))
         check_actions(given, levels, [f" of environment {number}" for number in range(self.num_envs)])
-        told = {number: (given[number : number + 1].copy(),) for number in range(self.num_envs)}
+        told = {number: (acted.copy(),) for number, acted in enumerate(self._rows(given))}
         results = self._all("hold", told)
         for number, arguments in told.items():
             self._logs[number].calls.append(("hold", arguments))
@@ -147,19 +158,19 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
                 # The function has not seen this hold.
                 self._is_ready[:] = False
                 raise
-        rewards = np.array([result.rewards[0] for result in results.values()], np.float64)
-        terminations = np.array([result.terminations[0] for result in results.values()], np.bool_)
-        truncations = np.array([result.is_truncated for result in results.values()], np.bool_) & ~terminations
+        rewards = np.concatenate([result.rewards for result in results.values()])
+        terminations = np.concatenate([result.terminations for result in results.values()])
+        agents = len(self.agents)
+        truncations = np.repeat([result.is_truncated for result in results.values()], agents) & ~terminations
         values = [hold_info(result) for result in results.values()]
-        columns = {name: np.array([value[name] for value in values]) for name in values[0]}
+        columns = {name: np.repeat([value[name] for value in values], agents) for name in values[0]}
+        final = np.concatenate([result.final_observations for result in results.values()])
         ended = terminations | truncations
-        for number in np.flatnonzero(~ended):
-            self._observations[number] = results[number].final_observations[0]
+        self._observations[~ended] = final[~ended]
         infos = vector_infos(columns)
         if ended.any():
-            final = {number: result.final_observations[0] for number, result in results.items()}
             infos.update(final_infos(ended, final, columns))
-            self._begin({int(number): None for number in np.flatnonzero(ended)})
+            self._begin({int(number): None for number in np.flatnonzero(self._rows(ended).any(axis=1))})
         return self._observations.copy(), rewards, terminations, truncations, infos
 
     @property
@@ -173,7 +184,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         check_open(self.closed)
         if not self._is_ready.all():
             raise ResetNeeded(NEVER)
-        settings, numbers = self.settings.json(), range(self.num_envs)
+        settings, numbers = self.settings.json(), range(self._drive_count)
         return {"drives": [state_of(settings, self._logs[number], self._random[number], False) for number in numbers]}
 
     def set_state(self, state: dict[str, Any]) -> NDArray[Any]:
@@ -185,8 +196,8 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         """
         check_open(self.closed)
         drives = state.get("drives") if isinstance(state, dict) else None
-        if not isinstance(drives, list) or len(drives) != self.num_envs:
-            raise ValueError(f"this is no state of {self.num_envs} drives; allowed: what get_state of such environments returns")
+        if not isinstance(drives, list) or len(drives) != self._drive_count:
+            raise ValueError(f"this is no state of {self._drive_count} drives; allowed: what get_state of such environments returns")
         logs = [log_of(drive, self.settings.json()) for drive in drives]
         self._take(self._all("restore", {number: (log,) for number, log in enumerate(logs)}))
         self._logs = dict(enumerate(logs))
@@ -198,7 +209,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         check_open(self.closed)
         if self.render_mode != "rgb_array":
             return None
-        rendered = [None] * self.num_envs
+        rendered = [None] * self._drive_count
         if not self._camera.is_schematic:
             rendered = self._of_all("render", self._camera.arguments)
         return tuple(pictures.picture(lambda own=own: own) for pictures, own in zip(self._pictures, rendered))
@@ -212,10 +223,14 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         """Ends the processes."""
         close_all(self._drives)
 
+    def _rows(self, array: NDArray[Any]) -> NDArray[Any]:
+        """Returns a view of an array ``(num_envs, ...)`` as ``(drives, agents, ...)``."""
+        return array.reshape(self._drive_count, len(self.agents), *array.shape[1:])
+
     def _of_all(self, call: str, arguments: tuple[Any, ...]) -> list[Any]:
         if not self._is_ready.all():
             raise ResetNeeded(NEVER)
-        return list(self._all(call, dict.fromkeys(range(self.num_envs), arguments)).values())
+        return list(self._all(call, dict.fromkeys(range(self._drive_count), arguments)).values())
 
     def _begin(self, seeds: dict[int, int | None]) -> None:
         """Begins drives in these environments, with these seeds or the next ones of their series."""
@@ -249,7 +264,9 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         if self._own.are_given:
             begun = {number: self._own_drives[number].begin(observed, seen[number]) for number, observed in begun.items()}
         for number, observed in begun.items():
-            self._observations[number] = observed.observations[0]
+            if len(observed.agents) != len(self.agents):
+                raise RuntimeError(f"{len(observed.agents)} vehicles are advised; allowed: {len(self.agents)} in each drive")
+            self._rows(self._observations)[number] = observed.observations
             self._is_ready[number] = True
 
     def _all(self, call: str, arguments: dict[int, tuple[Any, ...]]) -> dict[int, Any]:

@@ -34,7 +34,7 @@ _MISPLACED = {
     "own_process": "only codrive.make and codrive.make_parallel with SUMO can do without a process of its own",
     "observation": "only environments take functions",
     "observation_space": "only environments take functions",
-    "advised": "a fast ring has one advised vehicle; codrive.make_parallel has several",
+    "advised": "a fast ring has one advised vehicle; traffic='native' and traffic='sumo' have several",
     "traffic": "codrive.evaluate drives fast rings only; codrive.make has other engines",
     "over": "only codrive.evaluate has this argument; codrive.make_vec has num_envs",
 }

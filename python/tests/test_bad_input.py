@@ -23,7 +23,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"num_env": 4}, TypeError, "unknown key `num_env`; did you mean `num_envs`"),
         ({"view": "birdseye"}, ValueError, "view is 'birdseye'; allowed: schematic; traffic='native' and"),
-        ({"advised": "20%"}, TypeError, "advised: a fast ring has one advised vehicle; codrive.make_parallel has several"),
+        ({"advised": "20%"}, TypeError, "advised: a fast ring has one advised vehicle; traffic='native'"),
         ({"name": "no-such.toml"}, ValueError, "no-such.toml: cannot be read"),
         ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
         ({"driver": "reaction=soon"}, ValueError, "reaction is \"soon\""),
@@ -86,7 +86,6 @@ def test_what_make_refuses(arguments, error, words):
         ({"seed": -1}, ValueError, "seed is -1"),
         ({"seed": 2**53}, ValueError, "seed is 9007199254740992"),
         ({"seed": 1.5}, ValueError, "seed is 1.5"),
-        ({"advised": 3}, ValueError, "advised is 3; allowed: 1.*make_parallel"),
         ({"participant": False, "advised_body": "full"}, ValueError, "participant is false; allowed on this road: with advised_body = light"),
         ({"name": "merge", "participant": False, "traffic": "sumo"}, ValueError, "advised is 1; allowed: at least one vehicle"),
         ({"render_mode": "ansi"}, ValueError, "render_mode is 'ansi'; allowed: None, 'rgb_array'"),
@@ -99,6 +98,11 @@ def test_what_makers_of_whole_drives_refuse(arguments, error, words):
     for make in (codrive.make, codrive.make_vec):
         with pytest.raises(error, match=words):
             make(**{"traffic": "native", **arguments})
+
+
+def test_a_single_environment_has_one_advised_vehicle():
+    with pytest.raises(ValueError, match="advised is 3; allowed: 1.*make_parallel"):
+        codrive.make(traffic="native", advised=3)
 
 
 @pytest.mark.parametrize("count", [0, -1, 65_537, 2**70, 1.5, "4", None, True])

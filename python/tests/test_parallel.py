@@ -191,3 +191,31 @@ def test_without_pettingzoo_it_is_said_what_to_install(monkeypatch):
     monkeypatch.delitem(sys.modules, "codrive._parallel", raising=False)
     with pytest.raises(ImportError, match="pip install pettingzoo"):
         ring()
+
+
+@pytest.mark.parametrize("participant", [True, False])
+def test_agents_of_many_drives_are_rows_of_one_vector(participant):
+    settings = {"advised": 3, "traffic": "native", "participant": participant, **SHORT}
+    envs = codrive.make_vec("ring-250", num_envs=2, **settings)
+    singles = [codrive.make_parallel("ring-250", **settings) for _ in range(2)]
+    assert envs.num_envs == 6 and envs.agents == singles[0].possible_agents
+    seen, _ = envs.reset(seed=4)
+    own = [single.reset(seed=4 + number)[0] for number, single in enumerate(singles)]
+    assert np.array_equal(seen, [row[agent] for row in own for agent in envs.agents])
+    for hold in range(6):
+        actions = np.linspace(-1.0, 1.0, 6, dtype=np.float32).reshape(6, 1)
+        seen, rewards, terminations, truncations, infos = envs.step(actions)
+        for number, single in enumerate(singles):
+            rows = slice(3 * number, 3 * number + 3)
+            one = single.step(dict(zip(envs.agents, actions[rows])))
+            seen_at_end = infos["final_obs"] if truncations.all() else seen
+            assert np.array_equal(np.stack(list(seen_at_end[rows])), [one[0][agent] for agent in envs.agents])
+            assert np.array_equal(rewards[rows], list(one[1].values())) and np.array_equal(truncations[rows], list(one[3].values()))
+            assert (infos["mean_speed_mps"][rows] == one[4][envs.agents[0]]["mean_speed_mps"]).all()
+        assert not terminations.any() and truncations.all() == (hold == 5)
+    envs.close()
+
+
+def test_agents_of_a_network_are_no_rows():
+    with pytest.raises(ValueError, match="advised is '20%'; allowed: 1 on a network(?s:.*)make_parallel"):
+        codrive.make_vec("merge", num_envs=2, advised="20%")
