@@ -44,8 +44,8 @@ impl Approach {
 }
 
 /// Surrogate safety measures of a drive.
+// Without `serde(default)`, which would read zeros from a result that has none of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
 pub struct Conflicts {
     /// Smallest time to collision of the ego with its leader and of the follower with the ego, s; `None` if the gaps never
     /// closed.

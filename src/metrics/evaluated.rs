@@ -49,6 +49,16 @@ mod tests {
     use crate::metrics::{Conflicts, NetworkFlow, registry::measures};
 
     #[test]
+    fn a_result_of_a_network_is_read_as_it_was_written() {
+        let result = EvaluationResult { network: Some(NetworkFlow::default()), ..EvaluationResult::default() };
+        let ring = EvaluationResult { conflicts: Some(Conflicts::default()), ..EvaluationResult::default() };
+        for result in [result, ring] {
+            let text = serde_json::to_string(&result).unwrap();
+            assert_eq!(serde_json::from_str::<EvaluationResult>(&text).unwrap(), result, "{text}");
+        }
+    }
+
+    #[test]
     fn a_result_is_written_with_the_names_of_the_registry() {
         let result = EvaluationResult {
             conflicts: Some(Conflicts::default()),
