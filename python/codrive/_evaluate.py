@@ -11,13 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from codrive._library_policies import MEANING, actions_of, label, trained_with
-from codrive._codrive import Configuration, evaluate_actions, evaluate_policy, policy_names
+from codrive._codrive import Configuration, evaluate_actions, evaluate_policy, measure_names, policy_names
+from codrive._drive_series import Setup
+from codrive._evaluation_drives import EvaluationArguments, Job, results_of
 from codrive._frames import Frames, library
-from codrive._settings import configuration
+from codrive._library_policies import MEANING, RESIDUAL, actions_of, label, trained_with
+from codrive._settings import configuration, traffic_of
 from codrive._words import in_words_of_python
 
-_ELSEWHERE = "codrive.evaluate drives training rings only; use codrive.make or a plan of codrive.sweep for other maps"
+#: Columns before and after the measures, as in ``rings.csv`` of ``codrive evaluate``.
+_KEY = ("policy", "hold_s", "driver", "traffic", "seed", "ring", "window_from_s", "window_to_s")
+_ADVISED = ("advised_vehicles", "advised_share")
+
+_ONE_ADVISED = "advised: a fast ring has one advised vehicle; traffic='native' and traffic='sumo' have several"
+_PARTICIPANT = (
+    "participant: an evaluation has the participant's vehicle on closed roads, and none where vehicles enter and leave; leave it out"
+)
 
 
 def policies() -> list[str]:
@@ -30,6 +39,8 @@ def evaluate(
     policy: Any = None,
     name: str = "ring-250",
     *,
+    traffic: str | None = None,
+    advised: str | float | None = None,
     over: int = 20,
     hold: float | Sequence[float] | None = None,
     driver: str | None = "follow",
@@ -39,36 +50,42 @@ def evaluate(
     progress: bool | None = None,
     **settings: Any,
 ) -> Any:
-    """Evaluates policies on the same rings over whole horizons, transients included.
+    """Evaluates policies on the same rings, or in the same whole drives, over whole horizons, transients included.
 
     Args:
-        policy: A name (from ``codrive.policies()``, or ``"auto"`` for the one shipped for the ring), a policy.toml, or an ONNX file;
-            a callable that takes observations, float32, ``(over, k)``, and returns actions, ``(over, 1)`` or ``(over,)``, as for
+        policy: A name (from ``codrive.policies()``, or ``"auto"`` for the one shipped for the road), a policy.toml, or an ONNX file;
+            a callable that takes observations, float32, ``(n, k)``, and returns actions, ``(n, 1)`` or ``(n,)``, as for
             ``make_vec`` with the same settings; an object with ``predict``, such as a model of Stable-Baselines3; an algorithm of RLlib
             (its default module) or an ``RLModule``, on PyTorch; or a list of these. None: all built-in policies. A model that was trained
             in an environment of codrive brings its kind of advice, inputs, scales and hold along; a recurrent one keeps its state, and
-            one with a ``VecNormalize`` gets normalised observations.
+            one with a ``VecNormalize`` gets normalised observations. In fast rings ``n`` is ``over``; in whole drives it is 1, one call
+            for each advised vehicle, and a recurrent model has a state for each of them.
         name: As ``codrive.make``.
-        over: Number of rings, each with its own random numbers, 1 to 100,000.
+        traffic: Engine of the traffic, as ``codrive.make``: ``"ring"`` evaluates on fast rings, ``"native"`` and ``"sumo"`` by whole
+            drives, in processes on all cores. None: ``"ring"`` for rings, ``"sumo"`` for all else.
+        advised: Advised vehicles of whole drives, as ``codrive.make_parallel``: a number, ``4``, or a share, ``"25%"``; where vehicles
+            enter and leave a share. None: the participant's vehicle.
+        over: Number of rings or drives, each with its own random numbers, 1 to 100,000. Drive ``i`` has the seed ``seed + i``.
         hold: Duration of one advice, s; or a list of these. None: that of the model, or of the settings.
-        driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings.
+        driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings. Whole drives take one that is not drawn.
         advice: Meaning of a callable's actions: ``"acceleration"`` or ``"speed"``. A model brings its own.
         policy_speed: Target speed of the built-in policies, m/s; 0 is 98.5 % of the equilibrium speed.
         as_: ``"pandas"`` or ``"polars"``.
         progress: Shows progress on standard error; None: if it is a terminal.
-        **settings: As ``codrive.make``.
+        **settings: As ``codrive.make`` with this ``traffic``.
 
     Returns:
-        A data frame with one row for each policy, hold and ring: ``policy``, ``hold_s``, ``driver``, ``seed``, ``ring``, then
-        the results of ``codrive evaluate --json`` for a ring: ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all vehicles, over the
-        horizon and over its last quarter), ``speed_sd_over_vehicles_mps``, ``speed_sd_over_time_mps``, ``last_disturbance_s``,
-        ``min_gap_to_neighbours_m``, ``crashed``, ``crash_s``, ``fuel_l_100km``, ``flow_per_h``, ``time_in_range`` and the measures of
-        conflicts; docs/measures.md defines all of them.
+        A data frame with the columns of ``codrive evaluate``'s ``rings.csv`` and one row for each policy, hold and ring or drive:
+        ``policy``, ``hold_s``, ``driver``, ``traffic``, ``seed``, ``ring``, ``window_from_s``, ``window_to_s``; then the measures, such
+        as ``mean_speed_mps`` and ``settled_speed_mps`` (m/s, all vehicles, over the horizon and over its last quarter) and ``crashed``;
+        then ``advised_vehicles`` and ``advised_share``. docs/measures.md defines all measures.
 
     Raises:
         TypeError: There is no setting of that name, or ``policy`` is not a policy.
         ValueError: A value is not allowed, there is no such policy, its actions are invalid, or a model was trained with another meaning of
             observations or actions.
+        RuntimeError: A drive has failed.
+        gymnasium.error.DependencyNotInstalled: SUMO is needed and not installed.
     """
     frames = library(as_)
     if isinstance(over, bool) or not isinstance(over, (int, np.integer)) or not 1 <= over <= 100_000:
@@ -81,72 +98,189 @@ def evaluate(
     if not isinstance(name, str):
         raise TypeError(f"name is {name!r}; allowed: a text")
     asked = policy_names()[0] if policy is None else policy if isinstance(policy, (list, tuple)) else [policy]
-    settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
     held = list(hold) if isinstance(hold, Iterable) else [hold]
-    cases = [(one, _case(one, name, hold_s, advice, driver, settings)) for one in asked for hold_s in held]
-    rows: list[dict[str, Any]] = []
-    meter = _Meter(len(cases) * int(over), progress)
-    for one, case in cases:
-        own, results = _results(one, case, name, policy_speed, int(over), meter)
-        config = json.loads(case.json())
-        head = {"policy": own, "hold_s": config["hold_s"], "driver": driver or "configured", "seed": config["seed"]}
-        rows += [{**head, "ring": ring, **result} for ring, result in enumerate(results)]
-    meter.end()
-    columns = {key: [row.get(key) for row in rows] for key in dict.fromkeys(key for row in rows for key in row)}
+    traffic = traffic_of(name, traffic)
+    if traffic == "ring":
+        if advised is not None:
+            raise TypeError(_ONE_ADVISED)
+        settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
+        cases = [_RingCase(one, name, hold_s, advice, driver, settings, policy_speed) for one in asked for hold_s in held]
+        rows = _over_rings(cases, int(over), progress)
+    else:
+        arguments = (name, traffic, _advised_text(advised), advice, driver, settings, policy_speed)
+        drives = [_DriveCase(one, hold_s, *arguments) for one in asked for hold_s in held]
+        rows = _over_drives(drives, int(over), progress)
+    columns = {key: [row.get(key) for row in rows] for key in (*_KEY, *measure_names(), *_ADVISED)}
     more = {"infer_schema_length": None} if as_ == "polars" else {}
     return frames.DataFrame(columns, **more)
 
 
-def _case(
-    policy: Any, name: str, hold: float | None, advice: str | None, driver: str | None, settings: dict[str, Any]
-) -> Configuration:
-    """Returns the settings of one evaluation. What a model was trained with fills in what was not given.
+class _RingCase:
+    """Settings of one evaluation on fast rings. What a model was trained with fills in what was not given."""
+
+    def __init__(
+        self,
+        policy: Any,
+        name: str,
+        hold: float | None,
+        advice: str | None,
+        driver: str | None,
+        settings: dict[str, Any],
+        policy_speed: float,
+    ) -> None:
+        """
+        Raises:
+            ValueError: What was given contradicts the model.
+        """
+        self.policy = policy
+        self.name = name
+        self.policy_speed = policy_speed
+        own = trained_with(policy)
+        hold, filled = _filled(own, MEANING, hold, advice, settings)
+        self.settings: Configuration = configuration(name, hold, advice, driver, filled)
+        now = json.loads(self.settings.json())
+        _check_meaning(policy, own, now)
+        self.key = {**_key_of(now, driver), "traffic": "ring", "window_to_s": now["horizon_s"]}
+
+    def results(self, over: int, meter: _Meter) -> tuple[str, str | None, list[dict[str, Any]]]:
+        """Returns the name of the policy, a warning, and its result on each ring."""
+        warning = None
+        if isinstance(self.policy, (str, os.PathLike)):
+            with in_words_of_python():
+                own, warning, text = evaluate_policy(
+                    self.settings, os.fspath(self.policy), self.name, self.policy_speed, over, meter.at
+                )
+        else:
+            own, text = label(self.policy), evaluate_actions(self.settings, over, actions_of(self.policy, self.settings, over))
+            meter.at(over)
+        meter.next(over)
+        return own, warning, json.loads(text)
+
+
+class _DriveCase:
+    """Settings of one evaluation by whole drives. What a model was trained with fills in what was not given."""
+
+    def __init__(
+        self,
+        policy: Any,
+        hold: float | None,
+        name: str,
+        traffic: str,
+        advised: str | None,
+        advice: str | None,
+        driver: str | None,
+        settings: dict[str, Any],
+        policy_speed: float,
+    ) -> None:
+        """
+        Raises:
+            ValueError: What was given contradicts the model, or the road.
+        """
+        if "participant" in settings:
+            raise TypeError(_PARTICIPANT)
+        is_named = isinstance(policy, (str, os.PathLike))
+        own = trained_with(policy)
+        if own is not None and own["residual_over"]:
+            raise ValueError(
+                f"{label(policy)} was trained with residual_over {own['residual_over']!r}, which whole drives do not add to its actions\n"
+                "  remedy: evaluate the file of codrive.save_policy, which contains it, or use traffic='ring'"
+            )
+        hold, filled = _filled(own, tuple(key for key in MEANING if key not in RESIDUAL), hold, advice, settings)
+        setup = Setup(name, traffic, hold, advice, driver, filled)
+        now = json.loads(setup.configuration.learning.json())
+        _check_meaning(policy, own, now)
+        self.arguments = EvaluationArguments(setup.arguments, os.fspath(policy) if is_named else None, policy_speed, advised)
+        self.variables = setup.variables
+        self.seed: int = now["seed"] if setup.own_seed is None else setup.own_seed
+        drives = self.arguments.checked()
+        self.warning = drives.warning
+        self.engage = lambda: actions_of(policy, setup.configuration, 1)
+        if not is_named:
+            # An object that is no policy is refused before any drive.
+            self.engage()
+        self.key = {
+            **_key_of(now, driver),
+            "policy": drives.policy if is_named else label(policy),
+            "traffic": traffic,
+            "seed": self.seed,
+            "window_to_s": now["horizon_s"],
+        }
+
+
+def _over_rings(cases: list[_RingCase], over: int, progress: bool | None) -> list[dict[str, Any]]:
+    meter = _Meter(len(cases) * over, "rings", progress)
+    rows: list[dict[str, Any]] = []
+    for case in cases:
+        own, warning, results = case.results(over, meter)
+        _warn(own, warning)
+        rows += [{**case.key, "policy": own, "ring": ring, **result} for ring, result in enumerate(results)]
+    meter.end()
+    return rows
+
+
+def _over_drives(cases: list[_DriveCase], over: int, progress: bool | None) -> list[dict[str, Any]]:
+    for case in cases:
+        _warn(case.key["policy"], case.warning)
+    meter = _Meter(len(cases) * over, "drives", progress)
+    jobs = [Job(case.arguments, case.variables, case.seed + ring, case.engage) for case in cases for ring in range(over)]
+    results = results_of(jobs, meter.at)
+    meter.end()
+    keys = [{**case.key, "ring": ring} for case in cases for ring in range(over)]
+    return [{**key, **result} for key, result in zip(keys, results, strict=True)]
+
+
+def _advised_text(advised: str | float | None) -> str | None:
+    if advised is None or isinstance(advised, str):
+        return advised
+    if isinstance(advised, bool) or not isinstance(advised, (int, float, np.integer, np.floating)):
+        raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
+    return str(advised)
+
+
+def _filled(
+    own: dict[str, Any] | None, meaning: Sequence[str], hold: float | None, advice: str | None, settings: dict[str, Any]
+) -> tuple[float | None, dict[str, Any]]:
+    """Returns hold and settings with what a model was trained with (``own``) where it was not given."""
+    if own is None:
+        return hold, settings
+    brought = {key: own[key] for key in meaning if not (key == "action" and advice is not None)}
+    return own["hold_s"] if hold is None and "hold_s" not in settings else hold, {**brought, **settings}
+
+
+def _check_meaning(policy: Any, own: dict[str, Any] | None, now: dict[str, Any]) -> None:
+    """Refuses settings that give the numbers of a model another meaning.
 
     Raises:
-        ValueError: What was given contradicts the model.
+        ValueError: A setting contradicts the model.
     """
-    own = trained_with(policy)
-    if own is None:
-        return configuration(name, hold, advice, driver, settings, _ELSEWHERE)
-    brought = {key: own[key] for key in MEANING if not (key == "action" and advice is not None)}
-    hold = own["hold_s"] if hold is None and "hold_s" not in settings else hold
-    case = configuration(name, hold, advice, driver, {**brought, **settings}, _ELSEWHERE)
-    now = json.loads(case.json())
-    for key in MEANING:
+    for key in MEANING if own is not None else ():
         if now[key] != own[key]:
             said = "advice" if key == "action" else key
             raise ValueError(f"{said} is {now[key]!r}, and {label(policy)} was trained with {own[key]!r}; leave it out: the model brings it")
-    return case
 
 
-def _results(
-    policy: Any, case: Configuration, name: str, policy_speed: float, over: int, meter: _Meter
-) -> tuple[str, list[dict[str, Any]]]:
-    """Returns the name of a policy, and its result on each ring."""
-    if isinstance(policy, (str, os.PathLike)):
-        with in_words_of_python():
-            own, warning, text = evaluate_policy(case, os.fspath(policy), name, policy_speed, over, meter.at)
-        if warning:
-            warnings.warn(f"{own}: {warning}", stacklevel=3)
-    else:
-        own, text = label(policy), evaluate_actions(case, over, actions_of(policy, case, over))
-        meter.at(over)
-    meter.next(over)
-    return own, json.loads(text)
+def _key_of(now: dict[str, Any], driver: str | None) -> dict[str, Any]:
+    """Returns the key columns that settings give."""
+    return {"hold_s": now["hold_s"], "driver": driver or "configured", "seed": now["seed"], "window_from_s": 0.0}
+
+
+def _warn(policy: str, warning: str | None) -> None:
+    if warning:
+        warnings.warn(f"{policy}: {warning}", stacklevel=4)
 
 
 class _Meter:
     """Progress of an evaluation, in one line."""
 
-    def __init__(self, rings: int, shown: bool | None) -> None:
-        self._rings = rings
+    def __init__(self, count: int, unit: str, shown: bool | None) -> None:
+        self._of = f"of {count} {unit}"
         self._before = 0
         self._is_shown = sys.stderr.isatty() if shown is None else bool(shown)
 
     def at(self, of_case: int) -> None:
-        """Shows the number of finished rings of the present case."""
+        """Shows the number of finished rings of the present case, or of all drives."""
         if self._is_shown:
-            print(f"\r{self._before + of_case} of {self._rings} rings", end="", file=sys.stderr, flush=True)
+            print(f"\r{self._before + of_case} {self._of}", end="", file=sys.stderr, flush=True)
 
     def next(self, of_case: int) -> None:
         """Counts the rings of the present case as finished."""

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codrive._codrive import Configuration
-from codrive._spaces import MADE_WITH
+from codrive._spaces import MADE_WITH, AdviceSettings
 
 #: Settings that give the numbers of observations and actions their meaning.
-MEANING = ("action", "levels", "accel_limit_mps2", "top_speed_mps", "speed_change_mps", "residual_over", "residual_mps", "sees", "scaling")
+RESIDUAL = ("residual_over", "residual_mps")
+MEANING = ("action", "levels", "accel_limit_mps2", "top_speed_mps", "speed_change_mps", *RESIDUAL, "sees", "scaling")
 
 #: Function from observations, float32, ``(rings, k)``, to actions.
 Ask = Callable[[NDArray[np.float32]], Any]
@@ -36,8 +36,8 @@ def _module(policy: Any) -> Any:
     return policy.get_module() if hasattr(policy, "get_module") else policy
 
 
-def actions_of(policy: Any, case: Configuration, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
-    """Returns a function that asks a policy for the actions of all rings and checks them.
+def actions_of(policy: Any, case: AdviceSettings, over: int) -> Callable[[NDArray[np.float32]], NDArray[np.float32]]:
+    """Returns a function that asks a policy for the actions of ``over`` rings or vehicles and checks them. It keeps their states.
 
     Raises:
         TypeError: ``policy`` is not a policy.
@@ -54,9 +54,9 @@ def actions_of(policy: Any, case: Configuration, over: int) -> Callable[[NDArray
         levels = case.levels
         wrong = ~np.isfinite(actions) if levels == 0 else (actions % 1 != 0) | (actions < 0) | (actions >= levels)
         if wrong.any():
-            ring = int(np.flatnonzero(wrong)[0])
+            row = int(np.flatnonzero(wrong)[0])
             allowed = f"0 to {levels - 1}" if levels else "a finite number, -1 to 1 spans the limits"
-            raise ValueError(f"the policy's action for ring {ring} is {actions[ring]}; allowed: {allowed}")
+            raise ValueError(f"the policy's action for observation {row} is {actions[row]}; allowed: {allowed}")
         return actions
 
     return checked

@@ -35,7 +35,7 @@ _MISPLACED = {
     "observation": "only environments take functions",
     "observation_space": "only environments take functions",
     "advised": "a fast ring has one advised vehicle; traffic='native' and traffic='sumo' have several",
-    "traffic": "codrive.evaluate drives fast rings only; codrive.make has other engines",
+    "traffic": "this environment is a fast ring; codrive.make has other engines",
     "over": "only codrive.evaluate has this argument; codrive.make_vec has num_envs",
 }
 
@@ -65,9 +65,8 @@ def configuration(
     advice: str | None,
     driver: str | None,
     settings: dict[str, Any],
-    elsewhere: str = "traffic='sumo' drives other maps",
 ) -> Configuration:
-    """Returns the checked settings for these arguments of ``make``; ``elsewhere`` is the remedy for roads other than rings.
+    """Returns the checked settings for these arguments of ``make``.
 
     Raises:
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
@@ -80,7 +79,7 @@ def configuration(
     except ValueError as fault:
         if is_ring(name):
             raise
-        raise ValueError(f"{fault}\n  remedy: {elsewhere}") from None
+        raise ValueError(f"{fault}\n  remedy: traffic='sumo' drives other maps") from None
 
 
 def drive_configuration(

@@ -5,7 +5,11 @@ from __future__ import annotations
 import os
 import signal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from codrive._drives import LocalDrive
+from codrive._evaluation_drives import EvaluationArguments, LocalEvaluation, Question
 from codrive._workers import READY, read_message, write_message
 
 
@@ -21,6 +25,15 @@ def main() -> None:
         os.dup2(2, 1)
     except OSError:
         os.dup2(nothing, 1)
+
+    def ask(policy: int, seen: NDArray[np.float32]) -> float:
+        try:
+            write_message(replies, (None, Question(policy, seen)))
+            return read_message(requests)
+        except (EOFError, BrokenPipeError):
+            # The process that answers has ended, in the middle of a drive.
+            os._exit(0)
+
     drive = None
     try:
         replies.write(READY)
@@ -28,7 +41,8 @@ def main() -> None:
         while True:
             try:
                 if drive is None:
-                    drive, value = LocalDrive(arguments), None
+                    is_evaluation = isinstance(arguments, EvaluationArguments)
+                    drive, value = LocalEvaluation(arguments, ask) if is_evaluation else LocalDrive(arguments), None
                 else:
                     call, given = read_message(requests)
                     value = getattr(drive, call)(*given)

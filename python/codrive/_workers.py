@@ -15,10 +15,13 @@ import subprocess
 import sys
 import weakref
 from collections.abc import Iterable
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from codrive._drives import Arguments
 from codrive._runtime_folder import runtime_variables
+
+if TYPE_CHECKING:
+    from codrive._evaluation_drives import EvaluationArguments
 
 #: Time that a worker has to end by itself, s: SUMO removes its files.
 _GRACE_S = 5.0
@@ -84,8 +87,12 @@ class WorkerDrive:
     A call is ``ask`` and then ``answer``, so that many drives can run at once.
     """
 
-    def __init__(self, arguments: Arguments, variables: dict[str, str], folder: str) -> None:
-        """Stores the arguments. ``variables`` are changes of the process's environment, ``folder`` is the base of relative paths."""
+    def __init__(
+        self, arguments: Arguments | EvaluationArguments, variables: dict[str, str], folder: str, again: str = _AGAIN
+    ) -> None:
+        """Stores the arguments. ``variables`` are changes of the process's environment, ``folder`` is the base of relative paths, and
+        ``again`` says how to replace a process that has ended."""
+        self._again = again
         self._arguments = arguments
         self._variables = variables
         self._folder = folder
@@ -117,7 +124,7 @@ class WorkerDrive:
             if self._process is None and call in ("begin", "restore"):
                 self._start()
             if self._process is None:
-                raise RuntimeError(f"the drive has no process; {_AGAIN}")
+                raise RuntimeError(f"the drive has no process; {self._again}")
             write_message(self._process.stdin, (call, arguments))
         except OSError:
             raise self._lost() from None
@@ -133,7 +140,7 @@ class WorkerDrive:
             Exception: The exception of the call, with the same type.
         """
         if self._process is None:
-            raise RuntimeError(f"the drive has no process; {_AGAIN}")
+            raise RuntimeError(f"the drive has no process; {self._again}")
         try:
             answers = self._process.stdout
             if self._is_new:
@@ -155,6 +162,17 @@ class WorkerDrive:
             raise getattr(builtins, fault)(value)
         raise RuntimeError(f"{fault}: {value}")
 
+    def reply(self, value: Any) -> None:
+        """Answers a question of the process.
+
+        Raises:
+            RuntimeError: The process has ended.
+        """
+        try:
+            write_message(self._process.stdin, value)
+        except OSError:
+            raise self._lost() from None
+
     def hang_up(self) -> None:
         """Lets the process end by itself; ``close`` waits for it."""
         if self._process is not None and os.getpid() == self._owner:
@@ -174,7 +192,7 @@ class WorkerDrive:
 
     def _start(self) -> None:
         if not sys.executable:
-            raise RuntimeError("sys.executable is empty, so no Python process can be started; traffic='native' needs none")
+            raise RuntimeError("sys.executable is empty, so no Python process can be started; set it to the interpreter's path")
         # The process finds modules in the same places and order as this one.
         variables = {
             **os.environ,
@@ -206,7 +224,7 @@ class WorkerDrive:
         # Reports the end of the process itself, not that it was killed here.
         self.close()
         how = "" if process is None else f" ({_ending(process.returncode)})"
-        return RuntimeError(f"the drive's process has ended{how}; {_AGAIN}")
+        return RuntimeError(f"the drive's process has ended{how}; {self._again}")
 
 
 def close_all(drives: Iterable[WorkerDrive]) -> None:

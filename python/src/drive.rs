@@ -44,7 +44,7 @@ const TRAFFIC: &str = "traffic";
 /// Checked settings of whole drives. See `codrive.make` for the arguments.
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct DriveConfiguration {
-    config: EpisodeConfig,
+    pub config: EpisodeConfig,
     is_open: bool,
 }
 

@@ -5,15 +5,17 @@ use crate::{configuration::Configuration, rings::scale_rows, threads};
 use codrive::{
     data_folders,
     map::RoadMap,
-    metrics::EvaluationResult,
+    metrics::{EVALUATED, EvaluationResult},
     policy::{self, Action, Hold, Observation, PolicySource},
-    train::{evaluate_jointly, evaluate_part, rollout::action},
+    scenario::AdvisedVehicles,
+    train::{TrainConfig, evaluate_jointly, evaluate_part, rollout::action},
 };
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::{
     exceptions::{PyRuntimeError, PyValueError},
     prelude::*,
 };
+use serde_json::{Value, json};
 use std::{
     sync::{Mutex, PoisonError, mpsc},
     thread,
@@ -21,6 +23,9 @@ use std::{
 
 /// Name of the rings' random stream, the same as in `codrive evaluate`.
 const STREAM: &str = "evaluate";
+
+/// Name in place of that of a policy that is a function.
+pub const ASKED: &str = "outside";
 
 /// Number of rings between two calls of `done`, in which Python notices Ctrl-C.
 const PART: usize = 64;
@@ -57,7 +62,8 @@ pub fn evaluate_policy(
         results.extend(threads::on_all_cores(py, || evaluate_part(config, STREAM, part, rings, || source.engage()))?);
         done.call1((results.len(),))?;
     }
-    Ok((name, warning, json(&results)))
+    let results = json(config, &name, &results);
+    Ok((name, warning, results))
 }
 
 /// Evaluates a Python function. `ask` gets the observations of all rings, float32, `(rings, inputs)`, and returns their actions, float32,
@@ -114,7 +120,7 @@ pub fn evaluate_actions(
         let driven = threads::here(py, || driving.join())?;
         asked?;
         match driven {
-            Ok(Ok(results)) => Ok(json(&results)),
+            Ok(Ok(results)) => Ok(json(config, ASKED, &results)),
             Ok(Err(Unanswered)) | Err(_) => Err(PyRuntimeError::new_err("a bug of codrive: the rings stopped early")),
         }
     })
@@ -123,8 +129,33 @@ pub fn evaluate_actions(
 /// Error of an evaluation whose policy has stopped responding.
 struct Unanswered;
 
-fn json(results: &[EvaluationResult]) -> String {
-    serde_json::to_string(results).unwrap_or_default()
+/// Returns the measures of a drive with `vehicles` vehicles as one flat table, with the number and the share of advised vehicles.
+pub fn row(result: &EvaluationResult, advised: AdvisedVehicles, vehicles: u32) -> Value {
+    let mut row = json!({ "advised_vehicles": advised.of(vehicles), "advised_share": advised.share_of(vehicles) });
+    let Value::Object(mut measures) = serde_json::to_value(result).unwrap_or_default() else { return row };
+    let of_network = measures.remove("network");
+    for (name, value) in measures.into_iter().chain(of_network.iter().filter_map(Value::as_object).flatten().map(owned))
+    {
+        row[name] = value;
+    }
+    row
+}
+
+fn owned((name, value): (&String, &Value)) -> (String, Value) {
+    (name.clone(), value.clone())
+}
+
+/// Returns the results of rings, of which a policy of this name advises one vehicle each.
+fn json(config: &TrainConfig, policy: &str, results: &[EvaluationResult]) -> String {
+    let advised = AdvisedVehicles::default().by_policy(policy);
+    let rows: Vec<Value> = results.iter().map(|result| row(result, advised, config.ring.vehicles_min)).collect();
+    Value::Array(rows).to_string()
+}
+
+/// Returns the names of the measures of an evaluated drive, in the order of `rings.csv`.
+#[pyfunction]
+pub fn measure_names() -> Vec<&'static str> {
+    EVALUATED.iter().map(|(measure, _)| measure.name).collect()
 }
 
 fn refused(why: impl std::fmt::Display) -> PyErr {

@@ -4,7 +4,7 @@
 //! * [`configuration`] reads settings.
 //! * [`rings`] moves many environments at once.
 //! * [`drive`] runs whole drives; [`traffic_columns`] has their vehicles; `picture` draws them if the build can.
-//! * [`evaluation`] evaluates policies, [`policy_file`] writes them.
+//! * [`evaluation`] evaluates policies on rings, [`evaluation_drive`] by whole drives, [`policy_file`] writes them.
 //! * [`folders`] reads recordings.
 //! * [`benchmark`] measures the speed of rings without Python.
 //! * [`sweep`] makes the runs of plans.
@@ -14,6 +14,7 @@ mod benchmark;
 mod configuration;
 mod drive;
 mod evaluation;
+mod evaluation_drive;
 mod folders;
 #[cfg(feature = "desktop")]
 mod picture;
@@ -33,7 +34,8 @@ mod _codrive {
         benchmark::random_steps,
         configuration::{Configuration, data_folder},
         drive::{Drive, DriveConfiguration, sumo_home, try_network},
-        evaluation::{evaluate_actions, evaluate_policy, policy_names},
+        evaluation::{evaluate_actions, evaluate_policy, measure_names, policy_names},
+        evaluation_drive::EvaluationDrive,
         folders::{find_drives, measures, recorded_settings, space_time},
         policy_file::{network_description, write_network},
         rings::Rings,

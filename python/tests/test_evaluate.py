@@ -134,7 +134,6 @@ def test_a_model_brings_the_meaning_of_its_numbers():
 def test_the_table_is_of_pandas_or_of_polars():
     own = codrive.evaluate("none", over=2, **SHORT)
     assert isinstance(own, pandas.DataFrame)
-    assert list(own.columns[:6]) == ["policy", "hold_s", "driver", "seed", "ring", "mean_speed_mps"]
     other = codrive.evaluate("none", over=2, as_="polars", **SHORT)
     assert isinstance(other, polars.DataFrame)
     assert other["mean_speed_mps"].to_list() == list(own.mean_speed_mps)

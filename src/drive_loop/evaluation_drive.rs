@@ -20,7 +20,14 @@ use std::{collections::BTreeMap, sync::Arc};
 /// # Errors
 /// The world cannot start or go on, or the driver is unknown.
 pub fn evaluate(scenario: &Scenario) -> Result<EvaluationResult, RunError> {
-    let drive = PlannedDrive::new(scenario).map_err(WorldError::from)?;
+    evaluate_planned(PlannedDrive::new(scenario).map_err(WorldError::from)?)
+}
+
+/// Does the same as [`evaluate`] with a planned drive, which may have a policy of its own.
+///
+/// # Errors
+/// As [`evaluate`].
+pub fn evaluate_planned(drive: PlannedDrive) -> Result<EvaluationResult, RunError> {
     match drive.advised() {
         AdvisedVehicles::Share(_) => on_network(&drive),
         AdvisedVehicles::Count(0) => traffic_alone(&drive),
@@ -66,7 +73,7 @@ fn has_crashed(run: &OfflineDrive) -> bool {
 fn on_network(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
     let scenario = Scenario { participant: false, ..drive.scenario().clone() };
     let alone = PlannedDrive::on(&scenario, Arc::clone(drive.map())).map_err(WorldError::from)?;
-    let mut run = OfflineDrive::of(alone, [0.0, f64::INFINITY])?;
+    let mut run = OfflineDrive::of(alone.advised_by(drive.own_policy().cloned()), [0.0, f64::INFINITY])?;
     let last = (scenario.duration_s / scenario.step_s).round() as u64;
     let most_gap_m = run.world().map().route.length_m();
     let start = run.world().snapshot().numbered_speeds_mps();
@@ -152,6 +159,7 @@ fn ahead(cars: &[VehicleState], map: &RoadMap) -> Option<Approach> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::policy::{ConstantSpeed, PolicySource};
     use crate::scenario::DisplaySettings;
     use crate::traffic::EngineChoice;
 
@@ -200,6 +208,17 @@ mod tests {
         // The policy has no influence.
         let other = Scenario { policy: "constant".into(), driver: "sloppy".into(), ..wave(AdvisedVehicles::Count(0)) };
         assert_eq!(evaluate(&other).unwrap(), result);
+    }
+
+    #[test]
+    fn a_policy_without_a_name_drives_as_the_same_policy_by_its_name() {
+        let short = Scenario { warm_up_s: 10.0, duration_s: 30.0, ..wave(AdvisedVehicles::Count(3)) };
+        let named = Scenario { policy: "constant".into(), policy_speed_mps: 4.3, ..short.clone() };
+        let source = PolicySource::engaged_by(|| Box::new(ConstantSpeed { speed_mps: 4.3 }));
+        let own = PlannedDrive::new(&Scenario { policy: "outside".into(), ..short.clone() }).unwrap();
+        let result = evaluate_planned(own.advised_by(Some(source))).unwrap();
+        assert_eq!(result, evaluate(&named).unwrap());
+        assert_ne!(result, evaluate(&short).unwrap());
     }
 
     #[test]

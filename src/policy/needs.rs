@@ -145,7 +145,7 @@ mod tests {
         let message = lacks(&signal, RoadKind::ClosedRoute).expect("there are no signals");
         assert!(message.contains("`signal_distance`"), "{message}");
         assert_eq!(lacks(&signal, NETWORK), None);
-        let refused = PolicySource::for_rings(&signal, &SETTINGS).err().expect("a ring has no signals").to_string();
+        let refused = PolicySource::for_rings(&signal, &SETTINGS).expect_err("a ring has no signals").to_string();
         assert!(refused.contains("`signal_distance`") && refused.contains("remedy: use codrive run"), "{refused}");
     }
 }

@@ -5,10 +5,14 @@ use super::{
     Controller, ControllerKind, CorrectedAdvice, Network, OnnxPolicy, Policy, PolicyError, PolicySettings, RoadKind,
     controller::is_controller,
     names::file_of,
-    needs::{lacked_by_controller, lacked_by_network},
+    needs::{lacked, lacked_by_controller, lacked_by_network},
     network::{self, stands_alone},
 };
-use std::path::{Path, PathBuf};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// A policy that is read once and engaged any number of times; reading a trained policy's file takes longer than driving with it.
 #[derive(Clone)]
@@ -23,9 +27,23 @@ enum SourceKind {
     Controller(Controller),
     Network(Box<Network>),
     Onnx(Box<OnnxPolicy>),
+    /// Policy that no file holds: the function engages it.
+    Other(Arc<dyn Fn() -> Box<dyn Policy> + Send + Sync>),
+}
+
+impl fmt::Debug for PolicySource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PolicySource").finish_non_exhaustive()
+    }
 }
 
 impl PolicySource {
+    /// Returns the source of a policy that no file holds: `engage` returns a newly engaged one for each vehicle and drive.
+    pub fn engaged_by(engage: impl Fn() -> Box<dyn Policy> + Send + Sync + 'static) -> Self {
+        // The function knows the step itself.
+        Self { kind: SourceKind::Other(Arc::new(engage)), step_s: 0.0 }
+    }
+
     /// Reads a policy by name, shipped ones included, or by the path of its file (`.toml`, `.onnx`).
     ///
     /// # Errors
@@ -58,6 +76,7 @@ impl PolicySource {
             SourceKind::Controller(controller) => controller.policy(self.step_s),
             SourceKind::Network(network) => network.as_ref().clone().policy(self.step_s),
             SourceKind::Onnx(policy) => policy.engaged(self.step_s),
+            SourceKind::Other(engage) => engage(),
         })
     }
 
@@ -80,6 +99,7 @@ impl PolicySource {
             SourceKind::Controller(controller) => lacked_by_controller(controller, road),
             SourceKind::Network(network) => lacked_by_network(network, road),
             SourceKind::Onnx(policy) => policy.lacks(road),
+            SourceKind::Other(engage) => lacked(engage().inputs(), 0.0, None, None, road),
         }
     }
 }
@@ -133,9 +153,8 @@ impl CorrectedAdvice {
                 Ok(()) => Ok(Self::Network(network)),
                 Err(fault) => Err(PolicyError::NotCorrectable { name: name.into(), fault }),
             },
-            Ok(SourceKind::NoAdvice | SourceKind::Onnx(_)) | Err(PolicyError::Unknown { .. }) => {
-                Err(PolicyError::UnknownCorrected { name: name.into() })
-            }
+            Ok(SourceKind::NoAdvice | SourceKind::Onnx(_) | SourceKind::Other(_))
+            | Err(PolicyError::Unknown { .. }) => Err(PolicyError::UnknownCorrected { name: name.into() }),
             Err(other) => Err(other),
         }
     }

@@ -37,6 +37,12 @@ impl AdvisedVehicles {
         matches!(self, Self::Count(0)) || self == Self::Share(0.0)
     }
 
+    /// Returns the vehicles that the policy of this name advises: none by `none`.
+    #[must_use]
+    pub fn by_policy(self, name: &str) -> Self {
+        if name == "none" { Self::Count(0) } else { self }
+    }
+
     /// Returns the number of advised vehicles out of `vehicles`. A share is rounded, to at least 1 unless it is 0.
     pub fn of(self, vehicles: u32) -> u32 {
         match self {

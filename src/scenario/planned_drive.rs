@@ -4,6 +4,7 @@
 use super::{AdvisedBody, AdvisedVehicles, Scenario};
 use crate::{
     map::{MapError, RoadMap},
+    policy::PolicySource,
     traffic::TrafficDrivers,
 };
 use std::sync::Arc;
@@ -43,6 +44,7 @@ pub struct PlannedDrive {
     map: Arc<RoadMap>,
     fixed_vehicles: Option<u32>,
     traffic_drivers: TrafficDrivers,
+    policy: Option<PolicySource>,
 }
 
 impl PlannedDrive {
@@ -100,7 +102,18 @@ impl PlannedDrive {
         }
         let traffic_drivers = TrafficDrivers::named(&scenario.traffic_drivers, scenario.idm);
         let traffic_drivers = traffic_drivers.map_err(|error| fault(("traffic_drivers", error.0)))?;
-        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers })
+        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers, policy: None })
+    }
+
+    /// Returns the drive with this policy in place of the one that the scenario names; `None` keeps the scenario's.
+    #[must_use]
+    pub fn advised_by(self, policy: Option<PolicySource>) -> Self {
+        Self { policy, ..self }
+    }
+
+    /// Returns the policy in place of the one that the scenario names, if there is one.
+    pub fn own_policy(&self) -> Option<&PolicySource> {
+        self.policy.as_ref()
     }
 
     /// Returns the scenario with the settings that follow from its road.

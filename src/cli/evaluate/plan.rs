@@ -332,12 +332,12 @@ impl EvaluationPlan {
 
     /// Returns the number of vehicles that a case advises on a ring.
     pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
-        if case.policy == "none" { 0 } else { case.advised.of(self.drive.scenario().vehicles) }
+        case.advised.by_policy(&case.policy).of(self.drive.scenario().vehicles)
     }
 
     /// Returns the share of vehicles that a case advises, 0 to 1; on a network, of the vehicles that enter.
     pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
-        if case.policy == "none" { 0.0 } else { case.advised.share_of(self.drive.scenario().vehicles) }
+        case.advised.by_policy(&case.policy).share_of(self.drive.scenario().vehicles)
     }
 }
 

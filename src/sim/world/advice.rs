@@ -216,7 +216,10 @@ fn read(
     road: RoadKind,
     settings: &PolicySettings,
 ) -> Result<PolicySource, WorldError> {
-    let source = PolicySource::read(name, settings)?;
+    let source = match drive.own_policy() {
+        Some(own) if name != "none" => own.clone(),
+        _ => PolicySource::read(name, settings)?,
+    };
     let policy = source.engage();
     let inputs = policy.as_deref().map_or(&[][..], Policy::inputs);
     if let Some(input) = inputs.iter().find(|input| input.feature.is_of_whole_ring()) {
