@@ -10,7 +10,7 @@ from codrive._drive import DriveEnv
 from codrive._drive_vector import DriveVectorEnv
 from codrive._evaluate import evaluate, policies
 from codrive._open_drive import Lane
-from codrive._policy_file import describe_policy, save_policy
+from codrive._policy_file import RecurrentLayer, describe_policy, save_policy
 from codrive._read import DataSet, Recording, read
 from codrive._register import make, make_parallel, make_vec, register
 from codrive._ring import RingEnv, RingVectorEnv
@@ -25,6 +25,7 @@ __all__ = [
     "Lane",
     "Moment",
     "Recording",
+    "RecurrentLayer",
     "RingEnv",
     "RingVectorEnv",
     "Vehicles",

@@ -22,6 +22,7 @@ except ImportError as fault:
     raise ImportError("codrive.sb3 needs Stable-Baselines3: pip install stable-baselines3") from fault
 
 from codrive._codrive import Configuration, DriveConfiguration
+from codrive._policy_file import recurrent_layers
 from codrive._register import make_vec
 
 
@@ -88,33 +89,34 @@ class VecEnv(_VecEnv):
         return [False for _ in self._get_indices(indices)]
 
 
-def layers(model: Any) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Returns the policy network of a model, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer. The first
-    layer takes the normaliser of a ``VecNormalize`` over, but for its limit ``clip_obs``.
+def layers(model: Any) -> list[Any]:
+    """Returns the policy network of a model, for ``codrive.save_policy``: weights ``(inputs, outputs)`` and biases of each layer, and a
+    ``codrive.RecurrentLayer`` for each layer of an LSTM. The first layer takes the normaliser of a ``VecNormalize`` over, but for its limit
+    ``clip_obs``.
 
     Args:
-        model: One of PPO, TRPO or A2C with ``MlpPolicy`` and tanh between its layers, their default.
+        model: One of PPO, TRPO or A2C with ``MlpPolicy``, or RecurrentPPO of sb3-contrib with ``MlpLstmPolicy``, and tanh between its
+            layers, their default.
 
     Raises:
         ValueError: The network has another structure; export it as ONNX, with the text of ``codrive.describe_policy`` beside it.
     """
     policy = model.policy
-    if hasattr(policy, "lstm_actor"):
-        raise ValueError(f"the policy is {type(policy).__name__}, whose memory is outside of its layers; codrive.evaluate takes it, a policy file not yet")
     # Without hidden layers it is empty, and the policy is a linear map.
     hidden = getattr(getattr(policy, "mlp_extractor", None), "policy_net", None)
     kinds = [] if hidden is None else [type(part).__name__ for part in hidden]
     if hidden is None or kinds != ["Linear", "Tanh"] * (len(kinds) // 2) or type(policy.features_extractor).__name__ != "FlattenExtractor":
         raise ValueError(
-            f"the policy is {type(policy).__name__} of {kinds or 'no'} layers; allowed: MlpPolicy with layers of tanh. "
+            f"the policy is {type(policy).__name__} of {kinds or 'no'} layers; allowed: MlpPolicy or MlpLstmPolicy with layers of tanh. "
             "Export it as ONNX, and write codrive.describe_policy(envs) beside it as NAME.onnx.toml"
         )
+    recurrent = recurrent_layers(policy.lstm_actor) if hasattr(policy, "lstm_actor") else []
     linear = [*hidden[::2], policy.action_net]
-    made = [(part.weight.detach().cpu().numpy().T, part.bias.detach().cpu().numpy()) for part in linear]
+    made = [*recurrent, *((part.weight.detach().cpu().numpy().T, part.bias.detach().cpu().numpy()) for part in linear)]
     normaliser = model.get_vec_normalize_env()
     if normaliser is not None and normaliser.norm_obs:
-        weights, bias = made[0]
-        scale = 1.0 / np.sqrt(normaliser.obs_rms.var + normaliser.epsilon)
-        scaled = weights * scale[:, None]
-        made[0] = (scaled.astype(np.float32), (bias - normaliser.obs_rms.mean @ scaled).astype(np.float32))
+        weights, bias = (made[0].weights, made[0].bias) if recurrent else made[0]
+        scaled = weights / np.sqrt(normaliser.obs_rms.var + normaliser.epsilon)[:, None]
+        first = scaled.astype(np.float32), (bias - normaliser.obs_rms.mean @ scaled).astype(np.float32)
+        made[0] = made[0]._replace(weights=first[0], bias=first[1]) if recurrent else first
     return made

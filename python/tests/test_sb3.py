@@ -134,3 +134,68 @@ def test_agents_of_one_drive_train_one_policy_by_supersuit():
     envs = supersuit.concat_vec_envs_v1(envs, 2, num_cpus=1, base_class="stable_baselines3")
     assert envs.num_envs == 8
     PPO("MlpPolicy", envs, n_steps=16, batch_size=32, device="cpu").learn(128)
+
+
+def test_a_recurrent_model_becomes_a_policy_of_ours(tmp_path):
+    import codrive.sb3
+    import onnxruntime
+    from sb3_contrib import RecurrentPPO
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    # Without the circumference, which is the same in all holds, and without a limit, which a layer cannot have.
+    sees = {"hold": 1.0, "advice": "speed", "sees": "speed,leader_speed,gap"}
+    envs = VecNormalize(codrive.sb3.VecEnv(num_envs=16, **sees, **SHORT), clip_obs=np.inf)
+    model = RecurrentPPO(
+        "MlpLstmPolicy", envs, n_steps=16, batch_size=64, n_epochs=1, seed=1, device="cpu",
+        policy_kwargs={"lstm_hidden_size": 12, "n_lstm_layers": 2},
+    )  # fmt: skip
+    model.learn(512)
+    file = tmp_path / "recurrent.onnx"
+    codrive.save_policy(file, codrive.sb3.layers(model), envs)
+    session = onnxruntime.InferenceSession(file)
+    names = [one.name for one in session.get_inputs()]
+    held = [np.zeros((1, 12), np.float32)] * (len(names) - 1)
+    # An episode of 100 holds.
+    env = codrive.make(horizon_s=100.0, driver="perfect", **sees)
+    seen, _ = env.reset(seed=3)
+    state, given = None, []
+    for _ in range(100):
+        action, state = model.predict(envs.normalize_obs(seen[None]), state=state, deterministic=True)
+        ours, *held = session.run(None, dict(zip(names, [seen[None], *held], strict=True)))
+        # The normaliser in the first layer scales before it subtracts, so that sums of float32 differ by some units of the 24th digit.
+        assert np.allclose(np.clip(ours, -1.0, 1.0), action, rtol=0.0, atol=1e-5)
+        given.append(float(action[0, 0]))
+        seen, *_ = env.step(action[0])
+    assert len(set(given)) > 50
+    asked = {"over": 4, "hold": 1.0, **SHORT}
+    ours = codrive.evaluate(file, **asked)
+    theirs = codrive.evaluate(model, **asked)
+    assert np.allclose(ours.mean_speed_mps, theirs.mean_speed_mps, rtol=0.0, atol=1e-3)
+    drives = {"traffic": "native", "advised": 2, "over": 1, "hold": 1.0, "warm_up_s": 5.0, "horizon_s": 20.0}
+    ours, theirs = codrive.evaluate(file, **drives), codrive.evaluate(model, **drives)
+    assert np.allclose(ours.mean_speed_mps, theirs.mean_speed_mps, rtol=0.0, atol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["LSTM", "GRU"])
+def test_a_module_of_pytorch_becomes_a_policy_of_ours(tmp_path, kind):
+    import onnxruntime
+    import torch
+
+    envs = codrive.make_vec(num_envs=1)
+    torch.manual_seed(2)
+    module = getattr(torch.nn, kind)(len(envs.inputs), 5, num_layers=2, bias=kind == "GRU")
+    last = torch.nn.Linear(5, 1)
+    file = tmp_path / "module.onnx"
+    codrive.save_policy(file, [module, (last.weight.detach().numpy().T, last.bias.detach().numpy())], envs)
+    session = onnxruntime.InferenceSession(file)
+    names = [one.name for one in session.get_inputs()]
+    held = [np.zeros((1, 5), np.float32)] * (len(names) - 1)
+    seen = np.random.default_rng(3).normal(size=(100, 1, len(envs.inputs))).astype(np.float32)
+    with torch.no_grad():
+        wanted = last(module(torch.as_tensor(seen))[0]).numpy()
+    for hold in range(100):
+        action, *held = session.run(None, dict(zip(names, [seen[hold], *held], strict=True)))
+        # Sums of float32 in another order.
+        assert np.allclose(action, wanted[hold], rtol=0.0, atol=1e-5)
+    with pytest.raises(ValueError, match="in one direction"):
+        codrive.save_policy(file, [torch.nn.GRU(4, 5, bidirectional=True)], envs)

@@ -52,6 +52,9 @@ pub struct NetworkDescription {
     /// Constant values of inputs that are not part of the observation, by input name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub fixed: BTreeMap<String, f64>,
+    /// Numbers of states at the first decision of a drive, by the name of their input; other states begin with zeros.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub initial_state: BTreeMap<String, Vec<f32>>,
     /// Name of the output tensor; optional if there is only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub output_name: Option<String>,

@@ -1,8 +1,11 @@
 //! Faults of an ONNX network, by kind: encoding, description, structure, weights, inputs, runtime errors and outputs.
 
-use super::limits::{
-    MOST_BYTES, MOST_DEPTH, MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_FIELDS, MOST_NODES,
-    MOST_VARINTS, MOST_WHOLE_NUMBERS, MOST_WORK, OPERATOR_SETS,
+use super::{
+    limits::{
+        MOST_BYTES, MOST_DEPTH, MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_FIELDS, MOST_NODES,
+        MOST_VARINTS, MOST_WHOLE_NUMBERS, MOST_WORK, OPERATOR_SETS,
+    },
+    states::StateFault,
 };
 use crate::{
     file::size_text,
@@ -279,9 +282,9 @@ pub enum PortFault {
     },
     /// The network has several inputs, and none is known to be the observation.
     #[error(
-        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers\n  remedy: name the \
-         observation, and a constant for every other input that the action depends on:\n  input_name = \
-         \"{first}\"\n  {}",
+        "has {} inputs ({}); a policy has one, the observation, or one for each of its numbers, besides states \
+         (state_in_NAME)\n  remedy: name the observation, and a constant for every other input that the action \
+         depends on:\n  input_name = \"{first}\"\n  {}",
         all.len(), all.join(", "), fixed(others)
     )]
     Several {
@@ -292,6 +295,9 @@ pub enum PortFault {
         /// Other inputs that the action depends on.
         others: Vec<String>,
     },
+    /// A state of the network cannot be kept from one decision to the next.
+    #[error(transparent)]
+    State(#[from] StateFault),
     /// The input is not a tensor but, for example, a list.
     #[error("input `{0}` is not a tensor")]
     NoTensor(String),
@@ -385,8 +391,8 @@ pub enum NodeFault {
     Nested,
     /// The node has a memory.
     #[error(
-        "it has a memory, which would be lost at every decision; a policy decides from its current inputs (mean_speed, \
-         the ego's half-minute mean speed, can be one)\n  remedy: export a network without memory"
+        "it has a memory, which would be lost at every decision\n  remedy: export the network with its memory as inputs \
+         state_in_NAME and outputs state_out_NAME"
     )]
     Memory,
     /// The operator is not among the allowed ones.
@@ -439,6 +445,16 @@ pub enum AnswerFault {
         seen: Vec<f32>,
         /// Output for these inputs.
         answer: f32,
+    },
+    /// A state becomes infinite or NaN, or has another size than its input.
+    #[error("gives {given} for `{output}`; allowed: {numbers} finite numbers, as many as the state has")]
+    State {
+        /// Name of the state's output.
+        output: String,
+        /// Numbers of the output: their count, or the first that is not finite.
+        given: String,
+        /// Number of the state's numbers.
+        numbers: usize,
     },
     /// There are too few outputs for levels.
     #[error("gives {0} number; allowed for levels: at least 2")]

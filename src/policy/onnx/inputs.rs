@@ -1,7 +1,11 @@
 //! Inputs of a network: which of them is the observation, and of which number type. In: the graph and its description. Out: the graph
-//! reduced to that input and the wanted output, with other inputs made constant or removed, and the input shapes.
+//! reduced to that input, the wanted output and the states, with other inputs made constant or removed, and the input shapes.
 
-use super::{NetworkDescription, PortFault, limits::MOST_WHOLE_NUMBERS};
+use super::{
+    NetworkDescription, PortFault,
+    limits::MOST_WHOLE_NUMBERS,
+    states::{NetworkState, STATE_IN, STATE_OUT, states},
+};
 use half::f16;
 use std::collections::BTreeSet;
 use tract_onnx::pb::{
@@ -11,28 +15,42 @@ use tract_onnx::pb::{
     type_proto::{self, Tensor},
 };
 
-/// Reduces the graph to the parts that the wanted output needs; returns the shapes of its inputs.
+/// Inputs of a prepared graph, in its order.
+pub(super) struct Ports {
+    /// Shapes of the inputs for one observation: one input for all numbers, or one for each.
+    pub observed: Vec<Vec<usize>>,
+    /// States, whose inputs and outputs come after those of the observation and the action.
+    pub states: Vec<NetworkState>,
+}
+
+/// Reduces the graph to the parts that the wanted output and the states need; returns its inputs.
 ///
 /// # Errors
 /// Inputs or outputs do not fit the description.
-pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) -> Result<Vec<Vec<usize>>, PortFault> {
-    let names = |values: &[ValueInfoProto]| values.iter().map(|v| v.name.clone()).collect::<Vec<_>>();
-    let output = chosen("output", names(&graph.output), description.output_name.as_deref())?;
-    graph.output.retain(|value| value.name == output);
+pub(super) fn prepare(graph: &mut GraphProto, description: &NetworkDescription) -> Result<Ports, PortFault> {
+    let actions = graph.output.iter().map(|v| v.name.clone()).filter(|name| !name.starts_with(STATE_OUT)).collect();
+    let output = chosen("output", actions, description.output_name.as_deref())?;
     // Old files list their weights among the inputs.
     let weights: BTreeSet<String> = graph.initializer.iter().map(|tensor| tensor.name.clone()).collect();
     graph.input.retain(|value| !weights.contains(&value.name));
     fix(graph, description)?;
-    let needed = prune(graph, &output);
+    let states = states(graph, description)?;
+    let kept: Vec<&str> = std::iter::once(output.as_str()).chain(states.iter().map(|s| s.output.as_str())).collect();
+    graph.output.retain(|value| kept.contains(&value.name.as_str()));
+    graph.output.sort_by_key(|value| kept.iter().position(|name| *name == value.name));
+    let needed = prune(graph, &kept);
+    let of_states: Vec<ValueInfoProto> = graph.input.extract_if(.., |v| v.name.starts_with(STATE_IN)).collect();
     let observed = observed(graph, description, &needed)?;
     graph.input.retain(|value| observed.contains(&value.name));
     let n = description.inputs.len();
     graph.input.iter().try_for_each(check_kind)?;
+    let shapes = match graph.input.as_slice() {
+        [one] => vec![shape(one, n)?],
+        many => many.iter().map(shape_of_one).collect::<Result<_, _>>()?,
+    };
+    graph.input.extend(of_states);
     narrow(graph);
-    match graph.input.as_slice() {
-        [one] => Ok(vec![shape(one, n)?]),
-        many => many.iter().map(shape_of_one).collect(),
-    }
+    Ok(Ports { observed: shapes, states })
 }
 
 /// Converts 64-bit and 16-bit floats to the 32-bit floats that the runtime computes with; it lacks operators for the others.
@@ -124,9 +142,9 @@ fn constant(input: &ValueInfoProto, value: f64) -> Result<TensorProto, PortFault
     })
 }
 
-/// Removes the nodes and weights that the output does not need; returns the names of the tensors that it needs.
-fn prune(graph: &mut GraphProto, output: &str) -> BTreeSet<String> {
-    let mut needed = BTreeSet::from([output.to_owned()]);
+/// Removes the nodes and weights that the outputs do not need; returns the names of the tensors that they need.
+fn prune(graph: &mut GraphProto, outputs: &[&str]) -> BTreeSet<String> {
+    let mut needed: BTreeSet<String> = outputs.iter().map(|name| (*name).to_owned()).collect();
     // Nodes come after those whose outputs they take (`limits` has checked this).
     for node in graph.node.iter().rev() {
         if node.output.iter().any(|name| needed.contains(name)) {
@@ -168,7 +186,7 @@ fn observed(
     Err(PortFault::Several { all, first, others })
 }
 
-fn tensor(input: &ValueInfoProto) -> Result<&Tensor, PortFault> {
+pub(super) fn tensor(input: &ValueInfoProto) -> Result<&Tensor, PortFault> {
     match input.r#type.as_ref().and_then(|kind| kind.value.as_ref()) {
         Some(type_proto::Value::TensorType(tensor)) => Ok(tensor),
         _ => Err(PortFault::NoTensor(input.name.clone())),
@@ -176,7 +194,7 @@ fn tensor(input: &ValueInfoProto) -> Result<&Tensor, PortFault> {
 }
 
 /// Returns the sizes of the dimensions; `None` for any size.
-fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
+pub(super) fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
     let dims = tensor.shape.iter().flat_map(|shape| &shape.dim);
     dims.map(|dim| match &dim.value {
         Some(dimension::Value::DimValue(size)) if *size > 0 => Some(*size),
@@ -185,7 +203,7 @@ fn declared(tensor: &Tensor) -> Vec<Option<i64>> {
     .collect()
 }
 
-fn check_kind(input: &ValueInfoProto) -> Result<(), PortFault> {
+pub(super) fn check_kind(input: &ValueInfoProto) -> Result<(), PortFault> {
     match DataType::try_from(tensor(input)?.elem_type).unwrap_or(DataType::Undefined) {
         DataType::Float | DataType::Double | DataType::Float16 => Ok(()),
         other => Err(PortFault::Kind { name: input.name.clone(), kind: other.as_str_name() }),

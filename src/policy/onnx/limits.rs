@@ -19,6 +19,8 @@ pub const MOST_ELEMENTS_IN_ALL: usize = 8 << 20;
 pub const MOST_DIMENSIONS: usize = 8;
 /// Largest number of elements in a tensor of 64-bit integers, which networks use to compute shapes.
 pub const MOST_WHOLE_NUMBERS: usize = 4096;
+/// Largest number of numbers in one state of a recurrent network; each advised vehicle keeps 4 bytes for each.
+pub const MOST_STATE_NUMBERS: usize = 1 << 16;
 /// Largest number of multiplications per evaluation, about 10 ms.
 pub const MOST_WORK: f64 = 20e6;
 

@@ -2,9 +2,12 @@
 //! each. Networks with any batch size load; one row is evaluated at a time.
 
 use super::{
-    AnswerFault, METADATA_KEY, NetworkDescription, OnnxFault, OutputMeaning, RunFault, RuntimeFault, external, inputs,
+    AnswerFault, METADATA_KEY, NetworkDescription, OnnxFault, OutputMeaning, RunFault, RuntimeFault, external,
+    inputs::{self, Ports},
     limits::{MOST_BYTES, OPERATOR_SETS},
-    sizes, structure, wire,
+    sizes,
+    states::NetworkState,
+    structure, wire,
 };
 use crate::{
     file::{SETTINGS_BYTES, read_bounded, read_text},
@@ -36,7 +39,13 @@ pub struct OnnxPolicy {
     plan: Arc<TypedRunnableModel>,
     /// Shapes of the inputs for one observation: one input for all numbers, or one for each.
     shapes: Vec<Vec<usize>>,
+    states: Arc<[NetworkState]>,
+    /// Present numbers of the states of one vehicle in one drive.
+    held: Vec<Vec<f32>>,
 }
+
+/// Raw outputs of one decision, and the states for the next one.
+type Decided = (Vec<f32>, Vec<Vec<f32>>);
 
 impl OnnxPolicy {
     /// Reads a file and its description.
@@ -59,7 +68,7 @@ impl OnnxPolicy {
 
     /// Returns a newly engaged policy with steps of `step_s` seconds.
     pub fn engaged(&self, step_s: f64) -> Box<dyn Policy> {
-        let policy = Box::new(self.clone());
+        let policy = Box::new(self.clone().at_first_decision());
         let (corrected, gain) = (self.description.corrected.clone(), self.description.expected_gain.clone());
         let probe = self.description.probe;
         match (&corrected, &probe, &gain) {
@@ -112,21 +121,41 @@ impl OnnxPolicy {
         let graph = model.graph.as_ref().ok_or(OnnxFault::Empty)?;
         structure::check(&model, graph)?;
         let graph = model.graph.as_mut().ok_or(OnnxFault::Empty)?;
-        let shapes = inputs::prepare(graph, &description)?;
+        let Ports { observed: shapes, states } = inputs::prepare(graph, &description)?;
         // The runtime's tanh turns a NaN into a number, so that test observations alone would not find it.
         if let Some(tensor) = graph.initializer.iter().find(|tensor| holds_nan(tensor)) {
             return Err(OnnxFault::NanWeights(tensor.name.clone()));
         }
-        let plan = runnable(&model, &shapes).map_err(OnnxFault::Run)?;
-        Self { description, plan, shapes }.questioned()
+        let all: Vec<&Vec<usize>> = shapes.iter().chain(states.iter().map(|state| &state.shape)).collect();
+        let plan = runnable(&model, &all).map_err(OnnxFault::Run)?;
+        Self { description, plan, shapes, states: states.into(), held: Vec::new() }.at_first_decision().questioned()
     }
 
-    /// Returns the raw outputs for scaled inputs.
+    /// Returns the policy with its states as at the first decision of a drive.
+    fn at_first_decision(self) -> Self {
+        Self { held: self.initial(), ..self }
+    }
+
+    /// Returns the states at the first decision of a drive.
+    fn initial(&self) -> Vec<Vec<f32>> {
+        self.states.iter().map(|state| state.initial.clone()).collect()
+    }
+
+    /// Returns the raw outputs for scaled inputs at the first decision of a drive.
     ///
     /// # Errors
     /// The runtime failed.
     pub fn outputs(&self, seen: &[f32]) -> Result<Vec<f32>, RuntimeFault> {
-        let run = || -> TractResult<Vec<f32>> {
+        self.decided(seen, &self.initial()).map(|(outputs, _)| outputs)
+    }
+
+    /// Returns the raw outputs for scaled inputs and states, and the next states.
+    fn decided(&self, seen: &[f32], held: &[Vec<f32>]) -> Result<Decided, RuntimeFault> {
+        let numbers = |tensor: &Tensor| -> TractResult<Vec<f32>> {
+            let numbers = tensor.cast_to::<f32>()?;
+            Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
+        };
+        let run = || -> TractResult<Decided> {
             let mut left = seen;
             let mut inputs = TVec::new();
             for shape in &self.shapes {
@@ -134,9 +163,12 @@ impl OnnxPolicy {
                 left = others;
                 inputs.push(Tensor::from_shape(shape, these)?.into());
             }
+            for (state, held) in self.states.iter().zip(held) {
+                inputs.push(Tensor::from_shape(&state.shape, held)?.into());
+            }
             let out = self.plan.run(inputs)?;
-            let numbers = out[0].cast_to::<f32>()?;
-            Ok(numbers.to_plain_array_view::<f32>()?.iter().copied().collect())
+            let states = out[1..].iter().map(|tensor| numbers(tensor)).collect::<TractResult<_>>()?;
+            Ok((numbers(&out[0])?, states))
         };
         // An index computed by the network may be out of bounds, and the runtime panics on it.
         guarded(run).map_err(RuntimeFault::BrokeOff)?.map_err(RuntimeFault::Refused)
@@ -172,15 +204,18 @@ impl OnnxPolicy {
         }
     }
 
-    /// Checks that the outputs are finite and have the right count for random observations.
+    /// Checks that the outputs are finite and have the right count for random observations, one after the other as in a drive.
     fn questioned(self) -> Result<Self, OnnxFault> {
         let mut stream = rng::stream(1, "questions");
+        let mut held = self.initial();
         for i in 0..QUESTIONS {
             // The first observation is the middle of all ranges; the others lie in the ranges and slightly beyond.
             let draw = |_| if i == 0 { 0.0 } else { stream.uniform(-1.2, 1.2) as f32 };
             let seen: Vec<f32> = (0..self.description.inputs.len()).map(draw).collect();
-            let outputs = self.outputs(&seen).map_err(|fault| OnnxFault::Run(fault.into()))?;
+            let (outputs, next) = self.decided(&seen, &held).map_err(|fault| OnnxFault::Run(fault.into()))?;
             self.counted(outputs.len())?;
+            self.states.iter().zip(&next).try_for_each(|(state, next)| check_state(state, next))?;
+            held = next;
             if let Some(&answer) = outputs.iter().find(|x| !x.is_finite()) {
                 return Err(AnswerFault::NotFinite { seen, answer }.into());
             }
@@ -199,6 +234,17 @@ impl OnnxPolicy {
     }
 }
 
+/// Checks that the next numbers of a state fit its input.
+fn check_state(state: &NetworkState, next: &[f32]) -> Result<(), AnswerFault> {
+    let numbers = state.initial.len();
+    let fault = |given: String| Err(AnswerFault::State { output: state.output.clone(), given, numbers });
+    match next.iter().find(|x| !x.is_finite()) {
+        _ if next.len() != numbers => fault(format!("{} numbers", next.len())),
+        Some(wrong) => fault(wrong.to_string()),
+        None => Ok(()),
+    }
+}
+
 /// Returns the path of a network's description file.
 fn description_of(path: &Path) -> PathBuf {
     path.with_extension("onnx.toml")
@@ -211,13 +257,13 @@ fn holds_nan(tensor: &TensorProto) -> bool {
 }
 
 /// Builds the optimised network with fixed shapes.
-fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnableModel>, RunFault> {
+fn runnable(model: &ModelProto, shapes: &[&Vec<usize>]) -> Result<Arc<TypedRunnableModel>, RunFault> {
     // PyTorch's exports with a dynamic batch declare shapes that contradict the fixed one.
     let reader = tract_onnx::onnx().with_ignore_value_info(true).with_ignore_output_shapes(true);
     let build = || -> Result<Arc<TypedRunnableModel>, RunFault> {
         let mut parsed = reader.model_for_proto_model(model).map_err(RuntimeFault::Refused)?;
         for (i, shape) in shapes.iter().enumerate() {
-            parsed.set_input_fact(i, f32::fact(shape).into()).map_err(RuntimeFault::Refused)?;
+            parsed.set_input_fact(i, f32::fact(*shape).into()).map_err(RuntimeFault::Refused)?;
         }
         sizes::check(&mut parsed)?;
         let network = parsed.into_optimized().and_then(|network| network.into_runnable());
@@ -229,7 +275,13 @@ fn runnable(model: &ModelProto, shapes: &[Vec<usize>]) -> Result<Arc<TypedRunnab
 
 impl Policy for OnnxPolicy {
     fn act(&mut self, _time_s: f64, observation: &Observation) -> Action {
-        let outputs = self.outputs(&self.seen(observation)).unwrap_or_default();
+        let outputs = match self.decided(&self.seen(observation), &self.held) {
+            Ok((outputs, next)) => {
+                self.held = next;
+                outputs
+            }
+            Err(_) => Vec::new(),
+        };
         self.action(&outputs, observation.hold_s)
     }
 

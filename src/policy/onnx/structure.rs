@@ -4,6 +4,7 @@
 use super::{
     NodeFault, OnnxFault, RunFault, TensorFault,
     limits::{MOST_DIMENSIONS, MOST_ELEMENTS, MOST_NODES, MOST_WHOLE_NUMBERS},
+    states::has_states,
 };
 use std::collections::BTreeSet;
 use tract_onnx::pb::{
@@ -28,7 +29,7 @@ const OPERATORS: &str = "\
 const RANDOM: [&str; 6] =
     ["Bernoulli", "Multinomial", "RandomNormal", "RandomNormalLike", "RandomUniform", "RandomUniformLike"];
 
-/// Operators with a memory; a policy has none between decisions.
+/// Operators with a memory; it lasts from one decision to the next only as a state of the network.
 const WITH_MEMORY: [&str; 3] = ["GRU", "LSTM", "RNN"];
 
 /// Checks the structure of a file.
@@ -60,9 +61,10 @@ pub fn check(model: &ModelProto, graph: &GraphProto) -> Result<(), OnnxFault> {
     }
     // Old files list their weights among the inputs.
     known.extend(graph.input.iter().map(|value| value.name.as_str()));
+    let has_states = has_states(graph);
     for node in &graph.node {
         let fault = |fault: NodeFault| node_fault(node, fault);
-        flat(node).map_err(fault)?;
+        flat(node, has_states).map_err(fault)?;
         if let Some(name) = node.input.iter().find(|name| !name.is_empty() && !known.contains(name.as_str())) {
             return Err(fault(NodeFault::NoInput(name.clone())));
         }
@@ -97,16 +99,22 @@ fn random(graph: &GraphProto) -> Result<(), OnnxFault> {
     Ok(())
 }
 
-/// Checks that the limits can be computed for a node: no nested graph, no memory, an allowed operator and sound attributes.
-fn flat(node: &NodeProto) -> Result<(), NodeFault> {
+/// Index of the first memory among the inputs of an operator with a memory.
+const INITIAL_H: usize = 5;
+
+/// Checks that the limits can be computed for a node: no nested graph, a memory only from a state, an allowed operator and sound
+/// attributes.
+fn flat(node: &NodeProto, has_states: bool) -> Result<(), NodeFault> {
     let holds_graph = |attribute: &AttributeProto| attribute.g.is_some() || !attribute.graphs.is_empty();
     if node.attribute.iter().any(holds_graph) || ["If", "Loop", "Scan"].contains(&node.op_type.as_str()) {
         return Err(NodeFault::Nested);
     }
-    if WITH_MEMORY.contains(&node.op_type.as_str()) {
+    let has_memory = WITH_MEMORY.contains(&node.op_type.as_str());
+    let is_given = has_states && node.input.get(INITIAL_H).is_some_and(|name| !name.is_empty());
+    if has_memory && !is_given {
         return Err(NodeFault::Memory);
     }
-    if !OPERATORS.split_whitespace().any(|name| name == node.op_type) {
+    if !has_memory && !OPERATORS.split_whitespace().any(|name| name == node.op_type) {
         return Err(NodeFault::Operator(node.op_type.clone()));
     }
     if node.op_type == "Dropout" && node.input.len() > 2 {

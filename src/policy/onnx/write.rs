@@ -1,8 +1,8 @@
 //! A trained network as an ONNX file with operator set 17. In: a [`Network`]. Out: the file's bytes. The file maps rows of scaled
 //! observations to rows of raw outputs, with any number of rows; its metadata holds everything needed to use it.
 
-use super::{METADATA_KEY, NetworkDescription, OutputMeaning};
-use crate::policy::Network;
+use super::{METADATA_KEY, NetworkDescription, OutputMeaning, PolicyLayer};
+use crate::policy::{Network, NetworkLayer};
 use prost::Message;
 use std::collections::BTreeMap;
 use tract_onnx::pb::{
@@ -24,29 +24,47 @@ const OUTPUT: &str = "action";
 
 /// Returns the ONNX file of a network as bytes.
 pub fn write(network: &Network) -> Vec<u8> {
+    let layers: Vec<PolicyLayer> = network.layers.iter().cloned().map(PolicyLayer::Dense).collect();
+    write_layers(network, &layers)
+}
+
+/// Returns the ONNX file of these layers as bytes; `network` says what their numbers mean. Recurrent layers have their states as inputs
+/// and outputs of the file, and no tanh follows them.
+///
+/// # Panics
+/// There is no layer, or a recurrent layer is inconsistent ([`RecurrentLayer::check`](super::RecurrentLayer::check)).
+pub fn write_layers(network: &Network, layers: &[PolicyLayer]) -> Vec<u8> {
     let mut graph = GraphProto { name: "policy".into(), ..GraphProto::default() };
-    let last = network.layers.len() - 1;
-    let mut before = INPUT.to_owned();
-    for (i, layer) in network.layers.iter().enumerate() {
-        let (weights, bias) = (format!("weights{i}"), format!("bias{i}"));
-        let rows = layer.weights.len() as i64;
-        let columns = layer.bias.len() as i64;
-        graph.initializer.push(tensor(&weights, &[rows, columns], layer.weights.concat()));
-        graph.initializer.push(tensor(&bias, &[columns], layer.bias.clone()));
-        let after = if i == last { OUTPUT.to_owned() } else { format!("sum{i}") };
-        // Each layer: y = x W + b.
-        graph.node.push(node("Gemm", &[&before, &weights, &bias], &after));
-        before = after;
-        if i < last {
-            let bent = format!("hidden{i}");
-            graph.node.push(node("Tanh", &[&before], &bent));
-            before = bent;
-        }
-    }
-    let outputs = network.layers[last].bias.len();
+    let last = layers.len() - 1;
     graph.input.push(rows_of(INPUT, network.inputs.len()));
-    graph.output.push(rows_of(OUTPUT, outputs));
+    graph.output.push(rows_of(OUTPUT, layers[last].outputs()));
+    let mut before = INPUT.to_owned();
+    for (i, layer) in layers.iter().enumerate() {
+        before = match layer {
+            PolicyLayer::Dense(layer) => dense(&mut graph, layer, &before, i, i == last),
+            PolicyLayer::Recurrent(layer) => layer.append(&mut graph, &before, i),
+        };
+    }
+    if before != OUTPUT {
+        graph.node.push(node("Identity", &[&before], OUTPUT));
+    }
     file(graph, describe(network))
+}
+
+/// Appends the nodes of a dense layer, y = x W + b; returns the name of its output.
+fn dense(graph: &mut GraphProto, layer: &NetworkLayer, before: &str, i: usize, is_last: bool) -> String {
+    let (weights, bias) = (format!("weights{i}"), format!("bias{i}"));
+    let (rows, columns) = (layer.weights.len() as i64, layer.bias.len() as i64);
+    graph.initializer.push(tensor(&weights, &[rows, columns], layer.weights.concat()));
+    graph.initializer.push(tensor(&bias, &[columns], layer.bias.clone()));
+    let sum = if is_last { OUTPUT.to_owned() } else { format!("sum{i}") };
+    graph.node.push(node("Gemm", &[before, &weights, &bias], &sum));
+    if is_last {
+        return sum;
+    }
+    let bent = format!("hidden{i}");
+    graph.node.push(node("Tanh", &[&sum], &bent));
+    bent
 }
 
 /// Returns the description of a network: the text of `NAME.onnx.toml`, which accompanies files of other programs.
@@ -71,6 +89,7 @@ pub(super) fn file(graph: GraphProto, description: String) -> Vec<u8> {
 fn description(network: &Network) -> NetworkDescription {
     NetworkDescription {
         fixed: BTreeMap::new(),
+        initial_state: BTreeMap::new(),
         action: network.action,
         limits: network.limits,
         speed_change_mps: network.speed_change_mps,
