@@ -94,16 +94,8 @@ class LocalDrive:
         with in_words_of_python():
             for order in lane_changes or []:
                 drive.change_lane(*order)
-            drive.hold(actions)
-        return HoldResult(
-            drive.rewards(),
-            drive.terminations(),
-            drive.is_truncated(),
-            drive.measures(),
-            drive.time_s(),
-            drive.final_observations(),
-            self._observed(),
-        )
+            rewards, terminations, final, is_truncated, measures, time_s, agents, observations = drive.hold(actions)
+        return HoldResult(rewards, terminations, is_truncated, measures, time_s, final, Observed(agents, observations))
 
     def order(self, name: str, *arguments: Any) -> None:
         """Gives the traffic an order by the name of its method."""

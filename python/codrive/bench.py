@@ -1,7 +1,8 @@
 """``python -m codrive.bench``: measures environment steps/s under random actions, and compares them, all in one run.
 
 An environment step is one hold of one ring of 22 vehicles. The references are the same rings in Rust without Python, a ring with the same
-model in numpy, and SUMO by TraCI as Flow drove it (one ring, one decision per step of 0.1 s), if SUMO's Python package is found.
+model in numpy, and SUMO by TraCI as Flow drove it (one ring, one decision per step of 0.1 s), if SUMO's Python package is found. ``--drives``
+measures whole drives with light bodies beside environments on plain libsumo, if that is installed.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from codrive import _bench_drives
 from codrive._codrive import data_folder, random_steps
 from codrive._numpy_ring import NumpyRing
 from codrive._register import make_vec
@@ -161,13 +163,28 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
     return rates
 
 
+def _print_drives(rates: dict[str, float | str], as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(rates, indent=1))
+        return
+    print("whole drives with light bodies; agent steps per CPU-second")
+    for name, rate in rates.items():
+        plain = rates.get(f"{name.partition(',')[0]}, plain libsumo")
+        ratio = f"; {rate / plain:.2f} x plain libsumo" if isinstance(rate, float) and isinstance(plain, float) else ""
+        print(f"  {name}: {rate if isinstance(rate, str) else f'{rate:.4g}'}{ratio if 'plain' not in name else ''}")
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Runs the command line."""
     parser = argparse.ArgumentParser(prog="python -m codrive.bench", description=__doc__.splitlines()[0])
     parser.add_argument("--num-envs", type=int, default=1024, help="number of rings side by side (default 1024)")
     parser.add_argument("--seconds", type=float, default=2.0, help="approximate duration of each measurement, s (default 2)")
+    parser.add_argument("--drives", action="store_true", help="measure whole drives, agent steps per CPU-second, instead of fast rings")
     parser.add_argument("--json", action="store_true", help="print as JSON")
     asked = parser.parse_args(arguments)
+    if asked.drives:
+        _print_drives(_bench_drives.measure(asked.seconds), asked.json)
+        return
     if not (asked.num_envs >= 1 and 0.0 < asked.seconds <= 3600.0):
         parser.error("allowed: --num-envs at least 1, --seconds above 0 and at most 3600")
     rates = measure(asked.num_envs, asked.seconds)

@@ -195,12 +195,20 @@ fn unknown_driver(driver: Option<&str>) -> Option<PyErr> {
     )))
 }
 
-/// Present drive, and the outcome of its last hold.
-#[derive(Default)]
-struct Running {
-    episode: Option<Episode>,
-    last: Option<HoldOutcome>,
-}
+/// Result of a hold. Of the vehicles that were agents before it: rewards, m/s, float64; true for vehicles that have left the road, and for
+/// all after the first contact of an advised vehicle; the last observations, float32, `(agents, inputs)`. Then whether the horizon or the end
+/// of the participant's route is reached; the measures in the order of `HOLD_MEASURES`; the time since the drive began, s; the vehicles that
+/// can be advised next, and their observations.
+type HoldResult<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<bool>>,
+    Bound<'py, PyArray2<f32>>,
+    bool,
+    Bound<'py, PyArray1<f64>>,
+    f64,
+    Vec<String>,
+    Bound<'py, PyArray2<f32>>,
+);
 
 /// Lane: id, width, m, and centre line, float64, `(points, 2)`.
 type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
@@ -209,7 +217,7 @@ type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Drive {
     config: EpisodeConfig,
-    running: Mutex<Running>,
+    episode: Mutex<Option<Episode>>,
     #[cfg(feature = "desktop")]
     pictures: Mutex<Option<codrive::render::DrivePictures>>,
 }
@@ -220,7 +228,7 @@ impl Drive {
     fn new(configuration: &DriveConfiguration) -> Self {
         Self {
             config: configuration.config.clone(),
-            running: Mutex::default(),
+            episode: Mutex::default(),
             #[cfg(feature = "desktop")]
             pictures: Mutex::default(),
         }
@@ -233,10 +241,10 @@ impl Drive {
             return Err(PyValueError::new_err(format!("seed is {seed}; allowed: a whole number from 0 to {most}")));
         }
         let begun = threads::interruptible(py, || {
-            let mut running = self.lock();
+            let mut present = self.lock();
             // A process can hold one SUMO, so the drive before must release it first.
-            *running = Running::default();
-            running.episode = Some(Episode::begin(&self.config, seed)?);
+            *present = None;
+            *present = Some(Episode::begin(&self.config, seed)?);
             Ok::<_, codrive::drive_loop::RunError>(())
         })?;
         begun.map_err(|why| PyRuntimeError::new_err(why.to_string()))
@@ -244,7 +252,7 @@ impl Drive {
 
     /// Ends the drive and releases SUMO. Another drive may begin.
     fn close(&self, py: Python<'_>) -> PyResult<()> {
-        threads::here(py, || *self.lock() = Running::default())
+        threads::here(py, || *self.lock() = None)
     }
 
     /// Returns the vehicles that can be advised now, "ego" (the participant's vehicle) first; none once the drive is over.
@@ -259,58 +267,23 @@ impl Drive {
     }
 
     /// Drives one hold under these actions, float32, `(agents,)`: -1 to 1 spans the limits, or numbers of levels.
-    fn hold(&self, py: Python<'_>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<()> {
+    fn hold<'py>(&self, py: Python<'py>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<HoldResult<'py>> {
         let actions = actions.as_slice()?;
         let driven = threads::here(py, || {
-            let mut running = self.lock();
+            let mut present = self.lock();
             // The episode is taken out while it is driven, so that one that panics is not continued.
-            let mut episode = running.episode.take()?;
+            let mut episode = present.take()?;
             let outcome = episode.hold(actions);
-            match outcome {
-                Ok(outcome) => {
-                    *running = Running { episode: Some(episode), last: Some(outcome) };
-                    Some(Ok(()))
-                }
-                Err(EpisodeError::Run(why)) => Some(Err(EpisodeError::Run(why))),
-                Err(refused) => {
-                    running.episode = Some(episode);
-                    Some(Err(refused))
-                }
+            if !matches!(outcome, Err(EpisodeError::Run(_))) {
+                *present = Some(episode);
             }
+            Some(outcome)
         })?;
-        match driven {
-            None => Err(not_begun()),
-            Some(Ok(())) => Ok(()),
-            Some(Err(why @ (EpisodeError::Run(_) | EpisodeError::Over))) => {
-                Err(PyRuntimeError::new_err(why.to_string()))
-            }
-            Some(Err(why)) => Err(PyValueError::new_err(why.to_string())),
+        match driven.ok_or_else(not_begun)? {
+            Ok(outcome) => self.result(py, &outcome),
+            Err(why @ (EpisodeError::Run(_) | EpisodeError::Over)) => Err(PyRuntimeError::new_err(why.to_string())),
+            Err(why) => Err(PyValueError::new_err(why.to_string())),
         }
-    }
-
-    /// Returns the rewards of the last hold, m/s, float64: one for each vehicle that was an agent before it. The next two methods have the
-    /// same order.
-    fn rewards<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let rewards: Vec<f64> = self.last(|last| last.agents.iter().map(|agent| agent.reward).collect())?;
-        Ok(PyArray1::from_vec(py, rewards))
-    }
-
-    /// Returns true for vehicles that have left the road, and for all after the first contact of an advised vehicle.
-    fn terminations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
-        let ended: Vec<bool> = self.last(|last| last.agents.iter().map(|agent| agent.is_terminated).collect())?;
-        Ok(PyArray1::from_vec(py, ended))
-    }
-
-    /// Returns the agents' last observations, after the hold or before they left, float32, `(agents before it, inputs)`.
-    fn final_observations<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let seen: Vec<_> = self.last(|last| last.agents.iter().map(|agent| agent.last_seen).collect())?;
-        let rows = self.with(|episode| episode.scaled(seen))?;
-        self.table(py, rows)
-    }
-
-    /// Returns the measures of the last hold, float64, in the order of `HOLD_MEASURES`.
-    fn measures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(PyArray1::from_slice(py, &self.last(|last| last.measures)?))
     }
 
     /// Returns all vehicles now, float64, `(columns, vehicles)`, in the order of `VEHICLE_COLUMNS`.
@@ -365,11 +338,6 @@ impl Drive {
         self.order(py, &TrafficOrder::State { signal, letters })
     }
 
-    /// Returns true if the last hold reached the horizon or the end of the participant's route; no vehicle is advised after that.
-    fn is_truncated(&self) -> PyResult<bool> {
-        self.last(|last| last.is_truncated)
-    }
-
     /// Returns the fingerprint of all states so far, 16 hexadecimal digits: equal if every bit of them is equal.
     fn fingerprint(&self) -> PyResult<String> {
         self.with(|episode| format!("{:016x}", episode.fingerprint()))
@@ -392,7 +360,7 @@ impl Drive {
         let shot = Shot::new(view, [width, height])?;
         let drawn = threads::here(py, || {
             let mut pictures = self.pictures.lock().unwrap_or_else(PoisonError::into_inner);
-            self.lock().episode.as_ref().map(|episode| shot.draw(&mut pictures, episode.world()))
+            self.lock().as_ref().map(|episode| shot.draw(&mut pictures, episode.world()))
         })?;
         shot.array(py, drawn.ok_or_else(not_begun)?)
     }
@@ -409,17 +377,31 @@ impl Drive {
 }
 
 impl Drive {
-    fn lock(&self) -> std::sync::MutexGuard<'_, Running> {
-        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> std::sync::MutexGuard<'_, Option<Episode>> {
+        self.episode.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn with<T>(&self, look: impl FnOnce(&Episode) -> T) -> PyResult<T> {
-        self.lock().episode.as_ref().map(look).ok_or_else(not_begun)
+        self.lock().as_ref().map(look).ok_or_else(not_begun)
     }
 
-    fn last<T>(&self, look: impl FnOnce(&HoldOutcome) -> T) -> PyResult<T> {
-        let none = || PyRuntimeError::new_err("no hold has been driven yet");
-        self.lock().last.as_ref().map(look).ok_or_else(none)
+    fn result<'py>(&self, py: Python<'py>, outcome: &HoldOutcome) -> PyResult<HoldResult<'py>> {
+        let HoldOutcome { agents, measures, is_truncated } = outcome;
+        let (final_rows, time_s, next, rows) = self.with(|episode| {
+            let last = episode.scaled(agents.iter().map(|agent| agent.last_seen));
+            let next: Vec<String> = episode.agents().map(episode::name).collect();
+            (last, episode.world().time_s(), next, episode.scaled(episode.observations()))
+        })?;
+        Ok((
+            PyArray1::from_iter(py, agents.iter().map(|agent| agent.reward)),
+            PyArray1::from_iter(py, agents.iter().map(|agent| agent.is_terminated)),
+            self.table(py, final_rows)?,
+            *is_truncated,
+            PyArray1::from_slice(py, measures),
+            time_s,
+            next,
+            self.table(py, rows)?,
+        ))
     }
 
     fn signal(&self, id: &str) -> PyResult<SignalId> {
@@ -433,7 +415,7 @@ impl Drive {
     }
 
     fn order(&self, py: Python<'_>, order: &TrafficOrder) -> PyResult<()> {
-        let given = threads::here(py, || self.lock().episode.as_mut().map(|episode| episode.order(order)))?;
+        let given = threads::here(py, || self.lock().as_mut().map(|episode| episode.order(order)))?;
         given.ok_or_else(not_begun)?.map_err(refused)
     }
 

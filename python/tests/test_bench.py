@@ -64,3 +64,12 @@ def test_without_sumo_the_benchmark_says_what_brings_it(monkeypatch):
     monkeypatch.setattr(bench, "_traci", lambda: None)
     assert bench.sumo_rate(10) is None
     assert "scripts/setup" in bench.measure(16, 0.01)["sumo by TraCI"]
+
+
+def test_the_benchmark_of_drives_measures_each_of_them():
+    done = subprocess.run(
+        [sys.executable, "-m", "codrive.bench", "--drives", "--seconds", "0.001", "--json"], capture_output=True, text=True, check=True
+    )
+    rates = json.loads(done.stdout)
+    assert set(rates) == {"ring, native engine", "ring, SUMO", "ring, plain libsumo", "merge, SUMO", "merge, plain libsumo"}
+    assert all(rate > 0.0 if isinstance(rate, float) else "pip install libsumo" in rate for rate in rates.values())

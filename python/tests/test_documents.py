@@ -22,7 +22,6 @@ def test_examples_do_what_is_written(example):
     for env in (made.get("env"), made.get("envs")):
         if env is not None:
             env.reset(seed=1)
-            agents = getattr(env, "agents", None)
-            actions = env.action_space.sample() if agents is None else {agent: env.action_space(agent).sample() for agent in agents}
-            env.step(actions)
+            of_agents = callable(env.action_space)
+            env.step({agent: env.action_space(agent).sample() for agent in env.agents} if of_agents else env.action_space.sample())
             env.close()
