@@ -5,7 +5,7 @@ use super::{
         MOST_BYTES, MOST_DEPTH, MOST_DIMENSIONS, MOST_ELEMENTS, MOST_ELEMENTS_IN_ALL, MOST_FIELDS, MOST_NODES,
         MOST_VARINTS, MOST_WHOLE_NUMBERS, MOST_WORK, OPERATOR_SETS,
     },
-    states::StateFault,
+    state_error::StateFault,
 };
 use crate::{
     file::size_text,

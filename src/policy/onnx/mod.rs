@@ -12,6 +12,7 @@ mod inputs;
 pub mod limits;
 mod load;
 mod sizes;
+mod state_error;
 #[cfg(test)]
 mod state_tests;
 mod states;
@@ -24,7 +25,7 @@ mod write_recurrent;
 pub use description::{METADATA_KEY, NetworkDescription, OutputMeaning};
 pub use error::{AnswerFault, DescriptionFault, NodeFault, OnnxFault, PortFault, RunFault, RuntimeFault, TensorFault};
 pub use load::OnnxPolicy;
-pub use states::StateFault;
+pub use state_error::StateFault;
 pub use write::{describe, write, write_layers};
 pub use write_estimator::write_estimator;
 pub use write_recurrent::{PolicyLayer, RecurrentFault, RecurrentKind, RecurrentLayer};
