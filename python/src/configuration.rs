@@ -133,7 +133,20 @@ fn flatten(fields: &[Field], table: String, named: Map<String, Value>, flat: &mu
 }
 
 /// Arguments of the Python functions that are not settings, for suggestions after a misspelling.
-const ARGUMENTS: [&str; 8] = ["hold", "advice", "driver", "traffic", "num_envs", "render_mode", "view", "size"];
+const ARGUMENTS: [&str; 12] = [
+    "hold",
+    "advice",
+    "driver",
+    "traffic",
+    "num_envs",
+    "own_process",
+    "lane_changes",
+    "observation",
+    "observation_space",
+    "render_mode",
+    "view",
+    "size",
+];
 
 /// Returns the error for a name that is none of these settings.
 pub fn unknown_setting(path: &str, fields: &[Field]) -> PyErr {

@@ -86,6 +86,7 @@ def test_what_make_refuses(arguments, error, words):
         ({"seed": -1}, ValueError, "seed is -1"),
         ({"seed": 2**53}, ValueError, "seed is 9007199254740992"),
         ({"seed": 1.5}, ValueError, "seed is 1.5"),
+        ({"own_proces": False}, TypeError, "`own_proces`; did you mean `own_process`"),
         ({"participant": False, "advised_body": "full"}, ValueError, "participant is false; allowed on this road: with advised_body = light"),
         ({"name": "merge", "participant": False, "traffic": "sumo"}, ValueError, "advised is 1; allowed: at least one vehicle"),
         ({"render_mode": "ansi"}, ValueError, "render_mode is 'ansi'; allowed: None, 'rgb_array'"),
