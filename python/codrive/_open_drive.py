@@ -78,7 +78,7 @@ class OpenDrive:
             ValueError: There is no such signal or phase, or the letters are not as many as the signal's links.
         """
         if isinstance(shows, str):
-            self._series.order("set_state", signal, shows)
+            self._series.order("set_letters", signal, shows)
         elif isinstance(shows, (int, np.integer)) and not isinstance(shows, bool) and shows >= 0:
             self._series.order("set_phase", signal, int(shows))
         else:

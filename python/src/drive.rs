@@ -333,7 +333,7 @@ impl Drive {
     }
 
     /// Orders a signal to show these letters, one for each link, until the next order.
-    fn set_state(&self, py: Python<'_>, signal: &str, letters: String) -> PyResult<()> {
+    fn set_letters(&self, py: Python<'_>, signal: &str, letters: String) -> PyResult<()> {
         let signal = self.signal(signal)?;
         self.order(py, &TrafficOrder::State { signal, letters })
     }

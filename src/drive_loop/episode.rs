@@ -78,6 +78,14 @@ pub struct HoldOutcome {
     pub is_truncated: bool,
 }
 
+impl HoldOutcome {
+    /// Returns the mean speed of all vehicles over the steps, m/s.
+    pub fn mean_speed_mps(&self) -> f64 {
+        let [mean_speed_mps, ..] = self.measures;
+        mean_speed_mps
+    }
+}
+
 /// State of an agent during a hold.
 struct Advised {
     id: VehicleId,

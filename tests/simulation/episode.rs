@@ -296,7 +296,7 @@ fn rewards_are_the_mean_speeds_of_the_hold_less_penalties() {
     }
     let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a} and {b}");
     let (first, second) = of("all");
-    near(first.measures[0], all[0]);
+    near(first.mean_speed_mps(), all[0]);
     for agent in 0..2 {
         // The largest acceleration costs the whole penalty, none costs nothing.
         near(first.agents[agent].reward, all[0] - 0.75);
@@ -336,12 +336,12 @@ fn the_horizon_ends_an_episode_and_so_does_a_contact_with_its_penalty() {
     let world = episode.world();
     for (agent, rewarded) in world.agents().zip(&outcome.agents) {
         let penalty = if agent.contact_count() > 0 { 40.0 } else { 0.0 };
-        assert!((rewarded.reward - (outcome.measures[0] - penalty)).abs() < 1e-9, "{rewarded:?}");
+        assert!((rewarded.reward - (outcome.mean_speed_mps() - penalty)).abs() < 1e-9, "{rewarded:?}");
     }
     assert!(world.agents().any(|agent| agent.contact_count() > 0));
     // All vehicles stand for the rest of the hold, which lowers its mean by that part.
     let driven = world.snapshot().tick.0 % 500 / 10;
-    assert!(driven > 0 && outcome.measures[0] < world.snapshot().mean_speed_mps.max(15.0) * driven as f64 / 50.0);
+    assert!(driven > 0 && outcome.mean_speed_mps() < world.snapshot().mean_speed_mps.max(15.0) * driven as f64 / 50.0);
 }
 
 #[test]
