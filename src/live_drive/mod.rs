@@ -261,12 +261,12 @@ impl LiveDrive {
         self.poll_devices();
         let torque_nm = self.devices.take_torque_nm();
         self.contacts.pass(elapsed);
+        self.lab.begin_frame(elapsed);
         if self.drive.world.is_stopped() {
             self.update_rig();
             return Ok(DueTicks::default());
         }
         let Self { drive, devices, summary, contacts, lane_help, recording, lab, sound, picture, .. } = self;
-        lab.begin_frame();
         let mut recorded = Ok(());
         recording.force(torque_nm);
         let ticked = TimeStamp::now();

@@ -31,7 +31,13 @@ use crate::{
     triggers::{TriggerPort, TriggerSettings, TriggerSettingsFault, WrittenTrigger},
 };
 use serde::{Deserialize, Serialize};
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
+
+/// Delay of a reading of the clock above which the drive must have paused, s.
+const LONGEST_DELAY_S: f64 = 0.1;
 
 /// Settings for the laboratory devices: the tables `[lsl]` and `[triggers]` of a study's file, or of a separate file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -127,6 +133,14 @@ struct LabRecording {
     triggers: Option<BackgroundJournal>,
 }
 
+/// Returns the start time of a frame that begins `elapsed` after one that began at `last_s`, where the clock was read at
+/// `read_s`. The clock is read after the start, on a busy computer some milliseconds after it, and never before it. So
+/// `elapsed`, which has no such delay, counts from the earliest start that the clock has shown since the last pause.
+fn frame_start_s(last_s: f64, elapsed: Duration, read_s: f64) -> f64 {
+    let due_s = last_s + elapsed.as_secs_f64();
+    if read_s - due_s > LONGEST_DELAY_S { read_s } else { due_s.min(read_s) }
+}
+
 impl LabDevices {
     /// Opens the devices except for this program's streams ([`LabDevices::open_outlets`]). Waits for every stream that
     /// is to be recorded.
@@ -190,7 +204,8 @@ impl LabDevices {
                 reader.begin(recording);
             }
         }
-        (self.trial, self.frames) = (Some(words.into()), 0);
+        // No frame of this trial follows the last frame of the trial before.
+        (self.trial, self.frames, self.frame_s) = (Some(words.into()), 0, 0.0);
         self.announce("trial_start", words, local_clock_s());
         Ok(())
     }
@@ -217,9 +232,10 @@ impl LabDevices {
         result
     }
 
-    /// Starts a frame; the time stamps of its ticks are counted back from now.
-    pub(super) fn begin_frame(&mut self) {
-        self.frame_s = local_clock_s();
+    /// Starts a frame that begins `elapsed` after the one before; the time stamps of its ticks are counted back from its
+    /// start.
+    pub(super) fn begin_frame(&mut self, elapsed: Duration) {
+        self.frame_s = frame_start_s(self.frame_s, elapsed, local_clock_s());
     }
 
     /// Adds a tick of the world with these controls.

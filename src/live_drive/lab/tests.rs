@@ -12,6 +12,20 @@ fn lab_settings_are_the_tables_of_a_study() {
     assert!(LabDevices::open(&LabSettings::default()).unwrap().is_empty(), "nothing asked for, nothing needed");
 }
 
+#[test]
+fn delayed_readings_of_the_clock_do_not_delay_time_stamps() {
+    // Frames begin every 16 ms from 7.000 s. Their clock is read after these delays, ms.
+    let delays = [9.0, 0.0, 0.1, 14.0, 0.0, 30.0];
+    let (mut start_s, mut late_ms) = (0.0, Vec::new());
+    for (frame, delay) in delays.into_iter().enumerate() {
+        let due_s = 7.0 + 0.016 * frame as f64;
+        start_s = frame_start_s(start_s, Duration::from_millis(16), due_s + 1e-3 * delay);
+        late_ms.push((1e3 * (start_s - due_s)).round());
+    }
+    assert_eq!(late_ms, [9.0, 0.0, 0.0, 0.0, 0.0, 0.0], "only the first reading has nothing to be compared with");
+    assert_eq!(frame_start_s(start_s, Duration::from_millis(16), 9.0), 9.0, "a pause between the frames");
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn triggers_of_a_trial_are_on_the_wire_and_in_its_recording() {
@@ -27,7 +41,7 @@ fn triggers_of_a_trial_are_on_the_wire_and_in_its_recording() {
     lab.begin_trial(Some(folder.path()), "trial-1-wide").unwrap();
     lab.note("mark", "by the participant");
     lab.note("horn", "on");
-    lab.begin_frame();
+    lab.begin_frame(Duration::ZERO);
     lab.end_frame(Tick(3), 0.5).unwrap();
     lab.end_trial().unwrap();
     lab.note("mark", "after the drive");
