@@ -2,7 +2,7 @@
 //! result of each drive as JSON, in which numbers keep their bits.
 
 use crate::{
-    drive::DriveConfiguration,
+    drive_configuration::DriveConfiguration,
     evaluation::{ASKED, row},
     rings::scale_rows,
     threads,
@@ -123,8 +123,13 @@ impl EvaluationDrive {
             None => drive.advised_by(Some(AskedPolicies::looked_at(config.inputs()))),
         };
         let (resolved, source) = policy_of(&drive).map_err(|why| why.to_string())?;
-        let warning =
-            source.engage().and_then(|policy| policy::untrained_hold(policy.as_ref(), drive.scenario().hold()));
+        let vehicles = drive.fixed_vehicles();
+        let warning = source.engage().and_then(|policy| {
+            let share = drive.advised().share_of(vehicles.unwrap_or(1));
+            let share = policy::untrained_share(policy.as_ref(), share, vehicles);
+            let hold = policy::untrained_hold(policy.as_ref(), drive.scenario().hold());
+            [hold, share].into_iter().flatten().reduce(|one, other| format!("{one}\n{other}"))
+        });
         // A curve over shares names the policy of its other points where no vehicle is advised.
         let name = if drive.scenario().advises_no_vehicle() { scenario.policy } else { resolved.name };
         Ok(Self { drive, learning: config.learning.clone(), inputs: config.inputs(), policy: name, warning })

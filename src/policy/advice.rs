@@ -135,4 +135,9 @@ pub trait Policy: Send {
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         None
     }
+
+    /// Largest share of advised vehicles that the policy was made for, 0 to 1; 0: one vehicle.
+    fn advised_share(&self) -> f64 {
+        0.0
+    }
 }

@@ -81,6 +81,24 @@ pub fn untrained_length(policy: &dyn Policy, road: &Observation) -> Option<Strin
     ))
 }
 
+/// Returns a warning if more vehicles are advised than the policy was made for: `share` of all, out of a fixed number of `vehicles` if there is
+/// one. Shared, a policy for one vehicle can be worse than none (docs/results.md: several advised vehicles).
+pub fn untrained_share(policy: &dyn Policy, share: f64, vehicles: Option<u32>) -> Option<String> {
+    let made_for = policy.advised_share();
+    let one = vehicles.map_or(0.0, |vehicles| 1.0 / f64::from(vehicles.max(1)));
+    let made_for_text = match made_for {
+        0.0 => "one vehicle".to_owned(),
+        share => format!("{:.0} % of the vehicles", 100.0 * share),
+    };
+    // A share is rounded to whole vehicles.
+    (share > made_for.max(one) + 0.5 * one + 1e-9).then(|| {
+        format!(
+            "{:.0} % of the vehicles are advised; the policy was made for {made_for_text}, and may slow the traffic where more have it",
+            100.0 * share
+        )
+    })
+}
+
 impl Advisor {
     /// Returns an advisor that asks `policy` every `hold` and accepts `range_mps` on either side of the target. With `None` it never
     /// advises.
@@ -183,6 +201,36 @@ impl Advisor {
 mod tests {
     use super::*;
     use crate::policy::{ConstantSpeed, PolicySettings, build};
+
+    /// Policy that was made for this share of advised vehicles.
+    struct Shared(f64);
+    impl Policy for Shared {
+        fn act(&mut self, _: f64, _: &Observation) -> Action {
+            Action::Speed(0.0)
+        }
+
+        fn advised_share(&self) -> f64 {
+            self.0
+        }
+    }
+
+    #[test]
+    fn more_advised_vehicles_than_a_policy_was_made_for_are_warned_of() {
+        let warned = |made_for, share, vehicles| untrained_share(&Shared(made_for), share, vehicles);
+        // One of 22 vehicles is what all policies are made for; a share is rounded to whole vehicles.
+        assert_eq!(
+            [warned(0.0, 1.0 / 22.0, Some(22)), warned(0.2, 5.0 / 22.0, Some(22)), warned(1.0, 1.0, Some(22))],
+            [None, None, None]
+        );
+        let text = warned(0.0, 11.0 / 22.0, Some(22)).expect("a warning");
+        assert!(text.starts_with("50 % of the vehicles are advised; the policy was made for one vehicle,"), "{text}");
+        let text = warned(0.2, 0.25, None).expect("a warning");
+        assert!(
+            text.starts_with("25 % of the vehicles are advised; the policy was made for 20 % of the vehicles,"),
+            "{text}"
+        );
+        assert!(warned(0.0, 0.01, None).is_some() && warned(0.0, 0.0, None).is_none());
+    }
 
     struct Brake;
     impl Policy for Brake {

@@ -29,7 +29,7 @@ mod settings;
 mod source;
 
 pub use advice::{Action, Advice, Policy};
-pub use advisor::{Advisor, shown_mps, untrained_hold, untrained_length};
+pub use advisor::{Advisor, shown_mps, untrained_hold, untrained_length, untrained_share};
 pub use controller::{
     CONTROLLERS, ConstantSpeed, Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController,
     FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale, TwoPhase,

@@ -33,6 +33,10 @@ impl Policy for ReplayedAdvice {
     fn abstains(&mut self, time_s: f64, _observation: &Observation) -> bool {
         self.at(time_s).is_none()
     }
+
+    fn advised_share(&self) -> f64 {
+        1.0
+    }
 }
 
 #[cfg(test)]

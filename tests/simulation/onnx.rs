@@ -36,6 +36,7 @@ fn network(levels: u32) -> Network {
         least_spacing_m: 8.6,
         levels,
         holds_s: [1.0, 30.0],
+        advised_share: 0.0,
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 64), layer(64, 64), layer(64, if levels == 0 { 1 } else { levels as usize })],
         corrected: None,

@@ -100,6 +100,10 @@ impl Policy for AssistedPolicy {
         self.network.trained_holds_s()
     }
 
+    fn advised_share(&self) -> f64 {
+        self.network.advised_share()
+    }
+
     fn who_drives(&self) -> Option<WhoDrives> {
         self.driver.as_ref().map(Identification::who_drives)
     }

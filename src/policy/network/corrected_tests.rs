@@ -16,6 +16,7 @@ fn half_the_leaders() -> Network {
         least_spacing_m: 0.0,
         levels: 0,
         holds_s: [1.0, 30.0],
+        advised_share: 0.0,
         inputs: vec![NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 }],
         // Maps the leader's -1..1 to -1..0 of the advice.
         layers: vec![NetworkLayer { bias: vec![-0.5], weights: vec![vec![0.5]] }],

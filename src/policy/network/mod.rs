@@ -57,6 +57,9 @@ pub struct Network {
     pub levels: u32,
     /// Shortest and longest hold in training, s.
     pub holds_s: [f64; 2],
+    /// Largest share of advised vehicles in training, 0 to 1; 0: one vehicle.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub advised_share: f64,
     /// Inputs of the first layer, in order.
     pub inputs: Vec<NetworkInput>,
     /// Layers from the inputs to the action.
@@ -227,6 +230,10 @@ impl Policy for Network {
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.holds_s)
     }
+
+    fn advised_share(&self) -> f64 {
+        self.advised_share
+    }
 }
 
 #[cfg(test)]
@@ -246,6 +253,7 @@ mod tests {
             least_spacing_m: if levels == 0 { 8.6 } else { 0.0 },
             levels,
             holds_s: [1.0, 30.0],
+            advised_share: 0.0,
             inputs: FIELD_INPUTS.to_vec(),
             layers: vec![
                 NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },

@@ -28,6 +28,7 @@ fn network() -> Network {
         least_spacing_m: 0.0,
         levels: 0,
         holds_s: [1.0, 1.0],
+        advised_share: 0.0,
         inputs: FIELD_INPUTS.to_vec(),
         layers: vec![layer(4, 16), layer(16, 1)],
         corrected: None,

@@ -40,6 +40,9 @@ pub struct NetworkDescription {
     pub least_spacing_m: f64,
     /// Shortest and longest hold in training, s.
     pub holds_s: [f64; 2],
+    /// Largest share of advised vehicles in training, 0 to 1; 0: one vehicle.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub advised_share: f64,
     /// Meaning of the output.
     #[serde(default)]
     pub output: OutputMeaning,

@@ -300,4 +300,8 @@ impl Policy for OnnxPolicy {
     fn trained_holds_s(&self) -> Option<[f64; 2]> {
         Some(self.description.holds_s)
     }
+
+    fn advised_share(&self) -> f64 {
+        self.description.advised_share
+    }
 }

@@ -16,6 +16,7 @@ fn meaning() -> Network {
         least_spacing_m: 0.0,
         levels: 0,
         holds_s: [1.0, 1.0],
+        advised_share: 0.0,
         inputs: vec![NetworkInput { feature: Feature::Speed, from: 0.0, to: 10.0 }],
         layers: Vec::new(),
         corrected: None,

@@ -95,6 +95,7 @@ fn description(network: &Network) -> NetworkDescription {
         speed_change_mps: network.speed_change_mps,
         least_spacing_m: network.least_spacing_m,
         holds_s: network.holds_s,
+        advised_share: network.advised_share,
         output: if network.levels == 0 { OutputMeaning::Scaled } else { OutputMeaning::Levels },
         element: None,
         input_name: Some(INPUT.into()),

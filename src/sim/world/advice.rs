@@ -156,15 +156,17 @@ impl VehicleAdvice {
     }
 }
 
-/// Warns about a hold or a road that the policy was not trained for; once, as a study begins hundreds of drives.
+/// Warns about a hold, a road or a share that the policy was not made for; once, as a study begins hundreds of drives.
 fn warn_untrained(policy: &dyn Policy, drive: &PlannedDrive) {
     static SAID: std::sync::Once = std::sync::Once::new();
     let length = drive.fixed_vehicles().and_then(|vehicles| {
         let circumference_m = drive.map().route.length_m();
         policy::untrained_length(policy, &Observation { circumference_m, vehicles, ..Observation::default() })
     });
-    let warnings: Vec<String> =
-        [policy::untrained_hold(policy, drive.scenario().hold()), length].into_iter().flatten().collect();
+    let vehicles = drive.fixed_vehicles();
+    let share = policy::untrained_share(policy, drive.advised().share_of(vehicles.unwrap_or(1)), vehicles);
+    let hold = policy::untrained_hold(policy, drive.scenario().hold());
+    let warnings: Vec<String> = [hold, length, share].into_iter().flatten().collect();
     if !warnings.is_empty() {
         SAID.call_once(|| warnings.iter().for_each(|warning| log::warn!("{warning}")));
     }
