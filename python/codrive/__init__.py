@@ -8,6 +8,7 @@ writes a file for drives and studies. ``read`` opens their recordings. Settings 
 
 from codrive._drive import DriveEnv
 from codrive._drive_vector import DriveVectorEnv
+from codrive._drives import Leaders
 from codrive._evaluate import evaluate, policies
 from codrive._open_drive import Lane
 from codrive._policy_file import RecurrentLayer, describe_policy, save_policy
@@ -16,6 +17,7 @@ from codrive._register import make, make_parallel, make_vec, register
 from codrive._ring import RingEnv, RingVectorEnv
 from codrive._settings import settings
 from codrive._traffic import Hold, Moment, Vehicles
+from codrive._traffic_env import TrafficEnv
 
 __all__ = [
     "DataSet",
@@ -23,11 +25,13 @@ __all__ = [
     "DriveVectorEnv",
     "Hold",
     "Lane",
+    "Leaders",
     "Moment",
     "Recording",
     "RecurrentLayer",
     "RingEnv",
     "RingVectorEnv",
+    "TrafficEnv",
     "Vehicles",
     "describe_policy",
     "evaluate",

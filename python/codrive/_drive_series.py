@@ -12,7 +12,7 @@ from gymnasium.utils.seeding import np_random
 from numpy.typing import NDArray
 
 from codrive._camera import Camera, Pictures
-from codrive._drives import DriveLog, HoldResult, LocalDrive, Observed, Road, Seen
+from codrive._drives import DriveLog, HoldResult, Leaders, LocalDrive, Observed, Order, Road, Seen
 from codrive._settings import drive_configuration, sumo_variables, traffic_of
 from codrive._spaces import ENDED, NEVER, SEEDS, check_open, check_settings, checked_seed
 from codrive._traffic import OwnDrive, OwnFunctions, Vehicles
@@ -36,6 +36,7 @@ class Setup:
         driver: str | None,
         settings: dict[str, Any],
         own_process: bool = True,
+        takes_orders_only: bool = False,
     ) -> None:
         if not isinstance(own_process, bool):
             raise ValueError(f"own_process is {own_process!r}; allowed: True, False")
@@ -45,6 +46,8 @@ class Setup:
         self.own_seed = _checked_seed(settings.get("seed"))
         settings = {key: value for key, value in settings.items() if key != "seed"}
         self.configuration, self.arguments = drive_configuration(name, traffic, hold, advice, driver, settings)
+        if self.configuration.advises_none and not takes_orders_only:
+            raise ValueError(f"advised is {settings.get('advised')}; allowed: at least one vehicle, so that the actions have a receiver")
         self.variables = sumo_variables() if self.configuration.needs_sumo else {}
         self.folder = os.getcwd()
         settings = json.loads(self.configuration.json())
@@ -112,6 +115,13 @@ class DriveSeries:
         self._log = DriveLog(own)
         return self._begun("begin", own)
 
+    @property
+    def seed(self) -> int:
+        """Returns the seed of the present drive."""
+        if self._log is None:
+            raise ResetNeeded(NEVER)
+        return self._log.seed
+
     def check_step(self) -> None:
         """Refuses a step if none is possible.
 
@@ -123,9 +133,9 @@ class DriveSeries:
         if self._why_not is not None:
             raise ResetNeeded(self._why_not)
 
-    def hold(self, actions: NDArray[np.float32], lane_changes: list[tuple[int, int, float]] | None = None) -> HoldResult:
-        """Drives one hold under these actions, float32, ``(agents,)``, and lane changes as ``LocalDrive.hold`` takes them."""
-        result: HoldResult = self._told("hold", actions.copy(), lane_changes)
+    def hold(self, actions: NDArray[np.float32], orders: list[Order] | None = None) -> HoldResult:
+        """Drives one hold under these actions, float32, ``(agents,)``, after these orders."""
+        result: HoldResult = self._told("hold", actions.copy(), orders)
         self._show()
         if not self._own.are_given:
             return result
@@ -135,6 +145,15 @@ class DriveSeries:
             # The function has not seen this hold.
             self.fail()
             raise
+
+    def traffic_step(
+        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float
+    ) -> tuple[HoldResult, Seen, Leaders]:
+        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m."""
+        result: tuple[HoldResult, Seen, Leaders] = self._told("traffic_step", actions, orders, reach_m)
+        self._seen = result[1]
+        self._show()
+        return result
 
     def order(self, name: str, *arguments: Any) -> None:
         """Gives the traffic an order, which counts from the next hold on. One that is refused changes nothing."""
@@ -154,6 +173,16 @@ class DriveSeries:
         if self._seen is None:
             self._seen = self._present().call("seen")
         return self._seen
+
+    def leaders(self, reach_m: float) -> Leaders:
+        """Returns the vehicle ahead of each vehicle on its way, within a distance, m."""
+        found: Leaders = self._present().call("leaders", reach_m)
+        return found
+
+    def names(self, cars: list[int]) -> list[tuple[str, str]]:
+        """Returns the names of these vehicles in the demand, and those of their types."""
+        found: list[tuple[str, str]] = self._present().call("names", cars)
+        return found
 
     def road(self) -> Road:
         """Returns the road."""

@@ -28,12 +28,23 @@ class Observed(NamedTuple):
     observations: NDArray[np.float32]
 
 
+class Leaders(NamedTuple):
+    """Vehicle ahead of each of ``Vehicles`` on its way: its number, -1 without one, and the gap from bumper to bumper, m, NaN without one."""
+
+    car: NDArray[np.int64]
+    gap_m: NDArray[np.float64]
+
+
 class Seen(NamedTuple):
     """Traffic now: time since the drive began, columns of all vehicles, ids and letters of signals."""
 
     time_s: float
     columns: NDArray[np.float64]
     signals: list[tuple[str, str]]
+
+
+#: Order to the traffic: name of a method of ``Drive``, and its arguments.
+Order = tuple[str, tuple[Any, ...]]
 
 
 class Road(NamedTuple):
@@ -88,14 +99,21 @@ class LocalDrive:
             getattr(self, call)(*arguments)
         return self._observed()
 
-    def hold(self, actions: NDArray[np.float32], lane_changes: list[tuple[int, int, float]] | None = None) -> HoldResult:
-        """Drives one hold under these actions, float32, ``(agents,)``, after orders to change lanes: number, lanes to the left, time, s."""
+    def hold(self, actions: NDArray[np.float32], orders: list[Order] | None = None) -> HoldResult:
+        """Drives one hold under these actions, float32, ``(agents,)``, after these orders."""
         drive = self._drive
         with in_words_of_python():
-            for order in lane_changes or []:
-                drive.change_lane(*order)
+            for name, arguments in orders or []:
+                getattr(drive, name)(*arguments)
             rewards, terminations, final, is_truncated, measures, time_s, agents, observations = drive.hold(actions)
         return HoldResult(rewards, terminations, is_truncated, measures, time_s, final, Observed(agents, observations))
+
+    def traffic_step(
+        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float
+    ) -> tuple[HoldResult, Seen, Leaders]:
+        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m."""
+        result = self.hold(actions, orders)
+        return result, self.seen(), self.leaders(reach_m)
 
     def order(self, name: str, *arguments: Any) -> None:
         """Gives the traffic an order by the name of its method."""
@@ -106,6 +124,16 @@ class LocalDrive:
         """Returns the traffic now."""
         drive = self._drive
         return Seen(drive.time_s(), drive.vehicles(), drive.signals())
+
+    def leaders(self, reach_m: float) -> Leaders:
+        """Returns the vehicle ahead of each vehicle on its way, within a distance, m."""
+        with in_words_of_python():
+            return Leaders(*self._drive.leaders(reach_m))
+
+    def names(self, cars: list[int]) -> list[tuple[str, str]]:
+        """Returns the names of these vehicles in the demand, and those of their types."""
+        with in_words_of_python():
+            return [(name, kind) for name, kind in self._drive.names(cars)]
 
     def road(self) -> Road:
         """Returns the road."""

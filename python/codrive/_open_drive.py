@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from codrive._drive_series import DriveSeries
+from codrive._drives import Leaders
 from codrive._traffic import Vehicles, car_of
 
 
@@ -46,6 +47,54 @@ class OpenDrive:
     def lanes(self) -> list[Lane]:
         """Returns all lanes of the road, those inside junctions, too."""
         return [Lane(*lane) for lane in self._series.road().lanes]
+
+    def leaders(self, reach_m: float = 250.0) -> Leaders:
+        """Returns the vehicle ahead of each of ``vehicles`` on its way within ``reach_m``, also across junctions: its number, -1 without one,
+        and the gap, m. Only in traffic of SUMO on a network.
+
+        Raises:
+            ValueError: ``reach_m`` is not above 0, or vehicles have no ways here.
+        """
+        if not (np.isfinite(reach_m) and reach_m > 0.0):
+            raise ValueError(f"reach_m is {reach_m!r}; allowed: above 0, m")
+        return self._series.leaders(float(reach_m))
+
+    def names(self, vehicles: ArrayLike) -> list[tuple[str, str]]:
+        """Returns for vehicles of these numbers, as ``env.vehicles.car`` has them, the name in the demand and that of the type. Only in traffic
+        of SUMO on a network.
+
+        Raises:
+            ValueError: There is no such vehicle, or vehicles have no names here.
+        """
+        return self._series.names([int(car) for car in np.asarray(vehicles).ravel()])
+
+    def set_speed(self, vehicle: str | int, speed_mps: float, within_s: float = 0.0) -> None:
+        """Orders a vehicle to change its speed evenly within a time, s, in the next step of SUMO at least; afterwards its model drives on. It
+        obeys its checks (``set_speed_mode``). Advised vehicles follow their advice instead.
+
+        Raises:
+            ValueError: There is no such vehicle, it cannot be ordered, or a number is negative.
+        """
+        self._series.order("set_speed", car_of(vehicle), _at_least_0("speed_mps", speed_mps), _at_least_0("within_s", within_s))
+
+    def set_max_speed(self, vehicle: str | int, speed_mps: float) -> None:
+        """Orders the model of a vehicle to drive at this speed at most, until the next order. Advised vehicles follow their advice instead.
+
+        Raises:
+            ValueError: There is no such vehicle, it cannot be ordered, or the speed is negative.
+        """
+        self._series.order("set_max_speed", car_of(vehicle), _at_least_0("speed_mps", speed_mps))
+
+    def set_speed_mode(self, vehicle: str | int, mode: int) -> None:
+        """Orders a vehicle to obey these checks, the sum of SUMO's bits: 1 safe speed, 2 and 4 limits of acceleration and braking, 8 right of
+        way, 16 red lights. 31, all of them, is what vehicles begin with.
+
+        Raises:
+            ValueError: There is no such vehicle, it cannot be ordered, or the mode is not from 0 to 63.
+        """
+        if isinstance(mode, bool) or not isinstance(mode, (int, np.integer)) or not 0 <= mode < 64:
+            raise ValueError(f"mode is {mode!r}; allowed: a whole number from 0 to 63")
+        self._series.order("set_speed_mode", car_of(vehicle), int(mode))
 
     def change_lane(self, vehicle: str | int, to_the_left: int, within_s: float = 5.0) -> None:
         """Orders a vehicle to change lanes, as soon as there is room: by this many to the left, negative to the right; 0 is to stay.
@@ -99,3 +148,13 @@ class OpenDrive:
     def close(self) -> None:
         """Ends the drive; the environment cannot be used afterwards."""
         self._series.close()
+
+
+def _at_least_0(what: str, value: float) -> float:
+    """
+    Raises:
+        ValueError: The number is negative, or not finite.
+    """
+    if not (np.isfinite(value) and value >= 0.0):
+        raise ValueError(f"{what} is {value!r}; allowed: 0 or more")
+    return float(value)

@@ -18,6 +18,7 @@ except ImportError as fault:
 from codrive._camera import Camera, picture_metadata
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import DriveSeries, Setup
+from codrive._drives import Order
 from codrive._open_drive import OpenDrive
 from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces, with_lane
 from codrive._traffic import OwnFunctions, car_of, hold_info
@@ -179,7 +180,7 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
         self.agents = list(observed.agents)
         return dict(zip(observed.agents, observed.observations))
 
-    def _checked(self, actions: Mapping[str, Any]) -> tuple[NDArray[np.float32], list[tuple[int, int, float]] | None]:
+    def _checked(self, actions: Mapping[str, Any]) -> tuple[NDArray[np.float32], list[Order] | None]:
         """Returns the checked actions in the order of ``agents``, and the orders to change lanes."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions are {type(actions).__name__}; allowed: a dict with an action for each of env.agents")
@@ -204,7 +205,7 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
             return array, None
         check_actions(np.ascontiguousarray(lanes), 3 if levels else 0, owners)
         ways = lanes.astype(int) - 1 if levels else (lanes > _SIDE).astype(int) - (lanes < -_SIDE)
-        return array, [(car_of(agent), int(way), self._hold_s) for agent, way in zip(self.agents, ways)]
+        return array, [("change_lane", (car_of(agent), int(way), self._hold_s)) for agent, way in zip(self.agents, ways)]
 
     def _check_name(self, agent: str) -> None:
         known = getattr(self, "possible_agents", None)

@@ -11,6 +11,7 @@ from codrive._drive import DriveEnv
 from codrive._drive_vector import DriveVectorEnv
 from codrive._ring import RingEnv, RingVectorEnv
 from codrive._settings import traffic_of
+from codrive.benchmarks import BENCHMARKS
 
 if TYPE_CHECKING:
     from codrive._parallel import DriveParallelEnv
@@ -26,7 +27,7 @@ DRIVE_ID = "codrive/Drive-v0"
 
 
 def register() -> None:
-    """Registers the ids of ``IDS`` and ``DRIVE_ID`` with Gymnasium. The import of codrive calls it; another call does nothing."""
+    """Registers the ids of ``IDS``, ``BENCHMARKS`` and ``DRIVE_ID`` with Gymnasium. The import of codrive calls it; another call does nothing."""
     for name, ring in IDS.items():
         if name not in registry:
             gymnasium.register(
@@ -35,6 +36,10 @@ def register() -> None:
                 vector_entry_point="codrive:RingVectorEnv",
                 kwargs={"name": ring},
             )
+    for benchmark in BENCHMARKS:
+        if f"codrive/{benchmark.name}" not in registry:
+            entry = f"codrive.benchmarks:{benchmark.kind}"
+            gymnasium.register(f"codrive/{benchmark.name}", entry_point=entry, kwargs=benchmark.arguments)
     if DRIVE_ID not in registry:
         gymnasium.register(DRIVE_ID, entry_point="codrive:DriveEnv", vector_entry_point="codrive:DriveVectorEnv")
 

@@ -4,29 +4,27 @@
 #[cfg(feature = "desktop")]
 use crate::picture::Shot;
 use crate::{
-    configuration::{Configuration, json, single, unknown_setting},
+    drive_configuration::DriveConfiguration,
     threads,
     traffic_columns::{self, VEHICLE_COLUMNS},
 };
 use codrive::{
-    data_folders,
-    drive_loop::episode::{self, Episode, EpisodeError, HoldOutcome},
-    drive_loop::episode_config::{EpisodeConfig, LATE},
-    driver::{self, DriverError, Population},
+    drive_loop::{
+        episode::{self, Episode, EpisodeError, HoldOutcome},
+        episode_config::EpisodeConfig,
+    },
     map::network::SignalId,
     native_code,
     scenario::Scenario,
-    settings::Field,
+    sim::WorldError,
     toml_text::did_you_mean,
-    traffic::{Demand, EGO, EngineChoice, TrafficOrder, VehicleId, sumo},
+    traffic::{TrafficOrder, VehicleId, sumo},
 };
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::{
-    exceptions::{PyRuntimeError, PyTypeError, PyValueError},
+    exceptions::{PyRuntimeError, PyValueError},
     prelude::*,
-    types::PyDict,
 };
-use serde_json::{Map, Value};
 use std::{
     path::PathBuf,
     sync::{Mutex, PoisonError},
@@ -34,166 +32,6 @@ use std::{
 
 /// True if this module can draw (the cargo feature `desktop`).
 pub const HAS_DESKTOP: bool = cfg!(feature = "desktop");
-
-/// Name of the setting for the vehicles that enter a network, which is not a plain value.
-const DEMAND: &str = "demand";
-
-/// Name of the setting that chooses the engine of the traffic.
-const TRAFFIC: &str = "traffic";
-
-/// Checked settings of whole drives. See `codrive.make` for the arguments.
-#[pyclass(frozen, module = "codrive._codrive")]
-pub struct DriveConfiguration {
-    pub config: EpisodeConfig,
-    is_open: bool,
-}
-
-#[pymethods]
-impl DriveConfiguration {
-    /// Reads settings of `codrive run` and of episodes on a road; `driver` is a name, numbers, a population, or "late".
-    #[new]
-    fn new(py: Python<'_>, map: &str, driver: Option<&str>, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
-        data_folders::require().map_err(refused)?;
-        let Value::Object(named) = json(settings.as_any(), "settings")? else {
-            return Err(PyTypeError::new_err("settings: a dict"));
-        };
-        let asked_engine = named.get(TRAFFIC).and_then(Value::as_str).map(str::to_string);
-        let (demand, changes) = changes(named)?;
-        let made = || {
-            let config = EpisodeConfig::new(map, driver, demand, &changes)
-                .map_err(|why| about_engine(&why.key, asked_engine.as_deref()).unwrap_or(why.message))?;
-            let is_open = config.drive(0).map_err(|why| why.to_string())?.is_open();
-            Ok::<_, String>(Self { config, is_open })
-        };
-        threads::interruptible(py, made)?
-            .map_err(|why| unknown_driver(driver).unwrap_or_else(|| PyValueError::new_err(why)))
-    }
-
-    /// Returns all settings of the drive as JSON, and in `learning` the settings of training that apply here.
-    fn json(&self) -> String {
-        let scenario = serde_json::to_value(&self.config.scenario).unwrap_or_default();
-        let learning = serde_json::to_value(&self.config.learning).unwrap_or_default();
-        let mut all = serde_json::to_value(Map::new()).unwrap_or_default();
-        for field in EpisodeConfig::fields() {
-            let value = field.get(&scenario).or_else(|| field.get(&learning));
-            value.into_iter().for_each(|value| field.set(&mut all, value.clone()));
-        }
-        if let Some(demand) = scenario.get(DEMAND) {
-            all[DEMAND] = demand.clone();
-        }
-        all.to_string()
-    }
-
-    /// Returns the inputs of an observation: name, the value that becomes -1, and the value that becomes 1, in SI units.
-    fn inputs(&self) -> Vec<(&'static str, f64, f64)> {
-        self.config.inputs().iter().map(|input| (input.feature.name(), input.from, input.to)).collect()
-    }
-
-    /// Returns the number of levels of an action; 0 for continuous actions.
-    #[getter]
-    fn levels(&self) -> u32 {
-        self.config.learning.advice.levels
-    }
-
-    /// Returns the actions that -1 and 1 (or the first and the last level) stand for, m/s or m/s². An acceleration may have further limits
-    /// if `speed_change_mps` is set.
-    #[getter]
-    fn action_limits(&self) -> (f64, f64) {
-        self.config.learning.action_limits().into()
-    }
-
-    /// Returns the settings that define the meaning of a policy's numbers, for a policy that learns in such drives.
-    #[getter]
-    fn learning(&self) -> Configuration {
-        Configuration { config: self.config.learning.clone(), corrected: None }
-    }
-
-    /// Returns true if SUMO moves the traffic in this process, which can hold one SUMO at a time.
-    #[getter]
-    fn needs_sumo(&self) -> bool {
-        self.config.scenario.traffic == EngineChoice::Sumo
-    }
-
-    /// Returns true if vehicles enter and leave, so that the advised ones are not known before.
-    #[getter]
-    fn is_open(&self) -> bool {
-        self.is_open
-    }
-
-    /// Returns the names of all vehicles that can be advised. On an open road these are the ones known before: the participant's vehicle,
-    /// or none.
-    fn possible_agents(&self) -> Vec<String> {
-        let scenario = &self.config.scenario;
-        let ego = (scenario.participant || !self.is_open).then_some(EGO);
-        let others = scenario.advised.others(if self.is_open { 0 } else { scenario.vehicles });
-        ego.into_iter().chain(others.map(codrive::traffic::VehicleId)).map(episode::name).collect()
-    }
-}
-
-/// Splits keyword arguments into the demand and the settings of an episode.
-fn changes(named: Map<String, Value>) -> PyResult<(Demand, Vec<(Field, Value)>)> {
-    let fields = EpisodeConfig::fields();
-    let (mut demand, mut flat) = (Demand::default(), Vec::new());
-    for (key, value) in named {
-        if key == DEMAND {
-            demand = read_demand(value)?;
-            continue;
-        }
-        if let Some(field) = fields.iter().find(|field| field.path == key) {
-            flat.push((field.clone(), single(&key, value)?));
-            continue;
-        }
-        match value {
-            Value::Object(inner) if fields.iter().any(|field| field.table() == Some(&key)) => {
-                for (name, value) in inner {
-                    let path = format!("{key}.{name}");
-                    let field = fields.iter().find(|field| field.path == path);
-                    let field = field.ok_or_else(|| unknown_setting(&path, &fields))?;
-                    flat.push((field.clone(), single(&path, value)?));
-                }
-            }
-            _ => {
-                let why = EpisodeConfig::why_not(&key).map(|why| PyTypeError::new_err(format!("{key}: {why}")));
-                return Err(why.unwrap_or_else(|| unknown_setting(&key, &fields)));
-            }
-        }
-    }
-    Ok((demand, flat))
-}
-
-/// Returns the message for a fault of this setting in terms of Python, if it is caused by the chosen engine.
-fn about_engine(key: &str, engine: Option<&str>) -> Option<String> {
-    let engine = engine.filter(|engine| key == TRAFFIC && *engine == "native")?;
-    Some(format!(
-        "traffic is '{engine}'; allowed on a road network, with a path or with a demand: 'sumo', the only engine with \
-         vehicles that enter and leave\n  remedy: traffic='sumo', or a closed route such as \"ring-250\" or \
-         \"practice\""
-    ))
-}
-
-/// Reads the vehicles that enter a network: the path of a SUMO file, or the keys of a scenario's `[demand]`, such as `{"files": [...],
-/// "additional_files": [...], "begin_s": 25200.0, "flows": [{"from": ..., "to": ..., "per_hour": ...}]}`.
-fn read_demand(value: Value) -> PyResult<Demand> {
-    if let Value::String(file) = value {
-        return Ok(Demand { files: vec![PathBuf::from(file)], ..Demand::default() });
-    }
-    serde_json::from_value(value).map_err(|error| PyValueError::new_err(format!("demand: {error}")))
-}
-
-/// Returns the error for an unknown driver, with the known ones.
-fn unknown_driver(driver: Option<&str>) -> Option<PyErr> {
-    let name = driver?;
-    if name == LATE || Population::named(name).is_ok() {
-        return None;
-    }
-    let Err(DriverError::Unknown { name }) = driver::named(name) else { return None };
-    let known = [&driver::PRESETS[..], &driver::MACHINES, &Population::NAMES, &[LATE]].concat();
-    Some(PyValueError::new_err(format!(
-        "no driver is called {name:?}{}; allowed: {}, or numbers: \"reaction=1,error=0.5,speed_bias=0,deadband=0\"",
-        did_you_mean(&name, &known),
-        known.join(", ")
-    )))
-}
 
 /// Result of a hold. Of the vehicles that were agents before it: rewards, m/s, float64; true for vehicles that have left the road, and for
 /// all after the first contact of an advised vehicle; the last observations, float32, `(agents, inputs)`. Then whether the horizon or the end
@@ -209,6 +47,9 @@ type HoldResult<'py> = (
     Vec<String>,
     Bound<'py, PyArray2<f32>>,
 );
+
+/// Numbers for numpy.
+type Numbers<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Lane: id, width, m, and centre line, float64, `(points, 2)`.
 type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
@@ -293,6 +134,23 @@ impl Drive {
         PyArray1::from_vec(py, columns).reshape([VEHICLE_COLUMNS.len(), vehicles])
     }
 
+    /// Returns for each of `vehicles` the vehicle ahead of it on its way within a distance, m: its number, -1 without one; and the gap, m, NaN
+    /// without one. Only on networks with a demand.
+    fn leaders<'py>(&self, py: Python<'py>, reach_m: f64) -> PyResult<(Numbers<'py, i64>, Numbers<'py, f64>)> {
+        let leaders = self.with(|episode| traffic_columns::leaders(episode.world(), reach_m))?.map_err(refused)?;
+        let cars = leaders.iter().map(|leader| leader.map_or(-1, |leader| leader.id.0.into()));
+        let gaps = leaders.iter().map(|leader| leader.map_or(f64::NAN, |leader| leader.gap_m));
+        Ok((PyArray1::from_iter(py, cars), PyArray1::from_iter(py, gaps)))
+    }
+
+    /// Returns the names of vehicles in the demand, and those of their types. Only on networks with a demand.
+    fn names(&self, cars: Vec<u32>) -> PyResult<Vec<[String; 2]>> {
+        let names = self.with(|episode| {
+            cars.iter().map(|car| episode.world().names(VehicleId(*car))).collect::<Result<_, WorldError>>()
+        })?;
+        names.map_err(refused)
+    }
+
     /// Returns for each lane its id, its width and its centre line, float64, `(points, 2)`, metres.
     fn lanes<'py>(&self, py: Python<'py>) -> PyResult<Vec<LaneLine<'py>>> {
         let lanes = self.with(|episode| traffic_columns::lanes(&episode.world().map().network))?;
@@ -336,6 +194,21 @@ impl Drive {
     fn set_letters(&self, py: Python<'_>, signal: &str, letters: String) -> PyResult<()> {
         let signal = self.signal(signal)?;
         self.order(py, &TrafficOrder::State { signal, letters })
+    }
+
+    /// Orders a vehicle to change its speed evenly within a time, s; 0 is the next step.
+    fn set_speed(&self, py: Python<'_>, car: u32, speed_mps: f64, duration_s: f64) -> PyResult<()> {
+        self.order(py, &TrafficOrder::Speed { id: VehicleId(car), speed_mps, duration_s })
+    }
+
+    /// Orders the model of a vehicle to drive at this speed at most.
+    fn set_max_speed(&self, py: Python<'_>, car: u32, speed_mps: f64) -> PyResult<()> {
+        self.order(py, &TrafficOrder::MaxSpeed { id: VehicleId(car), speed_mps })
+    }
+
+    /// Orders a vehicle to obey the checks of this speed mode of SUMO.
+    fn set_speed_mode(&self, py: Python<'_>, car: u32, mode: u32) -> PyResult<()> {
+        self.order(py, &TrafficOrder::SpeedMode { id: VehicleId(car), mode })
     }
 
     /// Returns the fingerprint of all states so far, 16 hexadecimal digits: equal if every bit of them is equal.

@@ -3,7 +3,7 @@
 //!
 //! * [`configuration`] reads settings.
 //! * [`rings`] moves many environments at once.
-//! * [`drive`] runs whole drives; [`traffic_columns`] has their vehicles; `picture` draws them if the build can.
+//! * [`drive_configuration`] reads settings of whole drives, [`drive`] runs them; [`traffic_columns`] has their vehicles; `picture` draws them if the build can.
 //! * [`evaluation`] evaluates policies on rings, [`evaluation_drive`] by whole drives, [`policy_file`] writes them.
 //! * [`folders`] reads recordings.
 //! * [`benchmark`] measures the speed of rings without Python.
@@ -13,6 +13,7 @@
 mod benchmark;
 mod configuration;
 mod drive;
+mod drive_configuration;
 mod evaluation;
 mod evaluation_drive;
 mod folders;
@@ -33,7 +34,8 @@ mod _codrive {
     use super::{
         benchmark::random_steps,
         configuration::{Configuration, data_folder},
-        drive::{Drive, DriveConfiguration, sumo_home, try_network},
+        drive::{Drive, sumo_home, try_network},
+        drive_configuration::DriveConfiguration,
         evaluation::{evaluate_actions, evaluate_policy, measure_names, policy_names},
         evaluation_drive::EvaluationDrive,
         folders::{find_drives, measures, recorded_settings, space_time},

@@ -4,7 +4,7 @@
 use codrive::{
     drive_loop::hold_measures,
     map::network::{Network, SignalId},
-    sim::{Snapshot, World},
+    sim::{Leader, Snapshot, World, WorldError},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
     traffic::{EGO, VehicleId},
 };
@@ -95,6 +95,17 @@ fn ego(snapshot: &Snapshot) -> [f64; VEHICLE_COLUMNS.len()] {
         CAR_LENGTH_M,
         CAR_WIDTH_M,
     ]
+}
+
+/// Returns for each of [`vehicles`] the vehicle ahead of it on its way within `reach_m`, if any.
+///
+/// # Errors
+/// The road has no network with a demand, or the engine failed.
+pub fn leaders(world: &World, reach_m: f64) -> Result<Vec<Option<Leader>>, WorldError> {
+    let others = world.leaders(reach_m)?;
+    let snapshot = world.snapshot();
+    let ego = (!snapshot.is_without_ego).then(|| snapshot.leader.filter(|leader| leader.gap_m <= reach_m));
+    Ok(ego.into_iter().chain(others).collect())
 }
 
 /// Returns id, width and centre line of each lane, points of east and north one after the other.

@@ -243,6 +243,54 @@ def test_a_vehicle_takes_the_route_it_is_ordered_to():
     env.close()
 
 
+def test_vehicles_of_the_traffic_take_orders_for_their_speeds():
+    env = grid(advised="1%", warm_up_s=0.0)
+    env.reset(seed=3)
+    while True:
+        advised = env.vehicles.is_advised
+        free = env.vehicles.car[~advised & (env.vehicles.speed_mps > 6.0) & ~(env.leaders(60.0).gap_m < 60.0)]
+        if len(free) >= 2:
+            break
+        env.step(still(env))
+    slowed, limited = (int(car) for car in free[:2])
+    speed = env.vehicles.speed_mps[env.vehicles.rows([slowed, limited])]
+    # A hold is one second. The driver of the traffic brakes by 1.5 m/s2 at most.
+    env.set_speed(slowed, float(speed[0]) - 1.0, within_s=1.0)
+    env.set_max_speed(limited, float(speed[1]) - 1.0)
+    env.step(still(env))
+    after = env.vehicles.speed_mps[env.vehicles.rows([slowed, limited])]
+    assert after == pytest.approx(speed - [1.0, 1.0], abs=0.05)
+    (name, kind), *_ = env.names([slowed])
+    assert name.startswith("flow") and kind == "codrive.car"
+    for wrong, message in (
+        (lambda: env.set_speed(slowed, -1.0), "speed_mps is -1.0; allowed: 0 or more"),
+        (lambda: env.set_speed_mode(slowed, 64), "mode is 64; allowed: a whole number from 0 to 63"),
+        (lambda: env.set_speed(int(env.vehicles.car[advised][0]) if advised.any() else 10**6, 1.0), "is advised|no longer there"),
+        (lambda: env.leaders(0.0), "reach_m is 0.0; allowed: above 0"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            wrong()
+    env.close()
+
+
+def test_leaders_are_the_next_vehicles_of_a_lane():
+    flows = [{**flow, "per_hour": 2400.0} for flow in FLOWS["flows"]]
+    env = grid(advice="speed", demand={"flows": flows})
+    env.reset(seed=1)
+    for name, letters in env.signals.items():
+        env.set_signal(name, "r" * len(letters))
+    for _ in range(40):
+        env.step({agent: np.ones(1, np.float32) for agent in env.agents})
+    vehicles, leaders = env.vehicles, env.leaders()
+    order = np.lexsort((vehicles.lane_s_m, vehicles.lane))
+    pairs = [(one, other) for one, other in zip(order, order[1:]) if vehicles.lane[one] == vehicles.lane[other]]
+    assert len(pairs) >= 2
+    for behind, ahead in pairs:
+        gap_m = vehicles.lane_s_m[ahead] - vehicles.length_m[ahead] - vehicles.lane_s_m[behind]
+        assert leaders.car[behind] == vehicles.car[ahead] and leaders.gap_m[behind] == pytest.approx(gap_m, abs=1e-6)
+    env.close()
+
+
 def test_agents_change_lanes_by_their_actions():
     env = grid(advice="speed", lane_changes=True, warm_up_s=0.0)
     assert env.action_space("any") == Box(-1.0, 1.0, (2,), np.float32)

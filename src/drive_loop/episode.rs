@@ -286,8 +286,11 @@ impl Episode {
         Ok(())
     }
 
-    /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most.
+    /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most; not where none is ever advised.
     fn wait_for_agents(&mut self) -> Result<(), RunError> {
+        if self.config.scenario.advises_no_vehicle() {
+            return Ok(());
+        }
         while self.world.agents().next().is_none() && !self.is_over {
             let (_, has_crashed) = self.drive(&mut [])?;
             self.holds += 1;

@@ -213,9 +213,8 @@ impl EpisodeConfig {
             let text = format!("sees names `{}`, which whole drives do not have: {why}", feature.name());
             return Err(("sees", text));
         }
-        let advises_none =
-            if drive.is_open() { drive.scenario().advises_no_vehicle() } else { drive.advised().is_no_vehicle() };
-        if advises_none {
+        // On a network without agents, orders to the traffic take the place of actions.
+        if !drive.is_open() && drive.advised().is_no_vehicle() {
             let advised = drive.scenario().advised;
             let text =
                 format!("advised is {advised}; allowed: at least one vehicle, so that the actions have a receiver");

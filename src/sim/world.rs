@@ -52,7 +52,7 @@ use std::{
     collections::BTreeSet,
     sync::{Arc, Mutex},
 };
-use traffic_coupling::{TOUCHABLE_M, TrafficCoupling};
+use traffic_coupling::{LEADER_REACH_M, TOUCHABLE_M, TrafficCoupling};
 
 /// A drive in progress.
 pub struct World {
@@ -299,7 +299,7 @@ impl World {
         for agent in self.others[first..].iter_mut().filter(|agent| !agent.is_full()) {
             let Some(now) = all.vehicle(agent.id()) else { continue };
             let leader = match self.drive.is_open() {
-                true => self.traffic.leader(agent.id())?,
+                true => self.traffic.leader(agent.id(), LEADER_REACH_M)?,
                 false => self.order.leader(agent.id(), &map.route),
             };
             agent.follow_traffic(now, leader, all);

@@ -1,5 +1,7 @@
 //! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
+pub use crate::traffic::Leader;
+
 use crate::{
     controls::Indicator,
     ego::{EgoState, Obstacle},
@@ -100,17 +102,6 @@ pub struct Snapshot {
     pub advice: Option<Advice>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
     pub mean_speed_mps: f64,
-}
-
-/// The vehicle ahead in the lane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Leader {
-    /// Id of the leader.
-    pub id: VehicleId,
-    /// Gap, ego's front bumper to the leader's rear bumper, metres.
-    pub gap_m: f64,
-    /// Speed of the leader, m/s.
-    pub speed_mps: f64,
 }
 
 /// Returns true if a car with this lateral offset, metres, overlaps one in the middle of the lane.

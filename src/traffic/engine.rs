@@ -183,11 +183,53 @@ pub enum TrafficOrder {
         /// SUMO's letters of lights, one for each link.
         letters: String,
     },
+    /// The vehicle changes its speed evenly within a time, as far as its checks allow. Then its model drives on.
+    Speed {
+        /// Vehicle of the order.
+        id: VehicleId,
+        /// Speed at the end of that time, m/s.
+        speed_mps: f64,
+        /// Time of the change, s; 0 is the next step.
+        duration_s: f64,
+    },
+    /// The model of the vehicle drives at this speed at most.
+    MaxSpeed {
+        /// Vehicle of the order.
+        id: VehicleId,
+        /// Highest speed, m/s.
+        speed_mps: f64,
+    },
+    /// The vehicle obeys the checks of SUMO's speed mode.
+    SpeedMode {
+        /// Vehicle of the order.
+        id: VehicleId,
+        /// Sum of SUMO's bits: 1 safe speed, 2 and 4 limits of acceleration and braking, 8 right of way, 16 red lights; 31 is all.
+        mode: u32,
+    },
 }
 
-/// Vehicle ahead, as the engine knows it.
+impl TrafficOrder {
+    /// Returns the vehicle of the order; `None` for a signal.
+    pub fn vehicle(&self) -> Option<VehicleId> {
+        match self {
+            Self::ChangeLane { id, .. }
+            | Self::Route { id, .. }
+            | Self::Speed { id, .. }
+            | Self::MaxSpeed { id, .. }
+            | Self::SpeedMode { id, .. } => Some(*id),
+            Self::Phase { .. } | Self::State { .. } => None,
+        }
+    }
+
+    /// Returns true for an order to the model that drives the vehicle, which a vehicle with a driver of its own does not have.
+    pub fn is_for_model(&self) -> bool {
+        matches!(self, Self::Speed { .. } | Self::MaxSpeed { .. } | Self::SpeedMode { .. })
+    }
+}
+
+/// Vehicle ahead of another on its way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EngineLeader {
+pub struct Leader {
     pub id: VehicleId,
     /// Gap from bumper to bumper, m.
     pub gap_m: f64,
@@ -250,8 +292,16 @@ pub trait Traffic: Send {
     ///
     /// # Errors
     /// The vehicle is not there, or the engine has no vehicles with routes.
-    fn leader(&self, _id: VehicleId, _reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+    fn leader(&self, _id: VehicleId, _reach_m: f64) -> Result<Option<Leader>, TrafficError> {
         Err(TrafficError::Setup("only vehicles of a demand have a way on a network".into()))
+    }
+
+    /// Returns the name of a vehicle in the demand, and that of its type.
+    ///
+    /// # Errors
+    /// The vehicle is not there, or the engine has no demand.
+    fn names(&self, _id: VehicleId) -> Result<[String; 2], TrafficError> {
+        Err(TrafficError::Setup("only vehicles of a demand have names".into()))
     }
 
     /// Carries out an order, from the next step on.

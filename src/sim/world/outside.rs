@@ -14,6 +14,7 @@ use crate::{
     driver::{DriverError, DriverParams},
     policy::{Action, Observation},
     scenario::PlannedDrive,
+    sim::Leader,
     traffic::{TrafficError, TrafficOrder, VehicleId},
 };
 use std::sync::Arc;
@@ -63,19 +64,38 @@ impl World {
         }
     }
 
+    /// Returns for each vehicle of the traffic, in the order of [`Snapshot::vehicles`], the vehicle ahead of it on its way within `reach_m`.
+    ///
+    /// # Errors
+    /// The engine has no vehicles with routes, or it failed.
+    pub fn leaders(&self, reach_m: f64) -> Result<Vec<Option<Leader>>, WorldError> {
+        self.snapshot().vehicles().map(|car| Ok(self.traffic.leader(car.id, reach_m)?)).collect()
+    }
+
+    /// Returns the name of a vehicle in the demand, and that of its type.
+    ///
+    /// # Errors
+    /// The engine has no demand, or the vehicle is not there.
+    pub fn names(&self, id: VehicleId) -> Result<[String; 2], WorldError> {
+        Ok(self.traffic.names(id)?)
+    }
+
     /// Gives the traffic an order. Call it where a step begins; it counts from that step on.
     ///
     /// # Errors
-    /// The order is for a vehicle with a full body, which keeps to its own path; the vehicle is not there; or the engine refuses the order.
+    /// The order is for a vehicle with a full body, which keeps to its own path; it is for the speed of an advised vehicle; the vehicle is not there; or the engine refuses the order.
     /// Nothing has changed.
     pub fn order(&mut self, order: &TrafficOrder) -> Result<(), WorldError> {
-        let of = match order {
-            TrafficOrder::ChangeLane { id, .. } | TrafficOrder::Route { id, .. } => Some(*id),
-            TrafficOrder::Phase { .. } | TrafficOrder::State { .. } => None,
-        };
-        if let Some(agent) = self.agents().find(|agent| Some(agent.id()) == of && agent.is_full()) {
-            let text = format!("vehicle {} has a full body and a driver, who keeps to the path", agent.id().0);
-            return Err(TrafficError::Setup(text).into());
+        let of = order.vehicle();
+        if let Some(agent) = self.agents().find(|agent| Some(agent.id()) == of) {
+            let why = match (agent.is_full(), order.is_for_model()) {
+                (_, true) => "is advised; its driver chooses the speed",
+                (true, false) => "has a full body and a driver, who keeps to the path",
+                (false, false) => "",
+            };
+            if !why.is_empty() {
+                return Err(TrafficError::Setup(format!("vehicle {} {why}", agent.id().0)).into());
+            }
         }
         let path = self.traffic.order(order)?;
         if let (Some((map, s_m)), Some(agent)) = (path, self.others.iter_mut().find(|agent| Some(agent.id()) == of)) {

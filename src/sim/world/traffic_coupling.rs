@@ -23,8 +23,8 @@ use crate::{
     space::{CAR_LENGTH_M, Pose},
     time::TICK_S,
     traffic::{
-        Articulation, Demand, EGO, EngineLeader, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficOrder,
-        TrafficStart, VehicleId, VehicleKind, VehicleReport, VehicleState,
+        Articulation, Demand, EGO, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficOrder, TrafficStart,
+        VehicleId, VehicleKind, VehicleReport, VehicleState,
     },
 };
 use std::sync::Arc;
@@ -40,7 +40,7 @@ const SIDEWAYS: f64 = 0.25;
 pub(super) const TOUCHABLE_M: f64 = 100.0;
 
 /// Distance within which the driver of a light agent on a network sees a leader, metres.
-const LEADER_REACH_M: f64 = 200.0;
+pub(super) const LEADER_REACH_M: f64 = 200.0;
 
 /// A traffic engine, and the two steps around the present tick.
 pub(super) struct TrafficCoupling {
@@ -269,17 +269,21 @@ impl TrafficCoupling {
                 let lane = vehicle.lane.ok_or_else(|| no_vehicle(*id))?;
                 Some(self.path(&vehicle, lane, edges).map_err(PlanError::from)?)
             }
-            TrafficOrder::ChangeLane { .. } | TrafficOrder::Phase { .. } | TrafficOrder::State { .. } => None,
+            _ => None,
         };
         self.engine.as_mut().ok_or_else(stopped)?.order(order)?;
         Ok(path)
     }
 
-    /// Returns the leader of a light agent on a network at the end of the last step; `None` without one, or where the engine has gone on.
-    pub fn leader(&self, id: VehicleId) -> Result<Option<Leader>, TrafficError> {
+    /// Returns the leader of a vehicle on a network at the end of the last step; `None` without one, or where the engine has gone on.
+    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<Leader>, TrafficError> {
         let Some(engine) = self.engine.as_ref().filter(|_| !self.arrived.contains(&id)) else { return Ok(None) };
-        let found = engine.leader(id, LEADER_REACH_M)?;
-        Ok(found.map(|EngineLeader { id, gap_m, speed_mps }| Leader { id, gap_m, speed_mps }))
+        engine.leader(id, reach_m)
+    }
+
+    /// Returns the name of a vehicle in the demand, and that of its type.
+    pub fn names(&self, id: VehicleId) -> Result<[String; 2], WorldError> {
+        Ok(self.engine.as_ref().ok_or_else(stopped)?.names(id)?)
     }
 
     /// Begins the step that was asked for: takes the engine's present state as the next step.

@@ -28,7 +28,7 @@ pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
 
 use super::{
-    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, EngineLeader, FixedSetup, LaneMotion, Traffic,
+    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, FixedSetup, LaneMotion, Leader, Traffic,
     TrafficError, TrafficOrder, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
 };
 use crate::{
@@ -370,8 +370,12 @@ impl Traffic for SumoTraffic {
         self.shim.take_pedals(id)
     }
 
-    fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+    fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<Leader>, TrafficError> {
         self.shim.leader(id, reach_m)
+    }
+
+    fn names(&self, id: VehicleId) -> Result<[String; 2], TrafficError> {
+        self.shim.names(id)
     }
 
     fn order(&mut self, order: &TrafficOrder) -> Result<(), TrafficError> {

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     map::network::Network,
     traffic::{
-        CarFollowing, Departure, EngineLeader, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
+        CarFollowing, Departure, HARDEST_MPS2, Leader, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
         VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
     },
 };
@@ -93,7 +93,7 @@ impl People {
             if let (CarFollowing::OptimalVelocity(model), Some(lane)) = (&driver.model, vehicle.lane) {
                 let leader = shim.leader(*id, REACH_M)?;
                 let (gap_m, leader_mps) =
-                    leader.map_or((REACH_M, from_mps), |EngineLeader { gap_m, speed_mps, .. }| (gap_m, speed_mps));
+                    leader.map_or((REACH_M, from_mps), |Leader { gap_m, speed_mps, .. }| (gap_m, speed_mps));
                 let limit_mps = self.limits_mps[lane.index()];
                 let accel =
                     model.acceleration(from_mps, leader_mps, gap_m, limit_mps).clamp(-HARDEST_MPS2, HARDEST_MPS2);

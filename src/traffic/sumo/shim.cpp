@@ -162,9 +162,11 @@ API int cs_person(uint32_t number, double accel, double decel, double time_gap, 
 // The leader of a vehicle within `reach`: its number, its speed and the gap between the bumpers; an infinite gap without one.
 API int cs_leader(uint32_t number, double reach, uint32_t* leader_number, double* gap, double* speed) {
     return guard([&] {
-        const std::string& id = vehicle(number).id;
-        const auto leader = sim::Vehicle::getLeader(id, reach);
+        const Mobile& v = vehicle(number);
+        const std::string& id = v.id;
         *gap = INFINITY, *speed = 0.;
+        if (v.is_person) return;
+        const auto leader = sim::Vehicle::getLeader(id, reach);
         if (leader.first.empty()) return;
         const auto known = numbers.find(leader.first);
         if (known == numbers.end()) return;  // it departs in this step
@@ -265,6 +267,38 @@ API int cs_set_state(size_t signal, const char* letters) {
             throw std::invalid_argument("a signal with " + std::to_string(links) + " links takes as many letters");
         sim::TrafficLight::setRedYellowGreenState(id, letters);
     });
+}
+
+// A vehicle's name in the demand, and after a line feed that of its type; the text stands until the next call.
+API int cs_names(uint32_t number, const char** text) {
+    return guard([&] {
+        const Mobile& v = vehicle(number);
+        answer = v.id + "\n" + (v.is_person ? sim::Person::getTypeID(v.id) : sim::Vehicle::getTypeID(v.id));
+        *text = answer.c_str();
+    });
+}
+
+// The name by which SUMO knows a vehicle that its model drives.
+static const std::string& driven(uint32_t number) {
+    const Mobile& v = vehicle(number);
+    if (v.is_person) throw std::invalid_argument("a person has no such speed");
+    return v.id;
+}
+
+// Changes a vehicle's speed evenly within `duration`, in one step at least; its checks hold.
+API int cs_set_speed(uint32_t number, double speed, double duration) {
+    constexpr double NEXT_STEP = 1e-3;
+    return guard([&] { sim::Vehicle::slowDown(driven(number), speed, std::max(duration, NEXT_STEP)); });
+}
+
+// The highest speed of a vehicle, with its model.
+API int cs_set_max_speed(uint32_t number, double speed) {
+    return guard([&] { sim::Vehicle::setMaxSpeed(driven(number), speed); });
+}
+
+// The checks that a vehicle obeys, by SUMO's bits.
+API int cs_set_speed_mode(uint32_t number, uint32_t mode) {
+    return guard([&] { sim::Vehicle::setSpeedMode(driven(number), static_cast<int>(mode)); });
 }
 
 // The commands, one step, and everything that it changed.

@@ -9,7 +9,7 @@ use crate::{
     idm::IdmParams,
     map::network::LaneId,
     space::SumoPose,
-    traffic::{EngineLeader, TrafficError, TrafficOrder, VehicleId, go_on, starts_under_way},
+    traffic::{Leader, TrafficError, TrafficOrder, VehicleId, go_on, starts_under_way},
 };
 use glam::DVec2;
 use std::{
@@ -40,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 11,
+        number: 12,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -79,10 +79,14 @@ struct Api {
     add: unsafe extern "C" fn(Text, Text, Text, usize, f64, f64, c_int, *mut u32) -> c_int,
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
+    names: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     change_lane: unsafe extern "C" fn(u32, c_int, f64) -> c_int,
     set_route: unsafe extern "C" fn(u32, Texts, usize) -> c_int,
     set_phase: unsafe extern "C" fn(usize, u32) -> c_int,
     set_state: unsafe extern "C" fn(usize, Text) -> c_int,
+    set_speed: unsafe extern "C" fn(u32, f64, f64) -> c_int,
+    set_max_speed: unsafe extern "C" fn(u32, f64) -> c_int,
+    set_speed_mode: unsafe extern "C" fn(u32, u32) -> c_int,
     step: unsafe extern "C" fn(*const RawCommand, usize, f64, *mut RawStep) -> c_int,
     look: unsafe extern "C" fn(*mut RawStep) -> c_int,
     bare_step: unsafe extern "C" fn() -> c_int,
@@ -143,10 +147,14 @@ impl Api {
             add: symbol!(b"cs_add\0"),
             take: symbol!(b"cs_take\0"),
             take_pedals: symbol!(b"cs_take_pedals\0"),
+            names: symbol!(b"cs_names\0"),
             change_lane: symbol!(b"cs_change_lane\0"),
             set_route: symbol!(b"cs_set_route\0"),
             set_phase: symbol!(b"cs_set_phase\0"),
             set_state: symbol!(b"cs_set_state\0"),
+            set_speed: symbol!(b"cs_set_speed\0"),
+            set_max_speed: symbol!(b"cs_set_max_speed\0"),
+            set_speed_mode: symbol!(b"cs_set_speed_mode\0"),
             step: symbol!(b"cs_step\0"),
             look: symbol!(b"cs_look\0"),
             bare_step: symbol!(b"cs_bare_step\0"),
@@ -277,11 +285,11 @@ impl Shim {
     }
 
     /// Returns the leader of a vehicle; `None` without one within `reach_m`.
-    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<EngineLeader>, TrafficError> {
+    pub fn leader(&self, id: VehicleId, reach_m: f64) -> Result<Option<Leader>, TrafficError> {
         let (mut number, mut gap_m, mut speed_mps) = (0, f64::INFINITY, 0.0);
         let out = (&raw mut number, &raw mut gap_m, &raw mut speed_mps);
         self.check(unsafe { (self.api.leader)(id.0, reach_m, out.0, out.1, out.2) })?;
-        Ok(gap_m.is_finite().then_some(EngineLeader { id: VehicleId(number), gap_m, speed_mps }))
+        Ok(gap_m.is_finite().then_some(Leader { id: VehicleId(number), gap_m, speed_mps }))
     }
 
     /// Makes a route of edges.
@@ -323,6 +331,15 @@ impl Shim {
         Ok(edges.split(' ').map(str::to_owned).collect())
     }
 
+    /// Returns the name of a vehicle in the demand, and that of its type.
+    pub fn names(&self, id: VehicleId) -> Result<[String; 2], TrafficError> {
+        let names = self.text(|out| unsafe { (self.api.names)(id.0, out) })?;
+        let (name, kind) = names.split_once('\n').unwrap_or((&names, ""));
+        // A vehicle with a number of its own, such as a highest speed, has a type of its own: "TYPE@NAME".
+        let kind = kind.strip_suffix(&format!("@{name}")).unwrap_or(kind);
+        Ok([name.to_owned(), kind.to_owned()])
+    }
+
     /// Carries out an order, from the next step on. SUMO has changed nothing if it refuses one.
     pub fn order(&mut self, order: &TrafficOrder) -> Result<(), TrafficError> {
         let api = &self.api;
@@ -338,6 +355,11 @@ impl Shim {
                 let letters = c_text(letters);
                 unsafe { (api.set_state)(signal.index(), letters.as_ptr()) }
             }
+            TrafficOrder::Speed { id, speed_mps, duration_s } => unsafe {
+                (api.set_speed)(id.0, *speed_mps, *duration_s)
+            },
+            TrafficOrder::MaxSpeed { id, speed_mps } => unsafe { (api.set_max_speed)(id.0, *speed_mps) },
+            TrafficOrder::SpeedMode { id, mode } => unsafe { (api.set_speed_mode)(id.0, *mode) },
         };
         self.check(code)
     }
