@@ -46,13 +46,13 @@ class Setup:
         self.own_seed = _checked_seed(settings.get("seed"))
         settings = {key: value for key, value in settings.items() if key != "seed"}
         self.configuration, self.arguments = drive_configuration(name, traffic, hold, advice, driver, settings)
+        known = json.loads(self.configuration.json())
         if self.configuration.advises_none and not takes_orders_only:
-            raise ValueError(f"advised is {settings.get('advised')}; allowed: at least one vehicle, so that the actions have a receiver")
+            raise ValueError(f"advised is {known['advised']}; allowed: at least one vehicle, so that the actions have a receiver")
         self.variables = sumo_variables() if self.configuration.needs_sumo else {}
         self.folder = os.getcwd()
-        settings = json.loads(self.configuration.json())
-        self.hold_s: float = settings["hold_s"]
-        self.top_speed_mps: float = settings["top_speed_mps"]
+        self.hold_s: float = known["hold_s"]
+        self.top_speed_mps: float = known["top_speed_mps"]
 
     def drive(self) -> LocalDrive | WorkerDrive:
         """Makes a drive, in this process if SUMO is not needed or is wanted here."""

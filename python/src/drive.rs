@@ -48,7 +48,7 @@ type HoldResult<'py> = (
     Bound<'py, PyArray2<f32>>,
 );
 
-/// Numbers for numpy.
+/// Array of one axis for numpy.
 type Numbers<'py, T> = Bound<'py, PyArray1<T>>;
 
 /// Lane: id, width, m, and centre line, float64, `(points, 2)`.

@@ -109,10 +109,10 @@ impl DriveConfiguration {
         self.is_open
     }
 
-    /// Returns true if no vehicle is ever advised.
+    /// Returns true on a network on which no vehicle is ever advised.
     #[getter]
     fn advises_none(&self) -> bool {
-        self.config.scenario.advises_no_vehicle()
+        self.is_open && self.config.scenario.advises_no_vehicle()
     }
 
     /// Returns the names of all vehicles that can be advised. On an open road these are the ones known before: the participant's vehicle,

@@ -152,7 +152,7 @@ def test_controlled_vehicles_take_the_accelerations_of_their_actions():
 def test_the_bottleneck_counts_all_vehicles_on_its_edges():
     env = FlowBottleneck()
     env.reset(seed=1)
-    seen = env.step(idle(env))[0]
+    seen = [env.step(idle(env))[0] for _ in range(40)][-1]
     vehicles = env.vehicles
     lanes = [env.lanes[lane].id for lane in vehicles.lane]
     kinds = [kind for _, kind in env.names(vehicles.car)]

@@ -105,6 +105,8 @@ pub struct Episode {
     holds: u32,
     horizon: u32,
     is_over: bool,
+    /// True on a network on which no vehicle is ever advised: orders to the traffic take the place of actions.
+    takes_orders_only: bool,
     fingerprint: u64,
 }
 
@@ -115,6 +117,7 @@ impl Episode {
     /// The world cannot start or go on, or a driver cannot be simulated.
     pub fn begin(config: &EpisodeConfig, seed: u64) -> Result<Self, RunError> {
         let drive = config.drive(seed).map_err(WorldError::from)?;
+        let takes_orders_only = drive.is_open() && drive.scenario().advises_no_vehicle();
         let drivers = drivers(config, seed);
         let settings = OutsideSettings { sees: config.costly_inputs(), drivers: Some(Arc::clone(&drivers)) };
         let world = World::advised_from_outside(drive, settings)?;
@@ -134,6 +137,7 @@ impl Episode {
             driver,
             holds: 0,
             is_over: false,
+            takes_orders_only,
             fingerprint: HASH_START,
         };
         episode.world.sync_agents_now()?;
@@ -288,7 +292,7 @@ impl Episode {
 
     /// Continues the drive, hold by hold, while there is no vehicle to advise, to the horizon at most; not where none is ever advised.
     fn wait_for_agents(&mut self) -> Result<(), RunError> {
-        if self.config.scenario.advises_no_vehicle() {
+        if self.takes_orders_only {
             return Ok(());
         }
         while self.world.agents().next().is_none() && !self.is_over {

@@ -219,7 +219,7 @@ mod tests {
         let warned = |made_for, share, vehicles| untrained_share(&Shared(made_for), share, vehicles);
         // One of 22 vehicles is what all policies are made for; a share is rounded to whole vehicles.
         assert_eq!(
-            [warned(0.0, 1.0 / 22.0, Some(22)), warned(0.2, 5.0 / 22.0, Some(22)), warned(1.0, 1.0, Some(22))],
+            [warned(0.0, 1.0 / 22.0, Some(22)), warned(0.2, 4.0 / 22.0, Some(22)), warned(1.0, 1.0, Some(22))],
             [None, None, None]
         );
         let text = warned(0.0, 11.0 / 22.0, Some(22)).expect("a warning");
