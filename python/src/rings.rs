@@ -8,13 +8,7 @@ use crate::{
 };
 use codrive::{
     policy::{CorrectedAdvice, NetworkInput, Observation},
-    train::{
-        RingVehicle, TrainConfig,
-        environment::VecEnv,
-        outcome::{Ending, HoldReport},
-        rollout::action,
-        simd::LANES,
-    },
+    train::{RingVehicle, TrainConfig, environment::VecEnv, outcome::Ending, rollout::action, simd::LANES},
 };
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::{
@@ -193,15 +187,15 @@ fn step(
         drawn.clear();
         // Rings beyond the last one get the middle action; their results are not used.
         drawn.extend((0..rows).map(|row| action(config, actions.get(row).copied().unwrap_or(0.0), hold)));
-        block.hold_each(&drawn, |block, row, report| {
+        block.hold_each(&drawn, |block, row, outcome| {
             if row >= actions.len() {
                 return;
             }
             let number = first + row;
             let place = number * count..(number + 1) * count;
-            let outcome = match report {
-                HoldReport::Outcome(outcome) => outcome,
-                HoldReport::Begun => return scale(inputs, &block.observe(row), &mut out.observations[place]),
+            let Some(outcome) = outcome else {
+                // The ring has begun another episode.
+                return scale(inputs, &block.observe(row), &mut out.observations[place]);
             };
             scale(inputs, &outcome.last_seen, &mut out.observations[place.clone()]);
             if outcome.ending != Ending::None {

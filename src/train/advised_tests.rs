@@ -6,7 +6,7 @@ use super::{
     environment::VecEnv,
     evaluate, evaluate_jointly,
     learner_tests::bits,
-    outcome::{Ending, HoldReport, Outcome},
+    outcome::{Ending, Outcome},
     simd::LANES,
 };
 use crate::{
@@ -64,7 +64,7 @@ fn advised_vehicles_drive_as_in_a_plain_simulation_of_places() {
         // The front bumpers along an open line, the ego first: a vehicle's leader is the one before it, and the ego's is the last one a
         // length of the ring ahead.
         let mut speed: Vec<f64> = speeds_mps(&block, l).into_iter().map(f64::from).collect();
-        let mut place = vec![0.0; VEHICLES];
+        let mut place = [0.0; VEHICLES];
         for k in 1..VEHICLES {
             place[k] = place[k - 1] - CAR_LENGTH_M - f64::from(block.rings().gaps_m(k)[l]);
         }
@@ -172,12 +172,12 @@ fn a_collision_ends_the_ring_for_all_and_fines_those_that_touch() {
         (0..block.rows()).map(|other| Action::Speed(if other == row { 30.0 } else { 4.3 })).collect();
     for hold in 0..300 {
         let (mut outcomes, mut begun): (Vec<Outcome>, Vec<usize>) = (Vec::new(), Vec::new());
-        block.hold_each(&actions, |_, at, report| match report {
-            HoldReport::Outcome(outcome) => {
+        block.hold_each(&actions, |_, at, outcome| match outcome {
+            Some(outcome) => {
                 assert_eq!(at, outcomes.len());
                 outcomes.push(outcome);
             }
-            HoldReport::Begun => begun.push(at),
+            None => begun.push(at),
         });
         let ended: Vec<usize> = (0..outcomes.len()).filter(|row| outcomes[*row].ending != Ending::None).collect();
         assert_eq!(begun, ended);

@@ -19,7 +19,7 @@ impl RingTotals {
         Self { mean_mps: splat(0.0), speed_sd_mps: splat(0.0) }
     }
 
-    /// Adds one step.
+    /// Adds the mean speed after one step.
     #[inline(always)]
     pub fn add(&mut self, ring: &VectorizedRing) {
         for l in 0..LANES {

@@ -28,15 +28,6 @@ pub struct Outcome {
     pub last_state: WholeState,
 }
 
-/// Report of one row after a hold.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum HoldReport {
-    /// Result of the hold.
-    Outcome(Outcome),
-    /// Start of the ring's next episode, after the results of all its rows.
-    Begun,
-}
-
 /// Number of entries of [`WholeState`].
 pub const STATE_NUMBERS: usize = 10;
 

@@ -7,7 +7,7 @@ use crate::{
         config::RewardKind,
         corrected::CorrectedLanes,
         hold_totals::{RingTotals, VehicleTotals},
-        outcome::{Ending, HoldReport, Outcome},
+        outcome::{Ending, Outcome},
         simd::{LANES, VectorWork, in_wide_vectors},
     },
 };
@@ -17,18 +17,14 @@ impl VecEnv {
     /// another.
     pub fn hold(&mut self, actions: &[Action]) -> Vec<Outcome> {
         let mut outcomes = Vec::with_capacity(actions.len());
-        self.hold_each(actions, |_, _, report| {
-            if let HoldReport::Outcome(outcome) = report {
-                outcomes.push(outcome);
-            }
-        });
+        self.hold_each(actions, |_, _, outcome| outcomes.extend(outcome));
         outcomes
     }
 
-    /// Runs one hold and passes the outcome of each row to `each`, then the rows of rings that have begun another episode. Avoids collecting
-    /// the outcomes, which takes longer than a step of the rings.
+    /// Runs one hold and passes each row with its outcome to `each`, and once more without one if the ring has then begun another episode.
+    /// Avoids collecting the outcomes, which takes longer than a step of the rings.
     #[inline(always)]
-    pub fn hold_each(&mut self, actions: &[Action], mut each: impl FnMut(&Self, usize, HoldReport)) {
+    pub fn hold_each(&mut self, actions: &[Action], mut each: impl FnMut(&Self, usize, Option<Outcome>)) {
         let (steps, hold) = (self.hold_steps, self.hold_length());
         for (row, action) in actions.iter().enumerate() {
             let (l, number) = self.place(row);
@@ -54,7 +50,7 @@ impl VecEnv {
         actions: &[Action],
         horizon: u32,
         totals: &RingTotals,
-        each: &mut impl FnMut(&Self, usize, HoldReport),
+        each: &mut impl FnMut(&Self, usize, Option<Outcome>),
     ) {
         self.elapsed[l] += 1;
         self.ways.ego_way_m[l] += self.advised[0].totals.own_mps[l] * self.config.ring.step_s as f32;
@@ -73,12 +69,12 @@ impl VecEnv {
             let row = self.row(l, number);
             let reward = self.reward(l, number, actions[row], totals, ending);
             let (last_seen, last_state) = (self.observe_from(l, number), self.whole_state(row));
-            each(self, row, HoldReport::Outcome(Outcome { reward, mean_mps, ending, last_seen, last_state }));
+            each(self, row, Some(Outcome { reward, mean_mps, ending, last_seen, last_state }));
         }
         if ending != Ending::None {
             self.ended.keep(l, &self.ring, &self.ways);
             self.begin_episode(l);
-            (0..self.advised()).for_each(|number| each(self, self.row(l, number), HoldReport::Begun));
+            (0..self.advised()).for_each(|number| each(self, self.row(l, number), None));
         }
     }
 
