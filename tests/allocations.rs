@@ -6,6 +6,7 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     idm::IdmParams,
     map::{RoadMap, network::Network},
+    policy::Action,
     scenario::{AdvisedVehicles, Scenario},
     sim::World,
     space::CAR_LENGTH_M,
@@ -14,6 +15,7 @@ use codrive::{
         TrafficDrivers, VehicleReport,
         sumo::{self, SumoTraffic},
     },
+    train::{DriverConfig, FollowKind, RingConfig, TrainConfig, environment::VecEnv},
 };
 use std::{
     alloc::{GlobalAlloc, Layout, System},
@@ -258,4 +260,18 @@ fn distant_vehicles_cost_the_physics_of_the_ego_nothing() {
     // The paper's ring: two to four vehicles near the ego, seventeen or more beyond. One enters or leaves in less than 1 of 100 ticks.
     let [_, near] = drive(&Scenario { traffic: EngineChoice::Native, duration_s: 0.0, ..Scenario::default() });
     assert!(near.all > SETTLING_TICKS && 100 * near.more <= near.all, "{near:?}");
+}
+
+#[test]
+fn a_hold_of_fast_rings_with_many_advised_vehicles_allocates_nothing() {
+    let ring = RingConfig { advised: AdvisedVehicles::Share(1.0), warm_up_s: 1.0, ..RingConfig::default() };
+    let driver = DriverConfig { follow: FollowKind::Driver, leader_reaction_s: 0.5, ..DriverConfig::default() };
+    let config = TrainConfig { ring, driver, ..TrainConfig::default() };
+    let mut block = VecEnv::new(&config, "test", 0, config.hold());
+    let actions = vec![Action::Acceleration(0.1); block.rows()];
+    let mut reports = 0;
+    // The first hold makes room for the noise.
+    block.hold_each(&actions, |_, _, _| reports += 1);
+    assert_eq!(asked(|| (0..20).for_each(|_| block.hold_each(&actions, |_, _, _| reports += 1))), 0);
+    assert_eq!(reports, 21 * 16 * 22);
 }

@@ -17,6 +17,7 @@ from codrive._camera import VECTOR_RENDER_MODES, Camera, Pictures, picture_metad
 from codrive._codrive import DriveConfiguration
 from codrive._drive_series import Setup, log_of, next_seed, random_of, state_of
 from codrive._drives import DriveLog, Observed, Road, Seen
+from codrive._settings import advised_text
 from codrive._spaces import (
     NEVER,
     AdviceMeaning,
@@ -73,7 +74,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         self._camera = camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES)
         self._drive_count = checked_count(num_envs, _MOST)
         self._own = OwnFunctions.taken_from(settings)
-        advised = {"advised": str(settings["advised"])} if "advised" in settings else {}
+        advised = {"advised": advised_text(settings["advised"])} if "advised" in settings else {}
         self._setup = Setup(name, traffic, hold, advice, driver, {**settings, **advised})
         if self._setup.configuration.is_open and str(settings.get("advised", 1)) != "1":
             raise ValueError(

@@ -16,14 +16,13 @@ from codrive._drive_series import Setup
 from codrive._evaluation_drives import EvaluationArguments, Job, results_of
 from codrive._frames import Frames, library
 from codrive._library_policies import MEANING, RESIDUAL, actions_of, label, trained_with
-from codrive._settings import configuration, traffic_of
+from codrive._settings import advised_text, configuration, traffic_of
 from codrive._words import in_words_of_python
 
 #: Columns before and after the measures, as in ``rings.csv`` of ``codrive evaluate``.
 _KEY = ("policy", "hold_s", "driver", "traffic", "seed", "ring", "window_from_s", "window_to_s")
 _ADVISED = ("advised_vehicles", "advised_share")
 
-_ONE_ADVISED = "advised: a fast ring has one advised vehicle; traffic='native' and traffic='sumo' have several"
 _PARTICIPANT = (
     "participant: an evaluation has the participant's vehicle on closed roads, and none where vehicles enter and leave; leave it out"
 )
@@ -58,13 +57,13 @@ def evaluate(
             ``make_vec`` with the same settings; an object with ``predict``, such as a model of Stable-Baselines3; an algorithm of RLlib
             (its default module) or an ``RLModule``, on PyTorch; or a list of these. None: all built-in policies. A model that was trained
             in an environment of codrive brings its kind of advice, inputs, scales and hold along; a recurrent one keeps its state, and
-            one with a ``VecNormalize`` gets normalised observations. In fast rings ``n`` is ``over``; in whole drives it is 1, one call
-            for each advised vehicle, and a recurrent model has a state for each of them.
+            one with a ``VecNormalize`` gets normalised observations. In fast rings ``n`` is ``over`` times the advised vehicles of each; in
+            whole drives it is 1, one call for each advised vehicle, and a recurrent model has a state for each of them.
         name: As ``codrive.make``.
         traffic: Engine of the traffic, as ``codrive.make``: ``"ring"`` evaluates on fast rings, ``"native"`` and ``"sumo"`` by whole
             drives, in processes on all cores. None: ``"ring"`` for rings, ``"sumo"`` for all else.
-        advised: Advised vehicles of whole drives, as ``codrive.make_parallel``: a number, ``4``, or a share, ``"25%"``; where vehicles
-            enter and leave a share. None: the participant's vehicle.
+        advised: Advised vehicles: a number, ``4``, or a share, ``"25%"``; where vehicles enter and leave a share. None: the ego, or
+            as in a FILE.toml.
         over: Number of rings or drives, each with its own random numbers, 1 to 100,000. Drive ``i`` has the seed ``seed + i``.
         hold: Duration of one advice, s; or a list of these. None: that of the model, or of the settings.
         driver: Driver who follows the advice, as ``codrive.make``; None: as in the settings. Whole drives take one that is not drawn.
@@ -101,13 +100,13 @@ def evaluate(
     held = list(hold) if isinstance(hold, Iterable) else [hold]
     traffic = traffic_of(name, traffic)
     if traffic == "ring":
-        if advised is not None:
-            raise TypeError(_ONE_ADVISED)
         settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
+        settings = settings if advised is None else {**settings, "advised": advised}
         cases = [_RingCase(one, name, hold_s, advice, driver, settings, policy_speed) for one in asked for hold_s in held]
         rows = _over_rings(cases, int(over), progress)
     else:
-        arguments = (name, traffic, _advised_text(advised), advice, driver, settings, policy_speed)
+        asked_vehicles = None if advised is None else advised_text(advised)
+        arguments = (name, traffic, asked_vehicles, advice, driver, settings, policy_speed)
         drives = [_DriveCase(one, hold_s, *arguments) for one in asked for hold_s in held]
         rows = _over_drives(drives, int(over), progress)
     columns = {key: [row.get(key) for row in rows] for key in (*_KEY, *measure_names(), *_ADVISED)}
@@ -151,7 +150,8 @@ class _RingCase:
                     self.settings, os.fspath(self.policy), self.name, self.policy_speed, over, meter.at
                 )
         else:
-            own, text = label(self.policy), evaluate_actions(self.settings, over, actions_of(self.policy, self.settings, over))
+            rows = over * len(self.settings.possible_agents())
+            own, text = label(self.policy), evaluate_actions(self.settings, over, actions_of(self.policy, self.settings, rows))
             meter.at(over)
         meter.next(over)
         return own, warning, json.loads(text)
@@ -227,14 +227,6 @@ def _over_drives(cases: list[_DriveCase], over: int, progress: bool | None) -> l
     meter.end()
     keys = [{**case.key, "ring": ring} for case in cases for ring in range(over)]
     return [{**key, **result} for key, result in zip(keys, results, strict=True)]
-
-
-def _advised_text(advised: str | float | None) -> str | None:
-    if advised is None or isinstance(advised, str):
-        return advised
-    if isinstance(advised, bool) or not isinstance(advised, (int, float, np.integer, np.floating)):
-        raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
-    return str(advised)
 
 
 def _filled(

@@ -20,13 +20,14 @@ from codrive._codrive import DriveConfiguration
 from codrive._drive_series import DriveSeries, Setup
 from codrive._drives import Order
 from codrive._open_drive import OpenDrive
+from codrive._settings import advised_text
 from codrive._spaces import AdviceMeaning, Picklable, as_float32, check_actions, spaces, with_lane
 from codrive._traffic import OwnFunctions, car_of, hold_info
 from codrive._words import did_you_mean
 
-_ONE_EACH = (
-    "traffic is 'ring'; allowed: native, sumo: the fast ring advises one vehicle of each ring, the ego; its other vehicles follow the "
-    "intelligent driver model alone; traffic='native' drives the same ring with several advised vehicles"
+_FAST_RING = (
+    "traffic is 'ring'; allowed: native, sumo, which drive one road; codrive.make_vec(..., advised=...) has several advised vehicles of many "
+    "fast rings, as rows"
 )
 
 
@@ -78,12 +79,11 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
     ) -> None:
         """See ``codrive.make_parallel``."""
         camera = Camera(render_mode, view, size)
-        if isinstance(advised, bool) or not isinstance(advised, (str, int, float, np.integer, np.floating)):
-            raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
+        asked = advised_text(advised)
         if traffic == "ring":
-            raise ValueError(_ONE_EACH)
+            raise ValueError(_FAST_RING)
         own = OwnFunctions.taken_from(settings)
-        setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": str(advised)}, own_process)
+        setup = Setup(name, traffic, hold, advice, driver, {**settings, "advised": asked}, own_process)
         self.render_mode = render_mode
         self.settings: DriveConfiguration = setup.configuration
         self.metadata = {"name": "codrive_drive", "is_parallelizable": True, **picture_metadata(setup.hold_s)}

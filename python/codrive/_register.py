@@ -225,7 +225,8 @@ def make_vec(
         traffic: As ``make``.
         copy: False: ``step`` and ``reset`` of rings return the same arrays each time, and the next call overwrites them.
         render_mode: None or ``"rgb_array"``, as ``make``; up to 64 rings are drawn.
-        **settings: As ``make``.
+        **settings: As ``make``. ``advised``, a number (``4``) or a share (``"20%"``), makes each advised vehicle of each ring or closed road a
+            row, ring after ring; ``envs.agents`` names those of each.
 
     Returns:
         A ``RingVectorEnv`` or a ``DriveVectorEnv``.
@@ -262,8 +263,8 @@ def make_parallel(
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``; each agent has a driver of its own.
-        traffic: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``"ring"`` has only one advised
-            vehicle in each ring.
+        traffic: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``make_vec`` has the
+            advised vehicles of fast rings.
         lane_changes: True: an action has a lane beside the advice. For agents on a network, with ``participant=False``.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.

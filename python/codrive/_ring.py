@@ -12,9 +12,9 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from codrive._camera import POSSIBLE_MODES, VECTOR_RENDER_MODES, Camera, Pictures, no_renderer, picture_metadata
-from codrive._codrive import CAR_SIZE_M, Configuration, Rings
-from codrive._drives import Road
+from codrive._camera import POSSIBLE_MODES, VECTOR_RENDER_MODES, Camera, picture_metadata
+from codrive._codrive import Configuration, Rings
+from codrive._ring_traffic import VIEWS, RingPictures, numbers_of, ring_columns
 from codrive._settings import configuration
 from codrive._spaces import (
     ENDED,
@@ -39,78 +39,22 @@ from codrive._traffic import Hold, Moment, OwnFunctions, Vehicles
 RING_MEASURES = ("mean_speed_mps",)
 
 
-#: Width of a lane of which no file states one, m.
-_LANE_WIDTH_M = 3.2
-#: Views of fast rings, and the largest number of rings that are drawn.
-_VIEWS = ("schematic",)
-_MOST_DRAWN = 64
-
-
-class _RingPictures:
-    """Pictures of some rings."""
-
-    def __init__(self, camera: Camera, num_envs: int, settings: Configuration) -> None:
-        """
-        Raises:
-            ValueError: There are too many rings to draw.
-        """
-        if camera.is_on and num_envs > _MOST_DRAWN:
-            raise ValueError(f"num_envs is {num_envs}; allowed with a render_mode: 1 to {_MOST_DRAWN}")
-        known = json.loads(settings.json())
-        self._hold_s: float = known["hold_s"]
-        self._times_s = np.zeros(num_envs)
-        self._of_rings = [Pictures(camera, known["top_speed_mps"]) for _ in range(num_envs if camera.is_on else 0)]
-
-    def note(self, rings: Rings, begun: NDArray[np.bool_], has_ended: bool = False) -> None:
-        """Notes the present moment of all rings; ``begun`` marks rings whose episodes have just begun. ``has_ended``: at the end of the last
-        episodes."""
-        if not self._of_rings:
-            return
-        columns, lengths_m, times_s = _columns(rings, has_ended), rings.circumferences_m(has_ended), rings.times_s()
-        for ring, pictures in enumerate(self._of_rings):
-            if begun[ring]:
-                # Each episode has a ring of its own length.
-                pictures.clear(is_road_new=True)
-            is_there = columns.lane[ring] >= 0
-            vehicles = Vehicles(*(column[ring, is_there] for column in columns))
-            time_s = self._times_s[ring] + self._hold_s if has_ended else times_s[ring]
-            pictures.note(lambda length_m=lengths_m[ring]: _road(length_m), time_s, vehicles)
-            pictures.show(no_renderer)
-        self._times_s = times_s
-
-    def drawn(self) -> list[NDArray[np.uint8]]:
-        """Returns the present picture of each ring, uint8, ``(height, width, 3)``."""
-        return [pictures.picture(no_renderer) for pictures in self._of_rings]
-
-    def render(self) -> NDArray[np.uint8] | None:
-        """Returns the present picture of the first ring; None where there is none or a window shows it."""
-        return self._of_rings[0].render(no_renderer) if self._of_rings else None
-
-    def close(self) -> None:
-        """Closes the windows."""
-        for pictures in self._of_rings:
-            pictures.close()
-
-
-def _road(length_m: float) -> Road:
-    """Returns a ring of this length."""
-    angle_rad = np.linspace(0.0, 2.0 * np.pi, 181)
-    points_m = length_m / (2.0 * np.pi) * np.stack([np.cos(angle_rad), np.sin(angle_rad)], axis=1)
-    return Road([("ring_0", _LANE_WIDTH_M, points_m)], float(length_m), True)
-
-
 class _Episodes:
     """Rings with their seed, the functions of their user, and whether a step is possible."""
 
     def __init__(self, settings: Configuration, num_envs: int, own_seed: int | None, own: OwnFunctions) -> None:
         self.rings = Rings(settings, num_envs)
+        #: Names of the advised vehicles of each ring, in the order of its rows, and their numbers.
+        self.agents: list[str] = settings.possible_agents()
+        self._cars = numbers_of(self.agents)
         self.own = own
         self._settings = settings
         self.hold_s: float = json.loads(settings.json())["hold_s"]
         self._before: Moment | None = None
         self.levels = settings.levels
         self.is_begun = False
-        self._shape = (num_envs,) if settings.levels else (num_envs, 1)
+        rows = num_envs * len(self.agents)
+        self._shape = (rows,) if settings.levels else (rows, 1)
         self._own_seed = own_seed
 
     def seed(self, seed: int | None, random: np.random.Generator) -> bool:
@@ -127,7 +71,7 @@ class _Episodes:
         return True
 
     def observations(self) -> NDArray[Any]:
-        """Returns what the rings observe at the beginning of episodes, ``(num_envs, k)``."""
+        """Returns what the agents observe at the beginning of episodes, ``(rows, k)``."""
         if not self.own.are_given:
             return self.rings.observations
         self._before = self._moment(self.rings.observations)
@@ -163,9 +107,13 @@ class _Episodes:
             self.is_begun = False
             raise
 
-    def vehicles(self) -> Vehicles:
-        """Returns all vehicles now, each column ``(num_envs, vehicles)``."""
-        return _columns(self.rings, False)
+    def vehicles(self, has_ended: bool = False) -> Vehicles:
+        """Returns all vehicles now, or at the end of the last episodes, each column ``(rings, vehicles)``."""
+        return ring_columns(self.rings, has_ended, self._cars)
+
+    def ring_mask(self, rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Returns True for rings with a marked row."""
+        return rows.reshape(-1, len(self.agents)).any(axis=1)
 
     def state(self) -> dict[str, Any]:
         """Returns the state of all rings."""
@@ -187,56 +135,26 @@ class _Episodes:
         return self.observations()
 
     def _moment(self, observations: NDArray[np.float32]) -> Moment:
-        time_s = self.rings.times_s()
-        return Moment(time_s, ["ego"], np.zeros(1, np.uint32), observations.copy(), self.vehicles(), {})
+        return Moment(self.rings.times_s(), list(self.agents), self._cars.copy(), observations.copy(), self.vehicles(), {})
 
     def _ended(self, before: Moment, now: Moment) -> Moment:
         """Returns the moment after a hold in which episodes have ended, before the next ones began."""
         rings = self.rings
         ended = rings.terminations | rings.truncations
-        columns = zip(_columns(rings, True), now.vehicles)
-        vehicles = Vehicles(*(np.where(ended[:, None], old, new) for old, new in columns))
+        ring_ended = self.ring_mask(ended)
+        columns = zip(self.vehicles(has_ended=True), now.vehicles)
+        vehicles = Vehicles(*(np.where(ring_ended[:, None], old, new) for old, new in columns))
         observations = np.where(ended[:, None], rings.final_observations, now.observations)
-        time_s = np.where(ended, before.time_s + self.hold_s, now.time_s)
+        time_s = np.where(ring_ended, before.time_s + self.hold_s, now.time_s)
         return Moment(time_s, now.agents, now.cars, observations, vehicles, {})
 
     def actions(self, actions: Any, shape: tuple[int, ...] | None = None) -> NDArray[np.float32]:
-        """Returns actions as the engine takes them, float32, ``(num_envs,)``; raises for invalid ones."""
+        """Returns actions as the engine takes them, float32, ``(rows,)``; raises for invalid ones."""
         return as_float32(actions, self.levels, self._shape if shape is None else shape)
 
 
-def _columns(rings: Rings, has_ended: bool) -> Vehicles:
-    """Returns all vehicles, each column ``(num_envs, vehicles)``, at the end of the last episodes or now. Rings are drawn as circles, the
-    start of the lane in the east."""
-    s_m, speed_mps = rings.vehicles(has_ended)
-    radius_m = (rings.circumferences_m(has_ended) / (2.0 * np.pi))[:, None]
-    # A vehicle's place is that of its front, x and y are those of its middle.
-    middle_rad = (s_m - CAR_SIZE_M[0] / 2.0) / radius_m
-    is_there = np.isfinite(s_m)
-
-    def of_all(value: float) -> NDArray[np.float64]:
-        return np.where(is_there, value, np.nan)
-
-    car = np.broadcast_to(np.arange(s_m.shape[1], dtype=np.uint32), s_m.shape)
-    return Vehicles(
-        car=car,
-        is_advised=(car == 0) & is_there,
-        lane=np.where(is_there, 0, -1).astype(np.int32),
-        lane_s_m=s_m,
-        lane_offset_m=of_all(0.0),
-        s_m=s_m,
-        x_m=radius_m * np.cos(middle_rad),
-        y_m=radius_m * np.sin(middle_rad),
-        yaw_rad=np.remainder(middle_rad + np.pi / 2.0, 2.0 * np.pi),
-        speed_mps=speed_mps,
-        accel_mps2=of_all(np.nan),
-        length_m=of_all(CAR_SIZE_M[0]),
-        width_m=of_all(CAR_SIZE_M[1]),
-    )
-
-
 class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
-    """Many rings, each with one advised driver among vehicles of the intelligent driver model.
+    """Many rings, each with one or several advised drivers among vehicles of the intelligent driver model.
 
     An action applies for one hold (``hold_s``). A step is one hold of every ring.
 
@@ -247,6 +165,10 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
     * **Reward**, float64, m/s: the mean speed over the hold (of all vehicles, or of the advised one: ``reward``) minus penalties.
     * **Terminated**: vehicles collided. **Truncated**: the horizon (``horizon_s``) is reached.
     * **Info**: ``mean_speed_mps``, mean speed of all vehicles of each ring over the hold.
+
+    With ``advised`` each advised vehicle of each ring is a row, ring after ring (``agents`` names those of a ring), so that ``num_envs`` of the
+    environment is that of the rings times the agents of each. Each has its own observation, action, driver and penalties. A collision of one
+    ends the episode for all agents of its ring, and its penalty is for the agents that touch another vehicle.
 
     A ring that ends begins another episode in the same step (``AutoresetMode.SAME_STEP``): its observation is the first of the new
     episode, the last of the old one is in ``infos["final_obs"]``, its info in ``infos["final_info"]``.
@@ -271,19 +193,21 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         **settings: Any,
     ) -> None:
         """See ``codrive.make_vec``."""
-        camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES, _VIEWS)
+        camera = Camera(render_mode, view, size, VECTOR_RENDER_MODES, VIEWS)
         num_envs = checked_count(num_envs, 65536)
         own = OwnFunctions.taken_from(settings, RING_MEASURES)
         self.settings = configuration(name, hold, advice, driver, settings)
         self.copy = bool(copy)
-        self.num_envs = num_envs
+        self._episodes = _Episodes(self.settings, num_envs, settings.get("seed"), own)
+        #: Names of the agents of each ring, in the order of its rows. Vehicles are numbered backwards from the ego.
+        self.agents: list[str] = list(self._episodes.agents)
+        self.num_envs = num_envs * len(self.agents)
         self.single_observation_space, self.single_action_space = spaces(self.settings, own.space)
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
-        self._episodes = _Episodes(self.settings, self.num_envs, settings.get("seed"), own)
         self._everywhere = np.ones(self.num_envs, np.bool_)
         self.render_mode = render_mode
-        self._pictures = _RingPictures(camera, self.num_envs, self.settings)
+        self._pictures = RingPictures(camera, num_envs, self.settings)
         self.metadata = {**picture_metadata(self._episodes.hold_s, VECTOR_RENDER_MODES), "autoreset_mode": AutoresetMode.SAME_STEP}
 
     def reset(
@@ -293,7 +217,7 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
 
         Args:
             seed: Begins the episodes of this seed from the first one; None: the next ones.
-            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the marked rings.
+            options: ``{"reset_mask": mask}``, bool, ``(num_envs,)``: resets only the rings with a marked agent.
 
         Returns:
             Observations, float32, ``(num_envs, k)``, and an empty dict.
@@ -304,7 +228,8 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         mask = checked_mask(options, self.num_envs)
         if not self._episodes.seed(seed, self.np_random):
             self._episodes.rings.begin(self._everywhere if mask is None else mask)
-        self._pictures.note(self._episodes.rings, self._everywhere if mask is None or seed is not None else mask)
+        begun = self._everywhere if mask is None or seed is not None else mask
+        self._pictures.note(self._episodes.rings, self._episodes.ring_mask(begun))
         return self._given(self._episodes.observations()), {}
 
     def step(
@@ -330,12 +255,12 @@ class RingVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
         terminations, truncations = self._given(rings.terminations), self._given(rings.truncations)
         if has_ended:
             infos.update(final_infos(terminations | truncations, final, {"mean_speed_mps": mean_speed_mps}))
-        self._pictures.note(rings, terminations | truncations)
+        self._pictures.note(rings, self._episodes.ring_mask(terminations | truncations))
         return self._given(observations), self._given(rewards), terminations, truncations, infos
 
     @property
     def vehicles(self) -> Vehicles:
-        """Returns all vehicles now, each column ``(num_envs, vehicles)``; NaN where a ring has fewer.
+        """Returns all vehicles now, each column ``(rings, vehicles)``; NaN where a ring has fewer.
 
         Raises:
             ResetNeeded: No episode has begun.
@@ -394,15 +319,18 @@ class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
         **settings: Any,
     ) -> None:
         """See ``codrive.make``."""
-        camera = Camera(render_mode, view, size, views=_VIEWS)
+        camera = Camera(render_mode, view, size, views=VIEWS)
         own = OwnFunctions.taken_from(settings, RING_MEASURES)
         self.settings = configuration(name, hold, advice, driver, settings)
+        if len(self.settings.possible_agents()) > 1:
+            said = json.loads(self.settings.json())["advised"]
+            raise ValueError(f"advised is {said!r}; allowed: 1, the ego; codrive.make_vec has several advised vehicles, as rows")
         self.observation_space, self.action_space = spaces(self.settings, own.space)
         self._episodes = _Episodes(self.settings, 1, settings.get("seed"), own)
         self._has_ended = False
         self._is_closed = False
         self.render_mode = render_mode
-        self._pictures = _RingPictures(camera, 1, self.settings)
+        self._pictures = RingPictures(camera, 1, self.settings)
         self.metadata = picture_metadata(self._episodes.hold_s)
 
     def reset(
@@ -448,7 +376,7 @@ class RingEnv(Picklable, AdviceMeaning, gymnasium.Env):
             ResetNeeded: No episode has begun.
         """
         check_open(self._is_closed)
-        columns = _columns(self._episodes.rings, self._has_ended)
+        columns = self._episodes.vehicles(self._has_ended)
         is_there = columns.lane[0] >= 0
         return Vehicles(*(column[0, is_there] for column in columns))
 

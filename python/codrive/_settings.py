@@ -8,6 +8,7 @@ import os
 import pathlib
 from typing import Any
 
+import numpy as np
 from gymnasium.error import DependencyNotInstalled
 
 from codrive._codrive import Configuration, DriveConfiguration, sumo_home
@@ -34,10 +35,20 @@ _MISPLACED = {
     "own_process": "only codrive.make and codrive.make_parallel with SUMO can do without a process of its own",
     "observation": "only environments take functions",
     "observation_space": "only environments take functions",
-    "advised": "a fast ring has one advised vehicle; traffic='native' and traffic='sumo' have several",
     "traffic": "this environment is a fast ring; codrive.make has other engines",
     "over": "only codrive.evaluate has this argument; codrive.make_vec has num_envs",
 }
+
+
+def advised_text(advised: Any) -> str:
+    """Returns a number of advised vehicles, or a share of all, as the settings have it.
+
+    Raises:
+        TypeError: This is neither.
+    """
+    if isinstance(advised, bool) or not isinstance(advised, (str, int, float, np.integer, np.floating)):
+        raise TypeError(f"advised is {advised!r}; allowed: a number of vehicles, or a share such as '20%' or 0.2")
+    return str(advised)
 
 
 def is_ring(name: object) -> bool:
@@ -72,6 +83,8 @@ def configuration(
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
         ValueError: A value is not allowed.
     """
+    if "advised" in settings:
+        settings = {**settings, "advised": advised_text(settings["advised"])}
     arguments = _arguments(name, hold, advice, driver, settings)
     try:
         with in_words_of_python(_given(hold=hold, advice=advice)):
@@ -96,7 +109,7 @@ def drive_configuration(
         TypeError: There is no setting of that name, one is given twice, or a value has the wrong type.
         ValueError: A value is not allowed.
     """
-    arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": traffic}, ("traffic", "advised"))
+    arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": traffic}, ("traffic",))
     with in_words_of_python(_given(hold=hold, advice=advice)):
         return DriveConfiguration(*arguments), arguments
 

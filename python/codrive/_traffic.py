@@ -16,7 +16,7 @@ from codrive._words import did_you_mean
 
 class Vehicles(NamedTuple):
     """All vehicles at one moment as columns, by ascending number, the participant's vehicle first. Each is an array ``(vehicles,)``; with
-    ``traffic="ring"`` and several environments ``(num_envs, vehicles)``, the ego first, then backwards.
+    ``traffic="ring"`` and several rings ``(rings, vehicles)``, the ego first, then backwards.
 
     Names, units and axes are those of cars.parquet in recordings.
     """
@@ -69,13 +69,13 @@ if Vehicles._fields != tuple(VEHICLE_COLUMNS):
 class Moment(NamedTuple):
     """Traffic at the beginning or the end of a hold."""
 
-    #: Time since the episode began, s.
+    #: Time since the episode began, s; with several fast rings ``(rings,)``.
     time_s: NDArray[np.float64] | float
-    #: Names of the vehicles that can be advised.
+    #: Names of the vehicles that can be advised, with several fast rings those of each ring.
     agents: list[str]
     #: Their numbers in ``vehicles``, ``(agents,)``.
     cars: NDArray[np.uint32]
-    #: Their observations by the settings, float32, ``(agents, k)``.
+    #: Their observations by the settings, float32, ``(agents, k)``; with several fast rings ring after ring, ``(rings * agents, k)``.
     observations: NDArray[np.float32]
     #: All vehicles.
     vehicles: Vehicles

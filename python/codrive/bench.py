@@ -1,8 +1,9 @@
 """``python -m codrive.bench``: measures environment steps/s under random actions, and compares them, all in one run.
 
-An environment step is one hold of one ring of 22 vehicles. The references are the same rings in Rust without Python, a ring with the same
-model in numpy, and SUMO by TraCI as Flow drove it (one ring, one decision per step of 0.1 s), if SUMO's Python package is found. ``--drives``
-measures whole drives with light bodies beside environments on plain libsumo, if that is installed.
+An environment step is one hold of one ring of 22 vehicles; an agent step is one hold of one of its advised vehicles, if it has several. The
+references are the same rings in Rust without Python, a ring with the same model in numpy, and SUMO by TraCI as Flow drove it (one ring, one
+decision per step of 0.1 s), if SUMO's Python package is found. ``--drives`` measures whole drives with light bodies beside environments on
+plain libsumo, if that is installed.
 """
 
 from __future__ import annotations
@@ -26,6 +27,10 @@ from codrive._numpy_ring import NumpyRing
 from codrive._register import make_vec
 from codrive._settings import configuration, settings
 
+#: Vehicles of a ring, and numbers of advised ones that are measured.
+CARS = 22
+ADVISED = (1, 4, CARS)
+
 #: Step of the ring's model, s.
 STEP_S = 0.1
 
@@ -47,6 +52,17 @@ def python_rate(num_envs: int, hold_s: float, steps: int, **settings: float) -> 
 def rust_rate(num_envs: int, hold_s: float, steps: int) -> float:
     """Measures environment steps/s without Python."""
     return num_envs * steps / random_steps(configuration("ring-250", hold_s, None, DRIVER, {}), num_envs, steps)
+
+
+def advised_rate(num_envs: int, hold_s: float, advised: int, steps: int) -> float:
+    """Measures agent steps per CPU-second of rings with this number of advised vehicles, through ``VectorEnv.step``."""
+    envs = make_vec("ring-250", num_envs, hold=hold_s, driver=DRIVER, copy=False, seed=1, advised=advised)
+    envs.reset()
+    rng = np.random.default_rng(1)
+    begun = time.process_time()
+    for _ in range(steps):
+        envs.step(2.0 * rng.random((envs.num_envs, 1), dtype=np.float32) - 1.0)
+    return envs.num_envs * steps / (time.process_time() - begun)
 
 
 def numpy_rate(num_envs: int, steps: int) -> float:
@@ -85,7 +101,7 @@ _ROUTES = """<routes>
 """
 
 
-def sumo_rate(steps: int, cars: int = 22) -> float | None:
+def sumo_rate(steps: int, cars: int = CARS) -> float | None:
     """Measures environment steps/s of one ring by TraCI: each step reads all positions and speeds and sets one speed. None without SUMO."""
     found = _traci()
     if found is None:
@@ -133,9 +149,9 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
         seconds: Approximate duration of each measurement.
     """
 
-    def timed(rate: Callable[[int], float], first: int) -> float:
+    def timed(rate: Callable[[int], float], first: int, agents: int = 1) -> float:
         # As many steps as fill the time, from the rate of a few steps.
-        steps = max(int(rate(first) * seconds / num_envs), first)
+        steps = max(int(rate(first) * seconds / (num_envs * agents)), first)
         return rate(steps)
 
     rates: dict[str, Any] = {"num_envs": num_envs, "cores": os.cpu_count()}
@@ -147,6 +163,15 @@ def measure(num_envs: int, seconds: float) -> dict[str, Any]:
         ]
         python, rust = (max(turn[k] for turn in turns) for k in (0, 1))
         rates[f"hold {hold_s} s"] = {"python": python, "rust": rust, "python / rust": python / rust}
+        turns = [
+            [timed(lambda n, agents=agents: advised_rate(num_envs, hold_s, agents, n), 5, agents) for agents in ADVISED]
+            for _ in range(3)
+        ]
+        best = [max(turn[k] for turn in turns) for k in range(len(ADVISED))]
+        rates[f"advised, hold {hold_s} s"] = {
+            **{f"{agents} of {CARS}": rate for agents, rate in zip(ADVISED, best)},
+            **{f"{agents} / 1": rate / best[0] for agents, rate in zip(ADVISED[1:], best[1:])},
+        }
     # numpy's rings start from rest, so these do, too.
     turns = [
         (timed(lambda n: python_rate(num_envs, STEP_S, n, warm_up_s=0.0), 20), timed(lambda n: numpy_rate(num_envs, n), 5))
@@ -191,10 +216,14 @@ def main(arguments: list[str] | None = None) -> None:
     if asked.json:
         print(json.dumps(rates, indent=1))
         return
-    print(f"{rates['num_envs']} rings of 22 cars, {rates['cores']} cores; environment steps/s")
+    print(f"{rates['num_envs']} rings of {CARS} cars, {rates['cores']} cores; environment steps/s")
     for name in ("hold 1.0 s", f"hold {STEP_S} s"):
         of = rates[name]
         print(f"  {name}: {of['python']:.3g} by VectorEnv.step, {of['rust']:.3g} in Rust: {of['python / rust']:.0%}")
+    for name in ("hold 1.0 s", f"hold {STEP_S} s"):
+        of = rates[f"advised, {name}"]
+        text = ", ".join(f"{of[f'{agents} of {CARS}']:.3g} with {agents}" for agents in ADVISED)
+        print(f"  {name}, agent steps per CPU-second by advised vehicles: {text}; {of[f'{CARS} / 1']:.1f} x with all")
     numpy = rates["numpy"]
     print(f"  numpy, hold {STEP_S} s, from a standstill: {numpy['rate']:.3g}; codrive {numpy['codrive / numpy']:.1f} x")
     sumo = rates["sumo by TraCI"]

@@ -27,13 +27,14 @@ from codrive._register import make_vec
 
 
 class VecEnv(_VecEnv):
-    """All rings or drives as one environment: 1,024 rings are one call, not 1,024. Takes the arguments of ``codrive.make_vec``."""
+    """All rings or drives as one environment: 1,024 rings are one call, not 1,024. Takes the arguments of ``codrive.make_vec``; with
+    ``advised`` each advised vehicle is one of its environments."""
 
     def __init__(self, name: str = "ring-250", num_envs: int = 1, **arguments: Any) -> None:
         # Copies are made below, where the rewards become float32.
         self.rings = make_vec(name, num_envs, **{**arguments, "copy": False})
         self._actions: np.ndarray | None = None
-        super().__init__(num_envs, self.rings.single_observation_space, self.rings.single_action_space)
+        super().__init__(self.rings.num_envs, self.rings.single_observation_space, self.rings.single_action_space)
 
     @property
     def settings(self) -> Configuration | DriveConfiguration:

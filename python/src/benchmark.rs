@@ -17,14 +17,14 @@ pub fn random_steps(py: Python<'_>, configuration: &Configuration, num_envs: usi
         return Err(PyValueError::new_err("num_envs is 0; allowed: at least 1"));
     }
     let mut batch = RingBatch::new(configuration, num_envs);
-    let signals = Signals::new();
+    let (rows, signals) = (batch.rows(), Signals::new());
     let seconds = threads::here(py, || {
         batch.reset(1, &signals)?;
         let mut stream = rng::stream(1, "benchmark/actions");
-        let mut table = [(); 2].map(|()| vec![0.0; num_envs * batch.inputs()]);
-        let mut numbers = [(); 2].map(|()| vec![0.0; num_envs]);
-        let mut marks = [(); 2].map(|()| vec![false; num_envs]);
-        let mut actions = vec![0.0; num_envs];
+        let mut table = [(); 2].map(|()| vec![0.0; rows * batch.inputs()]);
+        let mut numbers = [(); 2].map(|()| vec![0.0; rows]);
+        let mut marks = [(); 2].map(|()| vec![false; rows]);
+        let mut actions = vec![0.0; rows];
         let begun = Instant::now();
         for _ in 0..steps {
             actions.iter_mut().for_each(|action| *action = stream.uniform(-1.0, 1.0) as f32);

@@ -49,6 +49,12 @@ impl Configuration {
         self.config.inputs().iter().map(|input| (input.feature.name(), input.from, input.to)).collect()
     }
 
+    /// Returns the names of the advised vehicles of each ring, by their numbers: "ego" and "vehicle_7".
+    fn possible_agents(&self) -> Vec<String> {
+        let name = |slot| if slot == 0 { "ego".into() } else { format!("vehicle_{slot}") };
+        self.config.ring.advised_slots().map(name).collect()
+    }
+
     /// Returns the number of levels of an action; 0 for continuous actions.
     #[getter]
     fn levels(&self) -> u32 {

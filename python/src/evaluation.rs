@@ -66,8 +66,8 @@ pub fn evaluate_policy(
     Ok((name, warning, results))
 }
 
-/// Evaluates a Python function. `ask` gets the observations of all rings, float32, `(rings, inputs)`, and returns their actions, float32,
-/// `(rings,)`, -1 to 1 or numbers of levels. Returns the results as JSON.
+/// Evaluates a Python function. `ask` gets the observations of all advised vehicles, ring after ring, float32, `(rows, inputs)`, and returns
+/// their actions, float32, `(rows,)`, -1 to 1 or numbers of levels. Returns the results as JSON.
 #[pyfunction]
 pub fn evaluate_actions(
     py: Python<'_>,
@@ -77,15 +77,19 @@ pub fn evaluate_actions(
 ) -> PyResult<String> {
     let config = &configuration.config;
     let (hold, inputs) = (config.hold(), config.inputs());
+    let rows = rings * config.ring.advised_slots().count();
     let answer = |seen: &[Observation]| {
         py.check_signals()?;
-        let table = PyArray2::zeros(py, [rings, inputs.len()], false);
+        let table = PyArray2::zeros(py, [rows, inputs.len()], false);
         // SAFETY: the array is new and has no other user.
         scale_rows(&inputs, seen, unsafe { table.as_slice_mut() }?);
         let answers: PyReadonlyArray1<'_, f32> = ask.call1((table,))?.extract()?;
         let answers = answers.as_slice()?;
-        if answers.len() != rings {
-            return Err(PyValueError::new_err(format!("the policy gave {} actions for {rings} rings", answers.len())));
+        if answers.len() != rows {
+            return Err(PyValueError::new_err(format!(
+                "the policy gave {} actions for {rows} vehicles",
+                answers.len()
+            )));
         }
         Ok(answers.iter().map(|answer| action(config, *answer, hold)).collect::<Vec<_>>())
     };
@@ -145,9 +149,9 @@ fn owned((name, value): (&String, &Value)) -> (String, Value) {
     (name.clone(), value.clone())
 }
 
-/// Returns the results of rings, of which a policy of this name advises one vehicle each.
+/// Returns the results of rings, of which a policy of this name advises vehicles.
 fn json(config: &TrainConfig, policy: &str, results: &[EvaluationResult]) -> String {
-    let advised = AdvisedVehicles::default().by_policy(policy);
+    let advised = config.ring.advised.by_policy(policy);
     let rows: Vec<Value> = results.iter().map(|result| row(result, advised, config.ring.vehicles_min)).collect();
     Value::Array(rows).to_string()
 }

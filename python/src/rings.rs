@@ -1,5 +1,6 @@
-//! Many rings as one environment. In: one action for each ring, -1 to 1 or the number of a level. Out: observations, rewards and endings,
-//! written into numpy's own memory. A ring that ends begins another episode in the same step.
+//! Many rings as one environment. In: one action for each advised vehicle, -1 to 1 or the number of a level. Out: observations, rewards and
+//! endings, written into numpy's own memory. A ring that ends begins another episode in the same step. Each advised vehicle of each ring is a
+//! row, ring after ring.
 
 use crate::{
     configuration::Configuration,
@@ -7,12 +8,7 @@ use crate::{
 };
 use codrive::{
     policy::{CorrectedAdvice, NetworkInput, Observation},
-    train::{
-        RingVehicle, TrainConfig,
-        environment::{Ending, VecEnv},
-        rollout::action,
-        simd::LANES,
-    },
+    train::{RingVehicle, TrainConfig, environment::VecEnv, outcome::Ending, rollout::action, simd::LANES},
 };
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::{
@@ -31,13 +27,15 @@ pub struct RingBatch {
     corrected: Option<CorrectedAdvice>,
     blocks: Vec<VecEnv>,
     rings: usize,
+    /// Advised vehicles of each ring.
+    advised: usize,
 }
 
-/// Output of a step: a row or a number for each ring.
+/// Output of a step: a row or a number for each advised vehicle of each ring.
 pub struct StepBuffers<'a> {
-    /// Next observation of each policy; after the end of an episode, the first one of the new episode. `(rings, inputs)`.
+    /// Next observation of each policy; after the end of an episode, the first one of the new episode. `(rows, inputs)`.
     pub observations: &'a mut [f32],
-    /// Last observation of the old episode where one has just ended; other rows keep their values. `(rings, inputs)`.
+    /// Last observation of the old episode where one has just ended; other rows keep their values. `(rows, inputs)`.
     pub final_observations: &'a mut [f32],
     /// Rewards of the step, m/s.
     pub rewards: &'a mut [f64],
@@ -54,7 +52,13 @@ impl RingBatch {
     pub fn new(configuration: &Configuration, rings: usize) -> Self {
         let Configuration { config, corrected } = configuration;
         let (config, corrected) = (config.clone(), corrected.clone());
-        Self { inputs: config.inputs(), config, corrected, blocks: Vec::new(), rings }
+        let advised = config.ring.advised_slots().count();
+        Self { inputs: config.inputs(), config, corrected, blocks: Vec::new(), rings, advised }
+    }
+
+    /// Returns the number of rows: rings times advised vehicles.
+    pub fn rows(&self) -> usize {
+        self.rings * self.advised
     }
 
     /// Returns the number of inputs of an observation.
@@ -99,9 +103,10 @@ impl RingBatch {
     /// Writes the present observation of each policy.
     pub fn observe(&self, observations: &mut [f32]) {
         let inputs = &self.inputs;
-        let rows = observations.par_chunks_mut(LANES * inputs.len());
+        let rows = observations.par_chunks_mut(LANES * self.advised * inputs.len());
         self.blocks.par_iter().zip(rows).for_each(|(block, rows)| {
-            rows.chunks_exact_mut(inputs.len()).enumerate().for_each(|(l, row)| scale(inputs, &block.observe(l), row));
+            let rows = rows.chunks_exact_mut(inputs.len()).enumerate();
+            rows.for_each(|(row, numbers)| scale(inputs, &block.observe(row), numbers));
         });
     }
 
@@ -130,11 +135,12 @@ impl RingBatch {
     pub fn step(&mut self, actions: &[f32], out: StepBuffers<'_>, signals: &Signals) -> PyResult<()> {
         let (config, inputs) = (&self.config, &self.inputs);
         let blocks = self.blocks.len().div_ceil(threads::cores()?);
-        let (rings, numbers) = (blocks * LANES, blocks * LANES * inputs.len());
-        let parts = self.blocks.chunks_mut(blocks).zip(actions.chunks(rings));
+        let rows = blocks * LANES * self.advised;
+        let numbers = rows * inputs.len();
+        let parts = self.blocks.chunks_mut(blocks).zip(actions.chunks(rows));
         let seen = out.observations.chunks_mut(numbers).zip(out.final_observations.chunks_mut(numbers));
-        let earned = out.rewards.chunks_mut(rings).zip(out.mean_speeds_mps.chunks_mut(rings));
-        let ended = out.terminations.chunks_mut(rings).zip(out.truncations.chunks_mut(rings));
+        let earned = out.rewards.chunks_mut(rows).zip(out.mean_speeds_mps.chunks_mut(rows));
+        let ended = out.terminations.chunks_mut(rows).zip(out.truncations.chunks_mut(rows));
         let parts = parts.zip(seen).zip(earned.zip(ended)).map(|(((blocks, actions), seen), (earned, ended))| {
             let [observations, final_observations] = seen.into();
             let ([rewards, mean_speeds_mps], [terminations, truncations]) = (earned.into(), ended.into());
@@ -170,30 +176,37 @@ fn step(
     out: StepBuffers<'_>,
     signals: &Signals,
 ) {
-    let count = inputs.len();
-    for (index, (block, actions)) in blocks.iter_mut().zip(actions.chunks(LANES)).enumerate() {
+    let (count, mut first) = (inputs.len(), 0);
+    let Some(rows) = blocks.first().map(VecEnv::rows) else { return };
+    let mut drawn = Vec::with_capacity(rows);
+    for (block, actions) in blocks.iter_mut().zip(actions.chunks(rows)) {
         if signals.have_come() {
             return;
         }
-        let (hold, first) = (block.hold_length(), index * LANES);
+        let hold = block.hold_length();
+        drawn.clear();
         // Rings beyond the last one get the middle action; their results are not used.
-        let drawn = std::array::from_fn(|l| action(config, actions.get(l).copied().unwrap_or(0.0), hold));
-        block.hold_each(&drawn, |block, l, outcome| {
-            if l >= actions.len() {
+        drawn.extend((0..rows).map(|row| action(config, actions.get(row).copied().unwrap_or(0.0), hold)));
+        block.hold_each(&drawn, |block, row, outcome| {
+            if row >= actions.len() {
                 return;
             }
-            let ring = first + l;
-            let place = ring * count..(ring + 1) * count;
+            let number = first + row;
+            let place = number * count..(number + 1) * count;
+            let Some(outcome) = outcome else {
+                // The ring has begun another episode.
+                return scale(inputs, &block.observe(row), &mut out.observations[place]);
+            };
             scale(inputs, &outcome.last_seen, &mut out.observations[place.clone()]);
             if outcome.ending != Ending::None {
-                out.final_observations[place.clone()].copy_from_slice(&out.observations[place.clone()]);
-                scale(inputs, &block.observe(l), &mut out.observations[place]);
+                out.final_observations[place.clone()].copy_from_slice(&out.observations[place]);
             }
-            out.rewards[ring] = f64::from(outcome.reward);
-            out.mean_speeds_mps[ring] = f64::from(outcome.mean_mps);
-            out.terminations[ring] = outcome.ending == Ending::Crash;
-            out.truncations[ring] = outcome.ending == Ending::Horizon;
+            out.rewards[number] = f64::from(outcome.reward);
+            out.mean_speeds_mps[number] = f64::from(outcome.mean_mps);
+            out.terminations[number] = outcome.ending == Ending::Crash;
+            out.truncations[number] = outcome.ending == Ending::Horizon;
         });
+        first += rows;
     }
 }
 
@@ -227,50 +240,51 @@ impl Rings {
             return Err(PyValueError::new_err(format!("num_envs is {num_envs}; allowed: 1 to 65536")));
         }
         let batch = RingBatch::new(configuration, num_envs);
-        let table = || PyArray2::zeros(py, [num_envs, batch.inputs()], false).unbind();
+        let rows = batch.rows();
+        let table = || PyArray2::zeros(py, [rows, batch.inputs()], false).unbind();
         Ok(Self {
             observations: table(),
             final_observations: table(),
-            rewards: PyArray1::zeros(py, num_envs, false).unbind(),
-            mean_speeds_mps: PyArray1::zeros(py, num_envs, false).unbind(),
-            terminations: PyArray1::zeros(py, num_envs, false).unbind(),
-            truncations: PyArray1::zeros(py, num_envs, false).unbind(),
+            rewards: PyArray1::zeros(py, rows, false).unbind(),
+            mean_speeds_mps: PyArray1::zeros(py, rows, false).unbind(),
+            terminations: PyArray1::zeros(py, rows, false).unbind(),
+            truncations: PyArray1::zeros(py, rows, false).unbind(),
             levels: configuration.config.advice.levels,
             batch,
         })
     }
 
-    /// Returns the observations, float32, `(num_envs, inputs)`. Each step writes into this same array.
+    /// Returns the observations, float32, `(rows, inputs)`. Each step writes into this same array.
     #[getter]
     fn observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.observations.bind(py).clone()
     }
 
-    /// Returns the last observations of episodes that have just ended, float32, `(num_envs, inputs)`.
+    /// Returns the last observations of episodes that have just ended, float32, `(rows, inputs)`.
     #[getter]
     fn final_observations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f32>> {
         self.final_observations.bind(py).clone()
     }
 
-    /// Returns the rewards of the last step, m/s, float64, `(num_envs,)`.
+    /// Returns the rewards of the last step, m/s, float64, `(rows,)`.
     #[getter]
     fn rewards<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.rewards.bind(py).clone()
     }
 
-    /// Returns the mean speed of all vehicles over the last step, m/s, float64, `(num_envs,)`.
+    /// Returns the mean speed of all vehicles of the ring over the last step, m/s, float64, `(rows,)`.
     #[getter]
     fn mean_speeds_mps<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.mean_speeds_mps.bind(py).clone()
     }
 
-    /// Returns true for rings with a collision, bool, `(num_envs,)`.
+    /// Returns true for rows of rings with a collision, bool, `(rows,)`.
     #[getter]
     fn terminations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.terminations.bind(py).clone()
     }
 
-    /// Returns true for rings that have reached the horizon, bool, `(num_envs,)`.
+    /// Returns true for rows of rings that have reached the horizon, bool, `(rows,)`.
     #[getter]
     fn truncations<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.truncations.bind(py).clone()
@@ -284,13 +298,15 @@ impl Rings {
         self.look(py)
     }
 
-    /// Begins the next episode of the rings that `mask` marks, bool, `(num_envs,)`.
+    /// Begins the next episode of the rings with a row that `mask` marks, bool, `(rows,)`.
     fn begin(&mut self, py: Python<'_>, mask: PyReadonlyArray1<'_, bool>) -> PyResult<()> {
         self.check_begun()?;
         let wanted = mask.as_slice()?.to_vec();
         self.check_length(wanted.len(), "mask")?;
         let (batch, signals) = (&mut self.batch, Signals::new());
-        threads::here(py, || batch.begin(|ring| wanted[ring], &signals))??;
+        let advised = batch.advised;
+        let is_wanted = |ring: usize| wanted[ring * advised..(ring + 1) * advised].contains(&true);
+        threads::here(py, || batch.begin(is_wanted, &signals))??;
         signals.raised()?;
         self.look(py)
     }
@@ -340,7 +356,7 @@ impl Rings {
         self.look(py)
     }
 
-    /// Drives one hold of all rings under these actions, float32, `(num_envs,)`. Returns true if an episode ended.
+    /// Drives one hold of all rings under these actions, float32, `(rows,)`. Returns true if an episode ended.
     fn step(&mut self, py: Python<'_>, actions: PyReadonlyArray1<'_, f32>) -> PyResult<bool> {
         self.check_begun()?;
         let actions = actions.as_slice()?;
@@ -354,10 +370,11 @@ impl Rings {
             terminations: slice(self.terminations.bind(py))?,
             truncations: slice(self.truncations.bind(py))?,
         };
-        let (rows, rings) = (self.batch.rings * self.batch.inputs(), self.batch.rings);
+        let rows = self.batch.rows();
+        let numbers = rows * self.batch.inputs();
         let lengths = [out.observations.len(), out.final_observations.len(), out.rewards.len() * self.batch.inputs()];
         let marks = [out.mean_speeds_mps.len(), out.terminations.len(), out.truncations.len()];
-        if lengths != [rows; 3] || marks != [rings; 3] {
+        if lengths != [numbers; 3] || marks != [rows; 3] {
             return Err(PyValueError::new_err(
                 "an array of the environment has been resized; make the environment again",
             ));
@@ -399,11 +416,11 @@ impl Rings {
     }
 
     fn check_length(&self, length: usize, what: &str) -> PyResult<()> {
-        let rings = self.batch.rings;
-        if length == rings {
+        let rows = self.batch.rows();
+        if length == rows {
             return Ok(());
         }
-        Err(PyValueError::new_err(format!("{what} has {length} entries; allowed: {rings}, one for each environment")))
+        Err(PyValueError::new_err(format!("{what} has {length} entries; allowed: {rows}, one for each environment")))
     }
 
     /// Checks that actions are finite numbers, or numbers of levels.

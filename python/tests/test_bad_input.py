@@ -23,7 +23,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
         ({"hodl": 1.0}, TypeError, "unknown key `hodl`; did you mean `hold`"),
         ({"num_env": 4}, TypeError, "unknown key `num_env`; did you mean `num_envs`"),
         ({"view": "birdseye"}, ValueError, "view is 'birdseye'; allowed: schematic; traffic='native' and"),
-        ({"advised": "20%"}, TypeError, "advised: a fast ring has one advised vehicle; traffic='native'"),
+        ({"advised": 23}, ValueError, "advised is 23; allowed: 1 to 22, as many as there are vehicles"),
         ({"name": "no-such.toml"}, ValueError, "no-such.toml: cannot be read"),
         ({"driver": "slopy"}, ValueError, r"\"slopy\" \(did you mean sloppy\?\)"),
         ({"driver": "reaction=soon"}, ValueError, "reaction is \"soon\""),

@@ -154,7 +154,7 @@ def test_an_exception_of_a_policy_ends_the_evaluation():
 @pytest.mark.parametrize(
     ("arguments", "error", "words"),
     [
-        ({"traffic": "ring", "advised": 4}, TypeError, "advised: a fast ring has one advised vehicle; traffic='native'"),
+        ({"traffic": "ring", "advised": 23}, ValueError, "advised is 23; allowed: 1 to 22, as many as there are vehicles"),
         ({"traffic": "suma"}, ValueError, "did you mean sumo"),
         ({"traffic": "native", "advised": True}, TypeError, "advised is True; allowed: a number of vehicles, or a share"),
         ({"traffic": "native", "advised": "half"}, ValueError, 'advised is "half"; allowed: a share'),

@@ -171,7 +171,7 @@ def test_shares_that_cannot_be(advised, error):
 
 
 def test_the_fast_ring_advises_one_and_says_which_engine_advises_several():
-    with pytest.raises(ValueError, match="traffic is 'ring'; allowed: native, sumo.*traffic='native' drives the same ring"):
+    with pytest.raises(ValueError, match="traffic is 'ring'; allowed: native, sumo.*codrive.make_vec"):
         ring(traffic="ring")
 
 

@@ -7,6 +7,7 @@ use crate::{
     idm::IdmParams,
     metrics::EvaluationResult,
     policy::{Hold, NetworkInput, PolicySettings, Probe},
+    scenario::AdvisedVehicles,
     settings::flat_settings,
     space::CAR_LENGTH_M,
     traffic::{self, TrafficDrivers},
@@ -64,6 +65,9 @@ flat_settings! {
             /// Largest number of vehicles on a ring, the ego included
             #[schemars(range(min = 2, max = 200))]
             vehicles_max: u32 = 22,
+            /// Advised vehicles of each ring, spread evenly, the ego first: a number (4) or a share of the vehicles (20%). All of them
+            /// follow one policy, each by what it sees itself
+            advised: AdvisedVehicles = AdvisedVehicles::default(),
             /// Length of the shortest ring
             #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
             circumference_min_m: f64 = 200.0,
@@ -112,7 +116,7 @@ flat_settings! {
             /// Penalty for a time gap below 1 s, in proportion to the missing part
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s"))]
             headway_penalty: f64 = 0.0,
-            /// Penalty per m/s by which the ego misses the acceptable range of the advised speed
+            /// Penalty per m/s by which the advised vehicle misses the acceptable range of the advised speed
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = ""))]
             range_penalty: f64 = 0.0,
             /// Penalty per m/s of the standard deviation of speed over all vehicles
@@ -358,7 +362,7 @@ pub enum RewardKind {
     /// Mean speed of all vehicles
     #[default]
     All,
-    /// Speed of the ego
+    /// Own speed of the advised vehicle
     Ego,
 }
 
@@ -428,9 +432,10 @@ impl TrainConfig {
         drive.mean_speed_mps - self.reward.speed_sd_penalty * drive.speed_sd_over_vehicles_mps
     }
 
-    /// Returns the number of decisions per ring in a batch, at least 1.
+    /// Returns the number of decisions of each advised vehicle in a batch, at least 1.
     pub fn decisions(&self) -> usize {
-        ((self.run.batch as f64 / f64::from(self.run.rings)).round() as usize).max(1)
+        let vehicles = f64::from(self.run.rings) * self.ring.advised_slots().count() as f64;
+        ((f64::from(self.run.batch) / vehicles).round() as usize).max(1)
     }
 
     /// Returns the number of decisions in an episode with such holds, at least 1.

@@ -4,6 +4,7 @@
 use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M, inputs::check_names};
 use crate::{
     policy::{Feature, Hold, NetworkInput, RoadKind},
+    scenario::AdvisedVehicles,
     settings::Settings,
     space::CAR_LENGTH_M,
     time::is_whole_ticks,
@@ -61,6 +62,7 @@ impl Settings for TrainConfig {
             );
             return Err(("circumference_max_m", text));
         }
+        self.check_of_advised()?;
         self.check_of_drivers()?;
         let length_m = if self.ring.truck_share > 0.0 { TRUCK_LENGTH_M } else { CAR_LENGTH_M };
         let car_m = length_m + self.ring.idm.s0 * (1.0 + self.ring.idm_spread) * (1.0 + self.ring.car_spread);
@@ -105,6 +107,30 @@ impl Settings for TrainConfig {
 }
 
 impl TrainConfig {
+    /// Checks the number of advised vehicles, which is the same on all rings.
+    fn check_of_advised(&self) -> Result<(), (&'static str, String)> {
+        let (advised, [min, max]) = (self.ring.advised, [self.ring.vehicles_min, self.ring.vehicles_max]);
+        let refused = |allowed: String| Err(("advised", format!("advised is {advised}; allowed: {allowed}")));
+        if advised.is_no_vehicle() || matches!(advised, AdvisedVehicles::Count(count) if count > max) {
+            return refused(format!("1 to {max}, as many as there are vehicles, or a share such as 20%"));
+        }
+        if advised.of(max) == 1 {
+            return Ok(());
+        }
+        if min != max {
+            return refused(format!(
+                "1, as rings have {min} to {max} vehicles; others need the same number on all rings"
+            ));
+        }
+        let [rounds, rings] = [self.student.estimator_rounds, self.silence.silence_rings];
+        for (key, value) in [("estimator_rounds", rounds), ("silence_rings", rings)] {
+            if value > 0 {
+                return refused(format!("1 if {key} is above 0; it is {value}"));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks the drivers of the other vehicles: people have spreads of their own.
     fn check_of_drivers(&self) -> Result<(), (&'static str, String)> {
         let ring = &self.ring;

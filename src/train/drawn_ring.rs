@@ -46,6 +46,11 @@ impl RingConfig {
         self.traffic_drivers.split(',').map(str::trim)
     }
 
+    /// Returns the slots of the advised vehicles, counted backwards from the ego, the ego first; evenly spread as in drives.
+    pub fn advised_slots(&self) -> impl Iterator<Item = usize> {
+        std::iter::once(0).chain(self.advised.others(self.vehicles_max).map(|slot| slot as usize))
+    }
+
     /// Returns the drivers of the other vehicles, one population for each block of rings in turn.
     ///
     /// # Panics
@@ -79,16 +84,19 @@ pub fn draw_ring(config: &TrainConfig, drivers: &TrafficDrivers, stream: &mut St
     DrawnRing { start: RingStart { driver, ..start }, length_m, even_gap_m }
 }
 
-/// Draws the model of each vehicle, the ego first with the ring's own model, and counts the trucks. The list is empty if vehicles do not
-/// differ.
+/// Draws the model of each vehicle, the ego first, and counts the trucks. Advised vehicles are cars with the ring's own model. The list is
+/// empty if vehicles do not differ.
 fn draw_cars(rings: &RingConfig, idm: &IdmParams, cars: usize, stream: &mut Stream) -> (Vec<TrafficDriver>, usize) {
     if rings.car_spread == 0.0 && rings.truck_share == 0.0 {
         return (Vec::new(), 0);
     }
     let (mut own_drivers, mut trucks) = (vec![TrafficDriver::of_ring_study(*idm)], 0);
-    for _ in 1..cars {
+    for slot in 1..cars {
         let mut own = vary(idm, rings.car_spread, stream);
-        if stream.uniform(0.0, 1.0) < rings.truck_share {
+        let is_truck = stream.uniform(0.0, 1.0) < rings.truck_share;
+        if rings.advised_slots().any(|advised| advised == slot) {
+            own = *idm;
+        } else if is_truck {
             own.a *= TRUCK_ACCEL_SHARE;
             trucks += 1;
         }

@@ -1,5 +1,5 @@
-//! The ego's response to advice in training: exact, or like a person's. In: an action for each ring, then the rings at each step. Out:
-//! the ego's speed at the end of the step, m/s.
+//! An advised vehicle's response to advice in training: exact, or like a person's. In: an action for each ring, then the rings at each
+//! step. Out: the vehicle's speed at the end of the step, m/s.
 //!
 //! A simulated driver responds `reaction_s` late, tracks with a wandering error (Ornstein and Uhlenbeck 1930) and has a habit of driving
 //! faster or slower. They follow the speed on the speedometer (docs/decisions.md: 2), also if the policy advises an acceleration, and
@@ -126,7 +126,7 @@ impl DriverLane {
     }
 }
 
-/// Drivers of the egos, one per lane.
+/// Drivers of one advised vehicle, such as the ego, on each ring of a block.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AdviceFollower {
     step_s: f32,
@@ -144,7 +144,7 @@ pub struct AdviceFollower {
     noise_step_mps: f32,
     lanes: DriverLanes,
     all_comply: bool,
-    /// True if the egos follow as all vehicles of their rings; among measured people they follow as the average person.
+    /// True if the drivers follow as all vehicles of their rings; among measured people they follow as the average person.
     follows_alike: bool,
     /// Advised speeds of the last steps, a ring buffer with the latest at `newest`; -1 for a step without advice.
     shown_mps: Vec<SimdLanes>,
@@ -322,8 +322,8 @@ impl AdviceFollower {
         self.all_comply = self.lanes.compliance.iter().all(Compliance::is_full);
     }
 
-    /// Issues advice for ring `l`, whose ego drives at `ego_mps`, in force for `hold`; `None` withdraws the advice.
-    pub fn advise(&mut self, l: usize, action: Option<Action>, ego_mps: f32, hold: Hold) {
+    /// Issues advice for ring `l`, where the vehicle drives at `own_mps`, in force for `hold`; `None` withdraws the advice.
+    pub fn advise(&mut self, l: usize, action: Option<Action>, own_mps: f32, hold: Hold) {
         if self.ignores {
             return;
         }
@@ -337,7 +337,7 @@ impl AdviceFollower {
             Action::Speed(speed) => (StandingAdvice::Speed, speed.max(0.0) as f32),
             // A driver sees the speed to which the acceleration leads.
             Action::Acceleration(a) if self.is_driver => {
-                (StandingAdvice::Speed, shown_mps(before, f64::from(ego_mps), a, hold.seconds()) as f32)
+                (StandingAdvice::Speed, shown_mps(before, f64::from(own_mps), a, hold.seconds()) as f32)
             }
             Action::Acceleration(a) => (StandingAdvice::Acceleration, a as f32),
         };
@@ -355,25 +355,25 @@ impl AdviceFollower {
 
     /// Returns the distance of speeds from the range around the advised ones, m/s; 0 if no speed is advised.
     #[inline(always)]
-    pub fn missed_mps(&self, ego_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
+    pub fn missed_mps(&self, own_mps: &SimdLanes, range_mps: f32) -> SimdLanes {
         lane(|l| {
-            let missed = ((ego_mps[l] - self.lanes.advised[l]).abs() - range_mps).max(0.0);
+            let missed = ((own_mps[l] - self.lanes.advised[l]).abs() - range_mps).max(0.0);
             if self.lanes.mode[l] == StandingAdvice::Speed { missed } else { 0.0 }
         })
     }
 
-    /// Returns the source of each ego's speed in the last step.
+    /// Returns the source of the vehicle's speed on each ring in the last step.
     pub fn driven_by(&self) -> &[DrivenBy; LANES] {
         &self.lanes.driven_by
     }
 
-    /// Returns the egos' speeds at the end of this step, m/s.
+    /// Returns the speeds of the vehicles of slot `k` at the end of this step, m/s.
     #[inline(always)]
-    pub fn step(&mut self, ring: &VectorizedRing) -> SimdLanes {
-        let speed = ring.ego_mps();
-        let mut model = self.own_model(ring);
+    pub fn step(&mut self, ring: &VectorizedRing, k: usize) -> SimdLanes {
+        let (speed, leader_mps, gap_m) = (ring.speed_mps_of(k), ring.leader_mps_of(k), ring.gaps_m(k));
+        let mut model = self.own_model(ring, k);
         if !self.all_comply {
-            self.decide(ring.leader_mps());
+            self.decide(leader_mps);
         }
         let wanted = if self.is_driver { self.driver(speed) } else { self.exact(speed) };
         let dt = self.step_s;
@@ -395,7 +395,7 @@ impl AdviceFollower {
         if self.brakes {
             for l in 0..LANES {
                 let hardest = (speed[l] - self.guard_mps2 * dt).max(0.0);
-                let safe = self.safe_mps(ring.gap_m()[l], ring.leader_mps()[l]).max(hardest);
+                let safe = self.safe_mps(gap_m[l], leader_mps[l]).max(hardest);
                 if driven_by[l] == DrivenBy::Advice && safe < driven[l] {
                     (driven[l], driven_by[l]) = (safe, DrivenBy::Guard);
                 }
@@ -406,15 +406,15 @@ impl AdviceFollower {
         driven
     }
 
-    /// Returns the acceleration of each driver's own model from what they perceive, m/s².
+    /// Returns the acceleration of each driver's own model from what they perceive from slot `k`, m/s².
     #[inline(always)]
-    fn own_model(&mut self, ring: &VectorizedRing) -> SimdLanes {
+    fn own_model(&mut self, ring: &VectorizedRing, k: usize) -> SimdLanes {
         if self.follows_alike && self.view.is_prompt() && self.lanes.gap_factor == splat(1.0) {
-            return ring.ego_by_model();
+            return ring.by_model(k, ring.gaps_m(k), ring.leader_mps_of(k), ring.time_gap_s());
         }
-        let [gap_m, leader_mps] = self.view.see(ring.gap_m(), ring.leader_mps());
+        let [gap_m, leader_mps] = self.view.see(ring.gaps_m(k), ring.leader_mps_of(k));
         let time_gap_s = lane(|l| ring.time_gap_s()[l] * self.lanes.gap_factor[l]);
-        ring.ego_by_model_seen(&gap_m, &leader_mps, &time_gap_s)
+        ring.by_model(k, &gap_m, &leader_mps, &time_gap_s)
     }
 
     /// Decides once a second which drivers look and which follow; updates each step how far the advice holds each driver back.

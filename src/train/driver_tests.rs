@@ -1,8 +1,13 @@
 //! Drivers of the fast ring: compliance, sources of the ego's speed and late perception.
 
 use super::{
-    ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, drawn_ring::draw_ring,
-    driver::AdviceFollower, environment::VecEnv, evaluate, ring::VectorizedRing, simd::LANES,
+    ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig,
+    drawn_ring::draw_ring,
+    driver::AdviceFollower,
+    environment::VecEnv,
+    evaluate,
+    ring::{ImposedSpeed, VectorizedRing},
+    simd::LANES,
 };
 use crate::{
     driver::Population,
@@ -52,13 +57,13 @@ fn a_driver_who_errs_has_the_noise_of_measured_people() {
     let mut all: Vec<[f64; LANES]> = Vec::new();
     for _ in 0..20_000 {
         let before_mps = *ring.ego_mps();
-        let model_mps2 = ring.ego_by_model_seen(ring.gap_m(), ring.leader_mps(), ring.time_gap_s());
-        let after_mps = follower.step(&ring);
+        let model_mps2 = ring.by_model(0, ring.gap_m(), ring.leader_mps(), ring.time_gap_s());
+        let after_mps = follower.step(&ring, 0);
         all.push(std::array::from_fn(|l| {
             let noise_mps2 = f64::from(after_mps[l] - before_mps[l]) / step_s - f64::from(model_mps2[l]);
             if before_mps[l] >= 1.0 { noise_mps2 } else { f64::NAN }
         }));
-        ring.step(Some(&after_mps));
+        ring.step(&[ImposedSpeed { slot: 0, mps: after_mps }]);
     }
     let moment = |lag: usize| {
         let pairs = all.iter().zip(&all[lag..]).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b));

@@ -4,7 +4,8 @@ use super::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, Learner, NetworkConfig, RewardConfig, RewardKind, RingConfig,
     TrainConfig,
     drawn_ring::{draw_ring, episode_stream},
-    environment::{Ending, Outcome, VecEnv},
+    environment::VecEnv,
+    outcome::{Ending, Outcome},
     simd::LANES,
 };
 use crate::{
@@ -244,7 +245,7 @@ fn an_accelerating_ego_crashes_unless_guarded_and_a_braking_one_never() {
     let endings = |brakes_for_leader: bool, action: Action| {
         let mut block =
             block(&TrainConfig { driver: DriverConfig { brakes_for_leader, ..config().driver }, ..config() });
-        let run = |_| block.hold(&all(action)).map(|o| o.ending);
+        let run = |_| block.hold(&all(action)).into_iter().map(|o| o.ending).collect::<Vec<Ending>>();
         (0..40).flat_map(run).collect::<Vec<Ending>>()
     };
     let crashes = |endings: &[Ending]| endings.iter().filter(|e| **e == Ending::Crash).count();

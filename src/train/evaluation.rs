@@ -9,7 +9,7 @@ use super::{
     simd::LANES,
 };
 use crate::{
-    metrics::{Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
+    metrics::{AdvisedStep, Approach, EpisodeMetrics, EpisodeStep, EvaluationResult, Trajectories},
     policy::{Action, Advice, Advisor, DriverEstimate, DriverTraits, Hold, Observation, Policy, WhoDrives},
     space::CAR_LENGTH_M,
     time::Tick,
@@ -17,8 +17,8 @@ use crate::{
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Evaluates `rings` rings drawn from `config` with the random stream `stream`, each with its own policy from `make` (`None`: the ego's
-/// model drives).
+/// Evaluates `rings` rings drawn from `config` with the random stream `stream`, each advised vehicle with its own policy from `make` (`None`:
+/// the model drives).
 pub fn evaluate(
     config: &TrainConfig,
     stream: &str,
@@ -66,7 +66,7 @@ impl EvaluatedBlock {
         make: impl FnMut() -> Option<Box<dyn Policy>>,
     ) -> Self {
         let env = VecEnv::new(config, stream, index, hold);
-        let metrics = |l| EpisodeMetrics::new(config.ring.step_s, env.observe(l).circumference_m);
+        let metrics = |l| EpisodeMetrics::new(config.ring.step_s, env.circumference_m(l));
         let metrics = (0..LANES).map(metrics).collect();
         Self { advisors: Advisors::new(config, hold, make), env, metrics, step: 0 }
     }
@@ -76,19 +76,24 @@ impl EvaluatedBlock {
         self.advisors.advise(&mut self.env, self.step);
         self.step += 1;
         self.env.step();
-        let ring = self.env.rings();
+        let (ring, advised) = (self.env.rings(), self.env.advised());
         for (l, metrics) in self.metrics.iter_mut().enumerate() {
+            let rows = l * advised..(l + 1) * advised;
             let pair = |gap_m: f32, behind_mps: f32, ahead_mps: f32| {
                 Some(Approach { gap_m: gap_m.into(), closing_mps: f64::from(behind_mps) - f64::from(ahead_mps) })
             };
             let ego_mps = ring.ego_mps()[l];
             let now = EpisodeStep {
                 ahead: pair(ring.gap_m()[l], ego_mps, ring.leader_mps()[l]),
-                behind: pair(ring.gap_behind_m()[l], ring.follower_mps()[l], ego_mps),
-                advice: self.advisors.standing(l),
+                behind: pair(ring.gaps_m(1)[l], ring.speed_mps_of(1)[l], ego_mps),
+                advice: self.advisors.standing(rows.start),
                 driven_by: Some(self.env.driven_by()[l]),
-                ..EpisodeStep::default()
+                others: self.advisors.others(&self.env, rows.clone()),
             };
+            // The gap behind the ego is in the step.
+            if rows.clone().skip(1).any(|row| self.env.speed_and_gaps(row)[2] <= 0.0) {
+                metrics.crash();
+            }
             metrics.add((0..).zip(ring.speeds_mps(l).map(f64::from)), now);
         }
     }
@@ -150,7 +155,8 @@ fn watched_drivers(
             drivers.advise(&mut block, step);
             block.step();
         }
-        let of = |(l, truth): (usize, DriverTraits)| Some((truth, drivers.who_drives(l)?));
+        // Of rings with several advised vehicles, the ego.
+        let of = |(l, truth): (usize, DriverTraits)| Some((truth, drivers.who_drives(l * block.advised())?));
         block.drivers().into_iter().enumerate().map(of).collect::<Vec<_>>()
     };
     let drivers: Vec<Vec<Option<(DriverTraits, WhoDrives)>>> = (0..blocks).into_par_iter().map(of_block).collect();
@@ -162,7 +168,7 @@ pub(super) fn steps(config: &TrainConfig, time_s: f64) -> u64 {
     (time_s / config.ring.step_s).round() as u64
 }
 
-/// Advisors of a block, one per ring.
+/// Advisors of a block, one per advised vehicle of each ring.
 pub(super) struct Advisors {
     of: Vec<Advisor>,
     ticks: u64,
@@ -174,7 +180,8 @@ pub(super) struct Advisors {
 impl Advisors {
     /// Returns advisors with separate policies from `make`, asked every `hold`.
     pub fn new(config: &TrainConfig, hold: Hold, mut make: impl FnMut() -> Option<Box<dyn Policy>>) -> Self {
-        let policies: Vec<Option<Box<dyn Policy>>> = (0..LANES).map(|_| make()).collect();
+        let rows = LANES * config.ring.advised_slots().count();
+        let policies: Vec<Option<Box<dyn Policy>>> = (0..rows).map(|_| make()).collect();
         let sees = |policy: &dyn Policy| policy.inputs().iter().any(|input| input.feature.is_of_whole_ring());
         Self {
             see_whole_ring: policies.iter().flatten().any(|policy| sees(policy.as_ref())),
@@ -184,19 +191,32 @@ impl Advisors {
         }
     }
 
-    /// Returns the current advice of ring `l`.
-    pub fn standing(&self, l: usize) -> Option<Advice> {
-        self.of[l].standing()
+    /// Returns the current advice of a row.
+    pub fn standing(&self, row: usize) -> Option<Advice> {
+        self.of[row].standing()
     }
 
-    /// Returns the current estimate of the driver by the policy of ring `l`, if it has an estimator.
-    pub fn who_drives(&self, l: usize) -> Option<WhoDrives> {
-        self.of[l].who_drives()
+    /// Returns the combined state of the advised vehicles of a ring without its ego; `rows` are those of all.
+    fn others(&self, block: &VecEnv, rows: Range<usize>) -> AdvisedStep {
+        let mut step = AdvisedStep::default();
+        for row in rows.skip(1) {
+            let [speed_mps, gap_m, _] = block.speed_and_gaps(row).map(f64::from);
+            step.min_gap_m = Some(step.min_gap_m.map_or(gap_m, |least_m| gap_m.min(least_m)));
+            let Some(advice) = self.standing(row) else { continue };
+            step.advised += 1;
+            step.in_range += u64::from(advice.accepts(speed_mps));
+        }
+        step
     }
 
-    /// Returns the observation that the advisor of ring `l` is about to give its policy.
-    pub fn complete_observation(&self, l: usize, observation: &Observation) -> Observation {
-        self.of[l].complete_observation(observation)
+    /// Returns the current estimate of the driver by the policy of a row, if it has an estimator.
+    pub fn who_drives(&self, row: usize) -> Option<WhoDrives> {
+        self.of[row].who_drives()
+    }
+
+    /// Returns the observation that the advisor of a row is about to give its policy.
+    pub fn complete_observation(&self, row: usize, observation: &Observation) -> Observation {
+        self.of[row].complete_observation(observation)
     }
 
     /// Begins step number `step`: issues due advice.
@@ -204,16 +224,16 @@ impl Advisors {
         if self.see_whole_ring {
             block.show_whole_ring();
         }
-        for (l, advisor) in self.of.iter_mut().enumerate() {
-            let seen = block.observe(l);
+        for (row, advisor) in self.of.iter_mut().enumerate() {
+            let seen = block.observe(row);
             if let Some(advice) = advisor.step(Tick(step * self.ticks), &seen, self.limit_mps) {
                 let within = match advice.action {
                     Action::Speed(_) => Action::Speed(advice.target_mps),
                     acceleration => acceleration,
                 };
-                block.advise(l, Some(within), block.hold_length());
+                block.advise(row, Some(within), block.hold_length());
             } else if advisor.standing().is_none() {
-                block.advise(l, None, block.hold_length());
+                block.advise(row, None, block.hold_length());
             }
         }
     }
@@ -237,7 +257,7 @@ pub fn trajectories(
     );
     let mut drivers = Advisors::new(config, hold, &make);
     let mut trace = Trajectories {
-        circumference_m: block.observe(0).circumference_m,
+        circumference_m: block.circumference_m(0),
         span_s: Some([warm_up_s - config.ring.warm_up_s, after_s]),
         ..Trajectories::default()
     };
@@ -261,7 +281,7 @@ pub fn trajectories(
         trace.speed_mps.push(ring.speeds_mps(0).collect());
         trace.time_s.push((step + 1) as f64 * config.ring.step_s - before as f64 * config.ring.step_s);
         trace.shown_mps.push(drivers.of[0].standing().map(|advice| advice.target_mps));
-        if ring.gap_m()[0].min(ring.gap_behind_m()[0]) <= 0.0 {
+        if block.least_gap_m(0) <= 0.0 {
             trace.crash_s = trace.time_s.last().copied();
             break;
         }

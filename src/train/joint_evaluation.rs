@@ -42,7 +42,8 @@ struct AskedBlock {
 
 impl AskedBlock {
     fn new(config: &TrainConfig, stream: &str, index: usize) -> Self {
-        let answers: Vec<SharedAction> = (0..LANES).map(|_| Arc::default()).collect();
+        let rows = LANES * config.ring.advised_slots().count();
+        let answers: Vec<SharedAction> = (0..rows).map(|_| Arc::default()).collect();
         let mut next = answers.iter();
         let policy = || {
             let answer = Arc::clone(next.next()?);
@@ -51,14 +52,15 @@ impl AskedBlock {
         Self { driven: EvaluatedBlock::new(config, stream, index, config.hold(), policy), answers }
     }
 
-    /// Returns the observation that the advisor of ring `l` is about to give its policy.
-    fn observation(&self, l: usize) -> Observation {
-        self.driven.advisors.complete_observation(l, &self.driven.env.observe(l))
+    /// Returns the observations that the advisors are about to give their policies, row by row.
+    fn observations(&self) -> impl Iterator<Item = Observation> + '_ {
+        let seen = |row| self.driven.advisors.complete_observation(row, &self.driven.env.observe(row));
+        (0..self.driven.env.rows()).map(seen)
     }
 }
 
-/// Evaluates the rings of [`super::evaluate()`] with the same arguments side by side. Each hold `ask` gets one observation per ring and
-/// returns one action per ring. All rings have the shortest hold.
+/// Evaluates the rings of [`super::evaluate()`] with the same arguments side by side. Each hold `ask` gets one observation per advised
+/// vehicle, ring after ring, and returns one action for each. All rings have the shortest hold.
 ///
 /// # Errors
 /// The error of `ask`, which ends the evaluation.
@@ -70,10 +72,10 @@ pub fn evaluate_jointly<E>(
 ) -> Result<Vec<EvaluationResult>, E> {
     let mut blocks: Vec<AskedBlock> =
         (0..rings.div_ceil(LANES)).into_par_iter().map(|index| AskedBlock::new(config, stream, index)).collect();
+    let advised = config.ring.advised_slots().count();
     let mut left = steps(config, config.ring.horizon_s);
     while left > 0 {
-        let seen = |block: &AskedBlock| (0..LANES).map(|l| block.observation(l)).collect::<Vec<_>>();
-        let seen: Vec<Observation> = blocks.iter().flat_map(seen).take(rings).collect();
+        let seen: Vec<Observation> = blocks.iter().flat_map(AskedBlock::observations).take(rings * advised).collect();
         let actions = ask(&seen)?;
         let answers = blocks.iter().flat_map(|block| &block.answers);
         for (answer, action) in answers.zip(&actions) {

@@ -7,12 +7,12 @@
 use super::{
     config::{ActionKind, TrainConfig},
     distribution::DistributionFamily,
-    environment::{Ending, STATE_NUMBERS, WholeState},
     evaluation::evaluate,
     fitted_network::{Fit, FittedNetwork},
     identification::{EstimatorLearner, Seconds},
     lessons::Lesson,
     net::Shape,
+    outcome::{Ending, STATE_NUMBERS, WholeState},
     rollout::{BatchMeans, Rollout, RolloutWorker},
     silence::{self, LearnedSilence},
     simd::LANES,
@@ -317,14 +317,15 @@ impl Learner {
             let last_values = self.value.estimate(&shape, &value_inputs(config, &last_seen, &last_states));
             let rows = rollout.outcomes.len();
             let mut of_rows = vec![0.0; rows];
-            for l in 0..LANES {
+            let width = rollout.width;
+            for column in 0..width {
                 let decision = |row: usize| {
                     let outcome = &rollout.outcomes[row];
                     Decision {
                         reward: (f64::from(outcome.reward) - centre_mps) * (1.0 - gamma),
                         value: f64::from(values[row]),
                         next_value: match outcome.ending {
-                            Ending::None => f64::from(values[row + LANES]),
+                            Ending::None => f64::from(values[row + width]),
                             Ending::Horizon => f64::from(last_values[row]),
                             // The vehicles count as stopped forever.
                             Ending::Crash => -centre_mps,
@@ -332,9 +333,9 @@ impl Learner {
                         last: outcome.ending != Ending::None,
                     }
                 };
-                let decisions: Vec<Decision> = (l..rows).step_by(LANES).map(decision).collect();
+                let decisions: Vec<Decision> = (column..rows).step_by(width).map(decision).collect();
                 let advantages = advantages(&decisions, gamma, config.optimiser.gae_lambda);
-                (l..rows).step_by(LANES).zip(advantages).for_each(|(row, a)| of_rows[row] = a);
+                (column..rows).step_by(width).zip(advantages).for_each(|(row, a)| of_rows[row] = a);
             }
             returns.extend(of_rows.iter().zip(&values).map(|(a, v)| *a as f32 + v));
             batch.inputs.extend_from_slice(&rollout.inputs);

@@ -69,7 +69,7 @@ fn residual() -> TrainConfig {
     }
 }
 
-fn bits(learner: &Learner) -> String {
+pub(super) fn bits(learner: &Learner) -> String {
     serde_json::to_string(learner).unwrap()
 }
 

@@ -1,11 +1,12 @@
 //! Training of policies on the fast ring. In: a [`TrainConfig`]. Out: a [`crate::policy::Network`] and its learning curve. SI units.
 //!
 //! [`ring`] simulates sixteen rings at once, [`inputs`] defines the policies' inputs, [`environment`] makes episodes and [`driver`] lets
-//! the egos follow the advice. [`net`] is the network, [`distribution`] the distribution of its actions, [`trpo`] the update and
+//! the advised vehicles follow the advice. [`net`] is the network, [`distribution`] the distribution of its actions, [`trpo`] the update and
 //! [`learner`] the training loop. [`evaluate()`] evaluates any policy over the horizon. `tuning` searches the parameters of a controller
 //! (feature `tune`), `population_fit` the numbers of a population of drivers; [`silence`] learns when a policy should withhold advice.
 
 pub mod adam;
+mod advised_vehicle;
 pub mod config;
 mod config_check;
 mod corrected;
@@ -26,6 +27,7 @@ pub mod learning_curve;
 pub mod lessons;
 pub mod matrix;
 pub mod net;
+pub mod outcome;
 mod platoon_trajectories;
 #[cfg(feature = "tune")]
 pub mod population_fit;
@@ -55,6 +57,8 @@ pub use platoon_trajectories::platoon_trajectories;
 pub use ring_trajectories::ring_trajectories;
 pub use ring_vehicles::{EndedRings, RingVehicle};
 
+#[cfg(test)]
+mod advised_tests;
 #[cfg(test)]
 mod driver_tests;
 #[cfg(test)]

@@ -1,5 +1,5 @@
 //! The fast ring: [`LANES`] independent closed lanes of IDM vehicles in one SIMD block. In: a layout and a model for each ring, then the
-//! ego's speed at each step. Out: speeds, gaps and the mean speed. Metres, m/s, m/s².
+//! speeds of advised vehicles at each step. Out: speeds, gaps and the mean speed. Metres, m/s, m/s².
 //!
 //! The update is the same as in `traffic::native` (docs/references.md: idm): all accelerations from one state, `v' = max(v + a dt, 0)`,
 //! `x' = x + v' dt`, then noise. The state is the gap ahead of each vehicle instead of its position, so nothing wraps and `f32` keeps its
@@ -49,6 +49,15 @@ impl RingStart {
         gaps_m[cars / 2] += (length_m - spacing_m * cars as f64) as f32;
         Self { gaps_m, driver: TrafficDriver::of_ring_study(idm), own_drivers: Vec::new(), seed }
     }
+}
+
+/// Speed that the vehicle of a slot has at the end of a step on each ring, in place of the speed by its model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImposedSpeed {
+    /// Slot of the vehicle; on every ring the slot of a vehicle.
+    pub slot: usize,
+    /// Speed on each ring, m/s.
+    pub mps: SimdLanes,
 }
 
 /// A block of rings; the head of the file explains the slots.
@@ -170,27 +179,34 @@ impl VectorizedRing {
         &self.leader_mps
     }
 
-    /// Returns the speed of the vehicle behind the ego on each ring, m/s.
-    #[inline(always)]
-    pub fn follower_mps(&self) -> &SimdLanes {
-        &self.speed_mps[1]
-    }
-
     /// Returns the gap ahead of the ego on each ring, m.
     #[inline(always)]
     pub fn gap_m(&self) -> &SimdLanes {
         &self.gap_m[0]
     }
 
-    /// Returns the gap between the ego and its follower on each ring, m.
-    #[inline(always)]
-    pub fn gap_behind_m(&self) -> &SimdLanes {
-        &self.gap_m[1]
-    }
-
     /// Returns the gap ahead of the `k`-th vehicle behind the ego on each ring, m.
+    #[inline(always)]
     pub fn gaps_m(&self, k: usize) -> &SimdLanes {
         &self.gap_m[k]
+    }
+
+    /// Returns the speed of the `k`-th vehicle behind the ego on each ring, m/s.
+    #[inline(always)]
+    pub fn speed_mps_of(&self, k: usize) -> &SimdLanes {
+        &self.speed_mps[k]
+    }
+
+    /// Returns the speed of the leader of the `k`-th vehicle behind the ego on each ring, m/s.
+    #[inline(always)]
+    pub fn leader_mps_of(&self, k: usize) -> &SimdLanes {
+        if k == 0 { &self.leader_mps } else { &self.speed_mps[k - 1] }
+    }
+
+    /// Returns the slot of the follower of slot `k`. The last slot is followed by the ego, on rings that fill all slots.
+    #[inline(always)]
+    pub fn follower_of(&self, k: usize) -> usize {
+        if k + 1 < self.speed_mps.len() { k + 1 } else { 0 }
     }
 
     /// Returns the mean speed of all vehicles, the ego included, on each ring, m/s.
@@ -217,18 +233,11 @@ impl VectorizedRing {
         self.speed_mps[..self.cars(l)].iter().map(move |speed| speed[l])
     }
 
-    /// Returns the ego's acceleration by the model of its own driver in traffic, m/s².
+    /// Returns the acceleration of the `k`-th vehicle behind the ego by the model of its ring, with the time gap, s, the gap and the
+    /// leader's speed that its driver perceives, m/s².
     #[inline(always)]
-    pub fn ego_by_model(&self) -> SimdLanes {
-        let model = self.own_models.first().unwrap_or(&self.model);
-        self.accel(model, &self.speed_mps[0], &self.leader_mps, &self.gap_m[0], &model.time_gap_s)
-    }
-
-    /// Returns the ego's acceleration by the model of its ring with the ego's own time gap, s, and with the gap and leader's speed that its
-    /// driver perceives.
-    #[inline(always)]
-    pub fn ego_by_model_seen(&self, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
-        self.accel(&self.model, &self.speed_mps[0], leader_mps, gap_m, time_gap_s)
+    pub fn by_model(&self, k: usize, gap_m: &SimdLanes, leader_mps: &SimdLanes, time_gap_s: &SimdLanes) -> SimdLanes {
+        self.accel(&self.model, &self.speed_mps[k], leader_mps, gap_m, time_gap_s)
     }
 
     /// Returns the acceleration by a model, m/s².
@@ -255,30 +264,31 @@ impl VectorizedRing {
         &self.model.time_gap_s
     }
 
-    /// Runs `steps` steps in which the model drives every vehicle, the ego included: the warm-up and the baseline without advice.
+    /// Runs `steps` steps in which the model drives every vehicle: the warm-up and the baseline without advice.
     pub fn run(&mut self, steps: usize) {
         in_wide_vectors(UndisturbedSteps { ring: self, steps });
     }
 
-    /// Runs one step. The ego ends it at the speed `ego_mps`; with `None` its car-following model drives it.
+    /// Runs one step, at the end of which some vehicles have imposed speeds, by ascending slot; the model drives all others.
     #[inline(always)]
-    pub fn step(&mut self, ego_mps: Option<&SimdLanes>) {
+    pub fn step(&mut self, imposed: &[ImposedSpeed]) {
         match (self.kinds.are_fourth_powers, self.own_models.is_empty(), self.kinds.has_optimal) {
-            (true, true, _) => self.step_with::<true, false, false>(ego_mps),
-            (false, true, _) => self.step_with::<false, false, false>(ego_mps),
-            (true, false, false) => self.step_with::<true, true, false>(ego_mps),
-            (false, false, false) => self.step_with::<false, true, false>(ego_mps),
-            (true, false, true) => self.step_with::<true, true, true>(ego_mps),
-            (false, false, true) => self.step_with::<false, true, true>(ego_mps),
+            (true, true, _) => self.step_with::<true, false, false>(imposed),
+            (false, true, _) => self.step_with::<false, false, false>(imposed),
+            (true, false, false) => self.step_with::<true, true, false>(imposed),
+            (false, false, false) => self.step_with::<false, true, false>(imposed),
+            (true, false, true) => self.step_with::<true, true, true>(imposed),
+            (false, false, true) => self.step_with::<false, true, true>(imposed),
         }
     }
 
     #[inline(always)]
     fn step_with<const FOURTH: bool, const DRIVERS_DIFFER: bool, const OPTIMAL: bool>(
         &mut self,
-        ego_mps: Option<&SimdLanes>,
+        imposed: &[ImposedSpeed],
     ) {
         self.draw_noise();
+        let mut imposed = imposed.iter().rev().peekable();
         let (dt, creep_mps) = (self.step_s, CREEP_MPS2 * self.step_s);
         let slots = self.speed_mps.len();
         let leader_mps = self.leader_mps;
@@ -290,6 +300,7 @@ impl VectorizedRing {
             if k > 0 {
                 ahead_mps = self.speed_mps[k - 1];
             }
+            let given = imposed.next_if(|imposed| imposed.slot == k);
             let (speed, gap, noise) = (&mut self.speed_mps[k], &self.gap_m[k], &self.noise[k]);
             let model = if DRIVERS_DIFFER { &self.own_models[k] } else { &self.model };
             let mut chosen = splat(0.0);
@@ -299,16 +310,16 @@ impl VectorizedRing {
                 change_mps = lane(|l| model.noise_keeps[l] * before_mps[l] + change_mps[l]);
                 self.change_mps[k] = change_mps;
             }
-            for l in 0..LANES {
-                let seen = [speed[l], ahead_mps[l], gap[l], model.time_gap_s[l]];
-                let wanted = speed[l] + accel::<FOURTH, OPTIMAL>(model, l, seen) * dt;
-                chosen[l] = if wanted < creep_mps { 0.0 } else { wanted };
-                let noisy = (chosen[l] + change_mps[l]).max(0.0);
-                speed[l] = if chosen[l] > 0.0 { noisy } else { 0.0 };
-            }
-            if let (0, Some(ego_mps)) = (k, ego_mps) {
-                chosen = *ego_mps;
-                *speed = *ego_mps;
+            if let Some(given) = given {
+                (chosen, *speed) = (given.mps, given.mps);
+            } else {
+                for l in 0..LANES {
+                    let seen = [speed[l], ahead_mps[l], gap[l], model.time_gap_s[l]];
+                    let wanted = speed[l] + accel::<FOURTH, OPTIMAL>(model, l, seen) * dt;
+                    chosen[l] = if wanted < creep_mps { 0.0 } else { wanted };
+                    let noisy = (chosen[l] + change_mps[l]).max(0.0);
+                    speed[l] = if chosen[l] > 0.0 { noisy } else { 0.0 };
+                }
             }
             for l in 0..LANES {
                 let last = self.cars[l] == k as u32 + 1;
@@ -354,7 +365,7 @@ impl VectorWork for UndisturbedSteps<'_> {
     #[inline(always)]
     fn run(self) {
         for _ in 0..self.steps {
-            self.ring.step(None);
+            self.ring.step(&[]);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The fast ring against the native engine and against figures of the field.
 
 use super::{
-    ring::{RingStart, VectorizedRing},
+    ring::{ImposedSpeed, RingStart, VectorizedRing},
     simd::{LANES, splat},
 };
 use crate::{
@@ -170,7 +170,7 @@ fn an_imposed_ego_has_the_speed_that_it_is_given() {
     let mut ring = block(&RingStart::even(22, 250.0, quiet(), 0));
     let mut gap_m = ring.gap_m()[0];
     for _ in 0..50 {
-        ring.step(Some(&splat(0.5)));
+        ring.step(&[ImposedSpeed { slot: 0, mps: splat(0.5) }]);
         gap_m += 0.1 * (ring.leader_mps()[0] - 0.5);
     }
     assert_eq!(ring.ego_mps()[0], 0.5);

@@ -3,9 +3,10 @@
 
 use super::{
     config::{ActionKind, TrainConfig},
-    environment::{Ending, Outcome, VecEnv, WholeState},
+    environment::VecEnv,
     identification::{EstimatorLearner, Seconds, Watcher},
-    simd::{LANES, LaneRng},
+    outcome::{Ending, Outcome, WholeState},
+    simd::{LANES, LaneRng, SimdLanes},
     trpo::PolicyShape,
 };
 use crate::{
@@ -18,12 +19,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RolloutWorker {
     pub env: VecEnv,
-    rng: LaneRng,
+    /// Random numbers of each advised vehicle, one lane for each ring.
+    rngs: Vec<LaneRng>,
     /// The student beside it, once there is one.
     pub watcher: Option<Watcher>,
 }
 
-/// Experience of a block: rows are decisions in order of time, lane by lane within each.
+/// Experience of a block: rows are decisions in order of time, within each ring by ring and vehicle by vehicle.
 pub struct Rollout {
     /// Scaled observations, one row per decision.
     pub inputs: Vec<f32>,
@@ -37,17 +39,19 @@ pub struct Rollout {
     pub after: Vec<f32>,
     /// Whole state of the rings at each decision and after the last one.
     pub states: Vec<WholeState>,
+    /// Number of rows of one decision: rings times advised vehicles.
+    pub width: usize,
 }
 
 /// Means of a batch over time, so that a long hold has more weight than a short one.
 pub struct BatchMeans {
-    /// Number of ring steps.
+    /// Number of steps of rings.
     pub steps: f64,
     /// Mean speed of all vehicles, m/s.
     pub mean_mps: f64,
     /// Mean reward, m/s.
     pub reward: f64,
-    /// Episodes that ended in a crash.
+    /// Episodes of rings that ended in a crash.
     pub crashes: u32,
 }
 
@@ -57,8 +61,11 @@ impl BatchMeans {
         let timed = || rollouts.iter().flat_map(|t| t.outcomes.iter().map(|o| (f64::from(t.hold.steps()), o)));
         let steps: f64 = timed().map(|(steps, _)| steps).sum();
         let mean = |of: fn(&Outcome) -> f32| timed().map(|(steps, o)| steps * f64::from(of(o))).sum::<f64>() / steps;
-        let crashes = timed().filter(|(_, o)| o.ending == Ending::Crash).count() as u32;
-        Self { steps, mean_mps: mean(|o| o.mean_mps), reward: mean(|o| o.reward), crashes }
+        let crashes = timed().filter(|(_, o)| o.ending == Ending::Crash).count();
+        // Each vehicle of a ring has a row.
+        let advised = rollouts.first().map_or(1, |rollout| rollout.width / LANES);
+        let crashes = (crashes / advised) as u32;
+        Self { steps: steps / advised as f64, mean_mps: mean(|o| o.mean_mps), reward: mean(|o| o.reward), crashes }
     }
 }
 
@@ -67,12 +74,12 @@ impl RolloutWorker {
     pub fn new(config: &TrainConfig, index: usize, count: usize) -> Self {
         let mut env = VecEnv::new(config, "train", index, config.hold_of(index, count));
         env.spread();
-        let mut rng = LaneRng::new();
+        let mut rngs = vec![LaneRng::new(); env.rows() / LANES];
         for l in 0..LANES {
             let mut stream = rng::stream(config.seed, &format!("train/actions/{}", index * LANES + l));
-            rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64);
+            rngs.iter_mut().for_each(|rng| rng.seed(l, (stream.uniform(0.0, 1.0) * 9.0e15) as u64));
         }
-        Self { env, rng, watcher: None }
+        Self { env, rngs, watcher: None }
     }
 
     /// Adds a student that observes the block's drivers from now on.
@@ -91,7 +98,8 @@ impl RolloutWorker {
         mut log: Option<&mut Seconds>,
     ) -> Rollout {
         let (net, log_sd) = shape.split(theta);
-        let rows = decisions * LANES;
+        let (width, advised) = (self.env.rows(), self.rngs.len());
+        let rows = decisions * width;
         let seen = config.inputs();
         let hold = self.env.hold_length();
         let mut rollout = Rollout {
@@ -100,18 +108,22 @@ impl RolloutWorker {
             actions: Vec::with_capacity(rows),
             outcomes: Vec::with_capacity(rows),
             after: Vec::new(),
-            states: Vec::with_capacity(rows + LANES),
+            states: Vec::with_capacity(rows + width),
+            width,
         };
         for _ in 0..decisions {
             let inputs = self.see(&seen);
-            rollout.states.extend((0..LANES).map(|l| self.env.whole_state(l)));
+            rollout.states.extend((0..width).map(|row| self.env.whole_state(row)));
             let here = shape.net.forward(net, &inputs);
-            let (normal, _) = self.rng.normal_pair();
-            let uniform = self.rng.uniform();
+            let random: Vec<[SimdLanes; 2]> =
+                self.rngs.iter_mut().map(|rng| [rng.normal_pair().0, rng.uniform()]).collect();
             let outputs = here.output().chunks_exact(shape.net.outputs());
-            let drawn: Vec<f32> =
-                outputs.enumerate().map(|(l, out)| shape.family.draw(out, log_sd, normal[l], uniform[l])).collect();
-            let actions = std::array::from_fn(|l| action(config, drawn[l], hold));
+            let draw = |(row, out): (usize, &[f32])| {
+                let ([normal, uniform], l) = (&random[row % advised], row / advised);
+                shape.family.draw(out, log_sd, normal[l], uniform[l])
+            };
+            let drawn: Vec<f32> = outputs.enumerate().map(draw).collect();
+            let actions: Vec<Action> = drawn.iter().map(|drawn| action(config, *drawn, hold)).collect();
             let drivers = self.env.drivers();
             let mut outcomes = self.env.hold(&actions);
             self.tell_student(&mut outcomes, &drivers, log.as_deref_mut());
@@ -120,17 +132,12 @@ impl RolloutWorker {
             rollout.actions.extend(drawn);
         }
         rollout.after = self.see(&seen);
-        rollout.states.extend((0..LANES).map(|l| self.env.whole_state(l)));
+        rollout.states.extend((0..width).map(|row| self.env.whole_state(row)));
         rollout
     }
 
     /// Passes the samples of a hold to the student, and writes its estimates into `outcomes`.
-    fn tell_student(
-        &mut self,
-        outcomes: &mut [Outcome; LANES],
-        drivers: &[DriverTraits; LANES],
-        log: Option<&mut Seconds>,
-    ) {
+    fn tell_student(&mut self, outcomes: &mut [Outcome], drivers: &[DriverTraits; LANES], log: Option<&mut Seconds>) {
         let Some(watcher) = &mut self.watcher else { return };
         watcher.watch(&self.env.take_samples(), drivers, log);
         for (l, outcome) in outcomes.iter_mut().enumerate() {
@@ -141,16 +148,17 @@ impl RolloutWorker {
         }
     }
 
-    /// Returns the scaled inputs of the policy, one row per ring.
+    /// Returns the scaled inputs of the policy, one row per advised vehicle.
     pub fn see(&self, inputs: &[NetworkInput]) -> Vec<f32> {
-        let seen = |l| {
-            let mut observation = self.env.observe(l);
+        let seen = |row| {
+            let mut observation = self.env.observe(row);
             if let Some(watcher) = &self.watcher {
-                observation = watcher.who_drives(l).complete_observation(&observation);
+                // Only rings with one advised vehicle have a student.
+                observation = watcher.who_drives(row).complete_observation(&observation);
             }
             inputs.iter().map(move |input| input.scaled(&observation))
         };
-        (0..LANES).flat_map(seen).collect()
+        (0..self.env.rows()).flat_map(seen).collect()
     }
 }
 

@@ -141,7 +141,7 @@ impl MeanSpeeds {
         let ring = block.rings();
         self.steps += 1;
         for l in 0..LANES {
-            self.has_crashed[l] |= ring.gap_m()[l].min(ring.gap_behind_m()[l]) <= 0.0;
+            self.has_crashed[l] |= block.least_gap_m(l) <= 0.0;
             if !self.has_crashed[l] {
                 self.sums_mps[l] += ring.mean_mps()[l];
             }

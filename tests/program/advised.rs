@@ -19,12 +19,29 @@ pub fn printed(command: &mut Command) -> (i32, String) {
 
 #[test]
 fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
+    for engine in ["native", "ring"] {
+        check_curve(engine);
+    }
+    for (wrong, why) in [
+        (["--traffic", "ring", "--advised", "23"], "allowed: 0 to 22"),
+        (["--traffic", "native", "--advised", "23"], "allowed: 0 to 22"),
+        (["--traffic", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
+    ] {
+        let (code, text) = printed(codrive(&["evaluate", "--over", "2"]).args(wrong));
+        assert!(code == 2 && text.contains(why), "{text}");
+    }
+    let mixed = ["evaluate", "--over", "2", "--vehicles-min", "18", "--advised", "4"];
+    let (code, text) = printed(&mut codrive(&mixed));
+    assert!(code == 2 && text.contains("--advised is 4; allowed: 1, as rings have 18 to 22 vehicles"), "{text}");
+}
+
+fn check_curve(engine: &str) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let words = [
         "evaluate",
         "--traffic",
-        "native",
+        engine,
         "--policy",
         "pi",
         "--policy",
@@ -74,15 +91,6 @@ fn a_curve_over_the_advised_share_begins_at_zero_on_the_same_seeds() {
     let figure = fs::read_to_string(out.join("speed-against-share.svg")).unwrap();
     assert!(figure.contains("advised vehicles, % of all") && !figure.contains("NaN"));
     assert!(figure.contains(ignores) && figure.contains("even ring"), "its line has a name, and the ring its level");
-
-    for (wrong, why) in [
-        (["--traffic", "ring", "--advised", "5%"], "traffic ring has one advised vehicle"),
-        (["--traffic", "native", "--advised", "23"], "allowed: 0 to 22"),
-        (["--traffic", "native", "--advised", "1.5"], "5% or 0.05 (100% is all)"),
-    ] {
-        let (code, text) = printed(codrive(&["evaluate", "--over", "2"]).args(wrong));
-        assert!(code == 2 && text.contains(why), "{text}");
-    }
 }
 
 #[test]

@@ -15,7 +15,7 @@ use crate::{
     metrics::EvaluationResult,
     policy,
     scenario::{AdvisedVehicles, Scenario, StartLayout},
-    settings::{self, fields_of},
+    settings,
     traffic::{EngineChoice, FollowingModel},
     train::{TrainConfig, evaluate},
 };
@@ -95,9 +95,9 @@ pub(super) fn command() -> Command {
             option(
                 "advised",
                 "SHARE,...",
-                "Numbers of advised vehicles for a curve of mean speed, with --traffic native or sumo: shares (5%, \
-                 0.05; on a network of the vehicles that enter) or numbers (3). The curve includes 0 (traffic alone), \
-                 and the same vehicles with drivers that ignore the advice",
+                "Numbers of advised vehicles for a curve of mean speed: shares (5%, 0.05; on a network of the vehicles \
+                 that enter) or numbers (3). The curve includes 0 (traffic alone), and the same vehicles with drivers \
+                 that ignore the advice",
             )
             .value_delimiter(',')
             .value_parser(value_parser!(AdvisedVehicles))
@@ -157,7 +157,7 @@ pub(super) fn command() -> Command {
             option("config", "FILE", "Configuration file (TOML), as for train; flags take precedence")
                 .value_parser(value_parser!(PathBuf)),
         );
-    flags::add_fields(command, &fields_of::<TrainConfig>(), "Configuration")
+    flags::add_fields(command, &plan::config_fields(), "Configuration")
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
@@ -182,7 +182,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
             map::known_as(&road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring)
         }
     };
-    let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &fields_of::<TrainConfig>()))?;
+    let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &plan::config_fields()))?;
     let plan = plan::EvaluationPlan::new(matches, &config, road)?;
     for name in &plan.policies {
         let policy = plan.engage(name);

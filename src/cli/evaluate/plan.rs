@@ -10,11 +10,11 @@ use crate::{
     map::RoadMap,
     policy::{self, Policy, PolicySettings, PolicySource, ResolvedPolicy},
     scenario::{AdvisedVehicles, PlannedDrive, Scenario},
-    settings::{Settings, fields_of},
+    settings::{Field, Settings, fields_of},
     sim::{WorldError, policy_of},
     toml_text::did_you_mean,
     traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
-    train::TrainConfig,
+    train::{RingConfig, TrainConfig},
 };
 use clap::ArgMatches;
 use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
@@ -119,7 +119,7 @@ pub fn driver(text: &str) -> Result<FollowingDriver, FollowingDriverError> {
 pub fn says_who_follows(matches: &ArgMatches) -> bool {
     let says_who = |field: &str| WHO.contains(&field);
     matches.contains_id("config")
-        || flags::changes(matches, &fields_of::<TrainConfig>()).iter().any(|(field, _)| says_who(&field.path))
+        || flags::changes(matches, &config_fields()).iter().any(|(field, _)| says_who(&field.path))
 }
 
 /// Returns the default driver.
@@ -159,7 +159,7 @@ pub struct EvaluationCase {
     pub hold_s: f64,
     /// Driver who follows the advice.
     pub driver: FollowingDriver,
-    /// Number or share of advised vehicles, in whole drives.
+    /// Number or share of advised vehicles.
     pub advised: AdvisedVehicles,
     /// True if the advised vehicles ignore the advice. This separates the effect of the driver model from that of the advice.
     pub ignores_advice: bool,
@@ -173,9 +173,11 @@ impl std::fmt::Display for EvaluationCase {
 }
 
 impl EvaluationCase {
-    /// Returns the configuration of the case's rings.
+    /// Returns the configuration of the case's rings. Where no vehicle is advised, the ego has no policy.
     pub fn config(&self, config: &TrainConfig) -> TrainConfig {
-        self.driver.of(config).held(self.hold_s)
+        let mut config = self.driver.of(config).held(self.hold_s);
+        config.ring.advised = if self.advised.is_no_vehicle() { AdvisedVehicles::default() } else { self.advised };
+        config
     }
 
     /// Returns the policy's short name: the folder of a shipped `policy.toml`, or the last part of a path.
@@ -199,8 +201,10 @@ pub struct EvaluationPlan {
     pub holds_s: Vec<f64>,
     /// Drivers who follow the advice.
     pub drivers: Vec<FollowingDriver>,
-    /// Advised numbers or shares of a curve, starting at 0; `None` if only the ego is advised.
+    /// Advised numbers or shares of a curve, starting at 0; `None` if there is no curve.
     pub advised: Option<Vec<AdvisedVehicles>>,
+    /// Advised vehicles without a curve: those of the configuration.
+    pub(super) configured: AdvisedVehicles,
     /// Engine that simulates the drives.
     pub engine: Engine,
     /// Other vehicles with a different car-following model, in whole drives.
@@ -241,7 +245,7 @@ impl EvaluationPlan {
             Engine::FastRing => check_ring(matches, &scenario.map, drive.map())?,
             Engine::Traffic(_) => check_whole(matches, config)?,
         }
-        let advised = advised_curve(matches, &engine, &drive)?;
+        let advised = advised_curve(matches, &engine, &drive, config)?;
         let (policies, resolved) = policies(matches, drive.map(), advised.is_none());
         let mut sources = BTreeMap::new();
         for name in &policies {
@@ -265,6 +269,7 @@ impl EvaluationPlan {
             holds_s,
             drivers,
             advised,
+            configured: config.ring.advised,
             mixture: mixture(matches, &engine)?,
             engine,
             drive,
@@ -282,7 +287,7 @@ impl EvaluationPlan {
     /// Returns each policy with each hold, each driver and each share of advised vehicles.
     pub fn cases(&self) -> Vec<EvaluationCase> {
         let mut cases = Vec::new();
-        let advised = self.advised.clone().unwrap_or_else(|| vec![AdvisedVehicles::default()]);
+        let advised = self.advised.clone().unwrap_or_else(|| vec![self.configured]);
         for policy in &self.policies {
             for driver in &self.drivers {
                 for hold_s in &self.holds_s {
@@ -410,16 +415,10 @@ fn advised_curve(
     matches: &ArgMatches,
     engine: &Engine,
     drive: &PlannedDrive,
+    config: &TrainConfig,
 ) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
     let (vehicles, most) = (drive.fixed_vehicles(), drive.scenario().vehicles);
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
-    if *engine == Engine::FastRing {
-        return Err(CliError::Input(
-            "--advised is for whole drives; traffic ring has one advised vehicle\n  remedy: --traffic native or \
-             --traffic sumo"
-                .into(),
-        ));
-    }
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
     let is_too_many = |advised: &&AdvisedVehicles| match advised {
         AdvisedVehicles::Count(count) => vehicles.is_none_or(|vehicles| *count > vehicles),
@@ -432,11 +431,23 @@ fn advised_curve(
         };
         return Err(CliError::Input(format!("--advised is {wrong}; {allowed}")));
     }
+    if *engine == Engine::FastRing {
+        for advised in advised.iter().copied() {
+            let ring = RingConfig { advised, ..config.ring.clone() };
+            let checked = TrainConfig { ring, ..config.clone() }.check();
+            checked.map_err(|(_, text)| CliError::Input(format!("--{text}")))?;
+        }
+    }
     advised.push(AdvisedVehicles::Count(0));
     let mut advised: Vec<AdvisedVehicles> = advised.into_iter().map(|advised| advised.among(vehicles)).collect();
     advised.sort_by(|a, b| a.share_of(most).total_cmp(&b.share_of(most)));
     advised.dedup();
     Ok(Some(advised))
+}
+
+/// Returns the settings of a training that are flags of an evaluation; `--advised` is a list here.
+pub(super) fn config_fields() -> Vec<Field> {
+    fields_of::<TrainConfig>().into_iter().filter(|field| field.path != "advised").collect()
 }
 
 /// Returns the model and the share of other vehicles with a different model, from the command line.
