@@ -29,7 +29,7 @@ fn a_drive_behind_a_log_carries_its_file_and_replays_to_the_bit() {
     let (code, text) = printed_of(&mut codrive(&["replay", &out]));
     assert_eq!(code, 0, "{text}");
     // A changed file is found before the replay.
-    let changed = fs::read_to_string(&carried).unwrap().replace("1.0,17", "1.0,18");
+    let changed = fs::read_to_string(&carried).unwrap().replace("\n1,17\n", "\n1,18\n");
     fs::write(&carried, changed).unwrap();
     let (code, text) = printed_of(&mut codrive(&["replay", &out]));
     assert!(code == 1 && text.contains("inputs/traffic/leader.csv"), "{text}");

@@ -2,7 +2,7 @@
 //! file with a row for each step and each vehicle that was on the ego's route during the whole drive, the ego included. Metres, m/s, seconds.
 
 use super::RecordedTrial;
-use crate::{analysis::AnalysisError, record::RecordError};
+use crate::{analysis::error::AnalysisError, record::RecordError};
 use std::{
     collections::BTreeMap,
     fs::File,
