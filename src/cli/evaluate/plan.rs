@@ -353,7 +353,7 @@ impl EvaluationPlan {
     }
 
     /// Returns the number of vehicles that can be advised, where it is fixed.
-    fn most_advised(&self) -> u32 {
+    pub(super) fn most_advised(&self) -> u32 {
         self.drive.advisable().unwrap_or(self.drive.scenario().vehicles)
     }
 }
