@@ -98,7 +98,7 @@ fn a_step_of_either_engine_allocates_no_memory() {
             seed: 1,
             lateral_accel_mps2: None,
         };
-        let mut traffic = traffic::start(engine, setup).unwrap();
+        let mut traffic = traffic::start(&engine, setup).unwrap();
         // After ten minutes there is a wave, and every vehicle has been on every lane. The first step fills lists that stay.
         for step in 0..6000 {
             let ego = traffic.vehicles()[0];
@@ -225,7 +225,7 @@ fn a_tick_allocates_no_more_memory_than_its_physics_library() {
         for policy in ["none", "constant", "auto", "two-phase", "follower-stopper", "pi"] {
             // 30 m for each vehicle.
             let scenario = Scenario {
-                traffic,
+                traffic: traffic.clone(),
                 policy: policy.into(),
                 map: "ring-641".into(),
                 vehicles: 21,
@@ -248,8 +248,13 @@ fn light_agents_allocate_no_memory_in_a_step() {
     let _guard = alone();
     for traffic in [EngineChoice::Native, EngineChoice::Sumo] {
         let advised = AdvisedVehicles::Count(5);
-        let [_, near] =
-            drive(&Scenario { traffic, policy: "pi".into(), advised, duration_s: 0.0, ..Scenario::default() });
+        let [_, near] = drive(&Scenario {
+            traffic: traffic.clone(),
+            policy: "pi".into(),
+            advised,
+            duration_s: 0.0,
+            ..Scenario::default()
+        });
         // As without them: of 100 ticks, in which ten steps of each agent begin, one may have a vehicle that enters the physics.
         assert!(near.all > SETTLING_TICKS && 100 * near.more <= near.all, "{traffic}: {near:?}");
     }

@@ -60,7 +60,7 @@ def evaluate(
             one with a ``VecNormalize`` gets normalised observations. In fast rings ``n`` is ``over`` times the advised vehicles of each; in
             whole drives it is 1, one call for each advised vehicle, and a recurrent model has a state for each of them.
         name: As ``codrive.make``.
-        traffic: Engine of the traffic, as ``codrive.make``: ``"ring"`` evaluates on fast rings, ``"native"`` and ``"sumo"`` by whole
+        traffic: Engine of the traffic, as ``codrive.make``: ``"ring"`` evaluates on fast rings, ``"native"``, ``"sumo"`` and files by whole
             drives, in processes on all cores. None: ``"ring"`` for rings, ``"sumo"`` for all else.
         advised: Advised vehicles: a number, ``4``, or a share, ``"25%"``; where vehicles enter and leave a share. None: the ego, or
             as in a FILE.toml.

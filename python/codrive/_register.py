@@ -117,8 +117,9 @@ def make(
             same in each episode; ``"late"``, ``"people"``, ``"perp"`` and ``"anyone"`` are drawn for each. Or parameters,
             ``"reaction=1,error=0.5"`` (s, m/s). None: as in the settings; on rings the driver follows exactly.
         traffic: Engine of the traffic: ``"ring"``, the fast ring of training; ``"sumo"``, a whole drive with vehicle physics in SUMO's
-            traffic, in a process of its own; ``"native"``, the same in the traffic of the native engine, on closed single lanes.
-            None: ``"ring"`` for rings, ``"sumo"`` for all else.
+            traffic, in a process of its own; ``"native"``, the same in the traffic of the native engine, on closed single lanes;
+            the path of a file of trajectories (``.csv``), behind whose vehicles the ego and those of the native engine drive on an open
+            lane. None: ``"ring"`` for rings, ``"sumo"`` for all else.
         render_mode: ``"rgb_array"``: ``render()`` returns a picture. ``"human"``: each step shows it in a window or in the notebook. None:
             nothing is drawn. ``view="schematic"`` is the road from above with all vehicles, beside a space-time diagram. Whole drives also
             have ``"driver"`` (their default), ``"mirror"``, ``"birdseye"`` and ``"chase"``, if the package is built with its renderer.
@@ -263,8 +264,8 @@ def make_parallel(
         hold: As ``make``.
         advice: As ``make``.
         driver: As ``make``; each agent has a driver of its own.
-        traffic: ``"sumo"`` or ``"native"``; None: ``"native"`` for rings, ``"sumo"`` for all else. ``make_vec`` has the
-            advised vehicles of fast rings.
+        traffic: ``"sumo"``, ``"native"``, or the path of a file of trajectories; None: ``"native"`` for rings, ``"sumo"`` for
+            all else. ``make_vec`` has the advised vehicles of fast rings.
         lane_changes: True: an action has a lane beside the advice. For agents on a network, with ``participant=False``.
         render_mode: As ``make``.
         **settings: As ``make`` of whole drives.

@@ -60,14 +60,18 @@ def traffic_of(name: str, traffic: str | None, allowed: tuple[str, ...] = TRAFFI
     """Returns the requested traffic; without one, that of the name: rings and training configurations are rings if these are allowed,
     all else is driven in SUMO.
 
+    A file of trajectories (``.csv``, ``.csv.gz``) is allowed wherever a whole drive is.
+
     Raises:
         ValueError: There is no such engine.
     """
     if traffic is None:
         return ("ring" if "ring" in allowed else "native") if is_ring(name) else "sumo"
-    if isinstance(traffic, str) and traffic in allowed:
+    if isinstance(traffic, str) and (traffic in allowed or ("native" in allowed and traffic.endswith((".csv", ".csv.gz")))):
         return traffic
-    raise ValueError(f"traffic is {traffic!r}{did_you_mean(traffic, allowed)}; allowed: {', '.join(allowed)}")
+    raise ValueError(
+        f"traffic is {traffic!r}{did_you_mean(traffic, allowed)}; allowed: {', '.join(allowed)}, or a file of trajectories (.csv)"
+    )
 
 
 def configuration(

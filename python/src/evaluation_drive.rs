@@ -139,7 +139,7 @@ impl EvaluationDrive {
 /// Refuses vehicles that this road cannot advise, as `codrive evaluate` does.
 fn check_advised(drive: &PlannedDrive, asked: Option<&str>, policy: Option<&str>) -> Result<(), String> {
     let (map, advised) = (&drive.scenario().map, drive.scenario().advised);
-    match (drive.fixed_vehicles(), advised) {
+    match (drive.advisable(), advised) {
         (Some(vehicles), AdvisedVehicles::Count(count)) if count > vehicles => Err(format!(
             "advised is {count}; allowed: 0 to {vehicles}, as many as there are vehicles, or a share such as '25%'"
         )),

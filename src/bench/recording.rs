@@ -9,7 +9,6 @@ use crate::{
     scenario::Scenario,
     sim::{SummaryAccumulator, World},
     temporary::TemporaryFolder,
-    traffic::EngineChoice,
 };
 use std::time::Duration;
 
@@ -25,7 +24,7 @@ const BATCH: u64 = 40;
 /// # Errors
 /// The scenario cannot be simulated, or the temporary folder cannot be made.
 pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
-    let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
+    let native = Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() };
     let mut world = World::new(&native)?;
     let folder = TemporaryFolder::new().map_err(|why| RecordError::File { path: std::env::temp_dir(), why })?;
     record(&mut world, &folder.path().join("recording"))

@@ -12,7 +12,6 @@ use crate::{
     ego::{CarParams, EgoCar, GroundSurface, Obstacle, UniformGround},
     scenario::{PlannedDrive, Scenario},
     sim::WorldError,
-    traffic::EngineChoice,
     traffic::{
         FixedSetup, ModelMixture, NativeTraffic, Traffic, TrafficDrivers, TrafficError, start, sumo::SumoTraffic,
     },
@@ -58,7 +57,7 @@ pub struct SimulationReport {
 /// # Errors
 /// The scenario cannot be simulated.
 pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
-    let native = Scenario { traffic: EngineChoice::Native, ..scenario.clone() };
+    let native = Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() };
     let sumo_step = if_here(sumo(scenario))?;
     let network_step = if_here(network_step().map_err(WorldError::from))?;
     let network_loading = if_here(network_loading().map_err(WorldError::from))?;

@@ -4,6 +4,7 @@ use super::{CliError, out, progress::progress};
 use crate::{
     analysis::{
         AnalysisError, FolderContents, analyse,
+        data::{RecordedTrial, write_log},
         drivers::participants as drivers,
         find,
         models::{plan::PlanHistory, planned::PlannedAnalysis},
@@ -78,6 +79,13 @@ pub(super) fn command() -> Command {
             "Analyse recordings and data sets with changed or misplaced files. The output and the report name these \
              files first, and the exit code is 1",
         ))
+        .arg(
+            Arg::new("trajectories")
+                .long("trajectories")
+                .value_name("FILE.csv")
+                .value_parser(value_parser!(PathBuf))
+                .help("New file of the trajectories of one recording's vehicles, to drive behind them: --traffic FILE.csv"),
+        )
         .arg(super::sign::signer_argument())
 }
 
@@ -129,6 +137,9 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         super::desktop::FIGURES,
         count(drives.len())
     ))?;
+    if let Some(file) = matches.get_one::<PathBuf>("trajectories") {
+        trajectories(&contents, file)?;
+    }
     if proof.changed.is_empty() {
         return Ok(());
     }
@@ -137,6 +148,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         folder.display(),
         things(proof.changed.len())
     )))
+}
+
+/// Writes the trajectories of one recording.
+fn trajectories(contents: &FolderContents, file: &Path) -> Result<(), CliError> {
+    let [found] = &contents.found[..] else {
+        let text = format!("--trajectories is for one recording; this folder has {}", contents.found.len());
+        return Err(CliError::Input(text));
+    };
+    let vehicles = write_log(&RecordedTrial::open(&found.recording)?, file)?;
+    out::line(format_args!("{}: trajectories of {vehicles} vehicles", file.display()))
 }
 
 /// Returns the parts of a folder that were changed since they were written or lie in the wrong place.

@@ -73,6 +73,14 @@ pub(super) fn command() -> Command {
                 .arg(out.clone()),
         )
         .subcommand(
+            Command::new("lane")
+                .about("Make a straight open lane of any length, for traffic of a file of trajectories")
+                .arg(number("length", "METRES", "Length of the lane, 100 to 100000").required(true))
+                .arg(number("speed-limit", "MPS", "Speed limit in m/s").default_value("40"))
+                .arg(number("width", "METRES", "Width of the lane").default_value("3.6"))
+                .arg(out.clone()),
+        )
+        .subcommand(
             Command::new("circuit")
                 .about("Make a circuit from a list of straights and bends (see maps/practice/circuit.toml)")
                 .arg(Arg::new("file").required(true).value_name("FILE").value_parser(value_parser!(PathBuf)))
@@ -112,6 +120,7 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     match matches.subcommand() {
         Some(("ring", m)) => ring(m),
+        Some(("lane", m)) => lane(m),
         Some(("circuit", m)) => circuit(m),
         Some(("import", m)) => import(m),
         Some(("show", m)) => show(m),
@@ -160,6 +169,19 @@ fn ring(matches: &ArgMatches) -> Result<(), CliError> {
     let length = format!("{}", ring.circumference_m);
     let folder = folder(matches, &format!("ring-{length}"))?;
     map::ring::write(&folder, &ring, &format!("Ring of {length} m"), "Made by codrive map ring.")?;
+    written(&folder)
+}
+
+fn lane(matches: &ArgMatches) -> Result<(), CliError> {
+    let number = |id: &str| matches.get_one::<f64>(id).copied().unwrap_or_default();
+    let lane = map::lane::LaneShape {
+        length_m: number("length"),
+        speed_limit_mps: number("speed-limit"),
+        width_m: number("width"),
+    };
+    let length = format!("{}", lane.length_m);
+    let folder = folder(matches, &format!("lane-{length}"))?;
+    map::lane::write(&folder, &lane, &format!("Lane of {length} m"), "Made by codrive map lane.")?;
     written(&folder)
 }
 

@@ -1,7 +1,7 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, at full speed.
 
 use super::{CliError, flags, out, progress::progress, stop_on_ctrl_c};
-use crate::drive_loop::offline;
+use crate::{drive_loop::offline, scenario::PlannedDrive, sim::WorldError};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 use std::{path::PathBuf, sync::atomic::Ordering};
@@ -33,9 +33,11 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let scenario = flags::scenario(matches)?;
     let from_s = matches.get_one::<f64>("from").copied().unwrap_or_default();
-    if scenario.duration_s <= 0.0 {
+    if scenario.duration_s <= 0.0 && scenario.traffic.log_file().is_none() {
         return Err(CliError::Input("--duration is 0; a run without a window needs an end, for example 300".into()));
     }
+    let drive = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+    let scenario = drive.scenario().clone();
     if !(0.0..scenario.duration_s).contains(&from_s) {
         let text = format!("--from is {from_s}; allowed: from 0 to below the duration of {} s", scenario.duration_s);
         return Err(CliError::Input(text));
@@ -43,7 +45,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let stop = stop_on_ctrl_c();
     let ticks = crate::time::Tick::at_seconds(scenario.duration_s).0;
     let bar = progress(ticks, format!("{} s on {}", scenario.duration_s, scenario.map));
-    let mut run = offline::OfflineDrive::new(&scenario, [from_s, scenario.duration_s])?;
+    let mut run = offline::OfflineDrive::of(drive, [from_s, scenario.duration_s])?;
     if let Some(folder) = matches.get_one::<PathBuf>("out") {
         run.record(folder)?;
     }

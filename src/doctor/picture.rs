@@ -109,7 +109,7 @@ pub fn frames_per_s(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<f64, Gpu
 /// # Errors
 /// The scenario cannot be driven.
 pub fn first_moment(scenario: &Scenario) -> Result<World, WorldError> {
-    let native = World::new(&Scenario { traffic: EngineChoice::Native, ..scenario.clone() });
+    let native = World::new(&Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() });
     native.or_else(|_| World::new(scenario))
 }
 

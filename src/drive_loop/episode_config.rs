@@ -91,7 +91,9 @@ impl EpisodeConfig {
         let of_drive: Vec<_> = changes.iter().filter(is_of_drive).cloned().collect();
         let scenario = settings::changed(&Scenario { demand, ..base }, &of_drive)?;
         let road = Arc::new(scenario.load_map().map_err(|error| fault("map", error))?);
-        let drive = PlannedDrive::of_learner(&scenario, road).map_err(plan_fault)?;
+        // An episode has the learner's horizon, and with a file of trajectories ends with the file at the latest.
+        let endless = Scenario { duration_s: 0.0, ..scenario.clone() };
+        let drive = PlannedDrive::of_learner(&endless, road).map_err(plan_fault)?;
         let road = Arc::clone(drive.map());
         if !is_ring {
             let limits_mps = road.route.lanes().iter().map(|lane| lane.speed_limit_mps);

@@ -55,7 +55,13 @@ fn with_participant(drive: PlannedDrive) -> Result<EvaluationResult, RunError> {
         let now = EpisodeStep { ahead, advice: snapshot.advice, others: others_now, ..EpisodeStep::default() };
         metrics.add(in_order(std::iter::once(ego_mps).chain(others)), now);
     }
-    Ok(metrics.result())
+    Ok(without_flow(metrics.result(), run.world().drive()))
+}
+
+/// Returns a result without the flow of a closed route where the route is open.
+fn without_flow(result: EvaluationResult, drive: &PlannedDrive) -> EvaluationResult {
+    let flow_per_h = result.flow_per_h.filter(|_| drive.logged().is_none());
+    EvaluationResult { flow_per_h, ..result }
 }
 
 /// Returns the speeds of a closed route's vehicles with their places in the order, in the precision of the fast ring, m/s.
@@ -145,7 +151,7 @@ fn traffic_alone(drive: &PlannedDrive) -> Result<EvaluationResult, RunError> {
         let now = EpisodeStep { ahead: ahead(cars, map), ..EpisodeStep::default() };
         metrics.add(in_order(cars.iter().map(|car| car.speed_mps)), now);
     }
-    Ok(metrics.result())
+    Ok(without_flow(metrics.result(), drive))
 }
 
 /// Returns the state of the first vehicle, which takes the place of the ego, behind its leader.

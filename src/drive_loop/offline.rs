@@ -210,7 +210,7 @@ impl OfflineDrive {
         let ego = (world.policy().name != "none" && world.scenario().participant).then_some(EGO.0);
         AdvisedSummary {
             vehicles: ego.into_iter().chain(world.ever_advised().iter().map(|id| id.0)).collect(),
-            of: world.drive().fixed_vehicles(),
+            of: world.drive().advisable(),
             contacts_of_others: world.contacts_of_others(),
         }
     }

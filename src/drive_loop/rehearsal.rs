@@ -139,7 +139,7 @@ impl<'a> Rehearsal<'a> {
         self.check_same_drivers()?;
         let one = |index: usize| self.participant(index, stop, driven);
         let native = self.study.plan(0).items.iter().all(|planned| match &planned.item {
-            PlanItem::Drive { scenario, .. } => scenario.traffic == EngineChoice::Native,
+            PlanItem::Drive { scenario, .. } => scenario.traffic != EngineChoice::Sumo,
             _ => true,
         });
         let complete: Vec<bool> = if native {

@@ -21,16 +21,13 @@ pub struct EndCard {
     without_mps: Option<f64>,
 }
 
-/// Traffic engine of the comparison without advice.
-const ENGINE: EngineChoice = EngineChoice::Native;
-
 impl EndCard {
     /// Creates the card of a finished drive. The comparison, the same seed without advice, starts on a thread of its
     /// own, on the native engine, because SUMO can run only once in a process. Its line is left out if the native
     /// engine cannot drive the road, and after a drive without advice or shorter than [`LEAST_S`].
     pub fn begin(scenario: &Scenario, summary: &Summary) -> Self {
         let same = Scenario {
-            traffic: ENGINE,
+            traffic: scenario.traffic.without_sumo(),
             policy: "none".into(),
             driver: "idm".into(),
             duration_s: summary.duration_s,
@@ -66,7 +63,7 @@ impl EndCard {
         lines.extend(self.mean_mps.map(|mps| format!("Mean speed of all vehicles: {}", speed(mps))));
         lines.extend(match (self.without_mps, &self.without) {
             (Some(mps), _) => {
-                let other = if self.scenario.traffic == ENGINE { "" } else { ", native traffic" };
+                let other = if self.scenario.traffic == EngineChoice::Sumo { ", native traffic" } else { "" };
                 Some(format!("Without advice: {}{other}", speed(mps)))
             }
             (None, Some(_)) => Some("Without advice: being driven".into()),

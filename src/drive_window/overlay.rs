@@ -366,6 +366,7 @@ fn choices() -> SettingChoices {
     SettingChoices::default()
         .with("map", maps, None)
         .with("policy", policies(), None)
+        .with("traffic", ["sumo", "native"], Some("path of a file of trajectories (.csv)"))
         .with("traffic_drivers", population_names(), Some("path of a population's file (.toml)"))
         .with("driver", driver::PRESETS, None)
 }

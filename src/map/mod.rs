@@ -15,6 +15,7 @@ mod edge_path;
 mod error;
 pub mod import;
 mod joined_shapes;
+pub mod lane;
 #[cfg(test)]
 mod limit_tests;
 pub mod limits;

@@ -1,4 +1,4 @@
-//! Input files of a drive, copied into its recording. In: a scenario whose map, policy, population or demand is the user's own. Out: copies
+//! Input files of a drive, copied into its recording. In: a scenario whose map, policy, population, demand or log is the user's own. Out: copies
 //! in `inputs/`, and the scenario with paths to these copies. Network and demand are copied in the canonical form that SUMO has
 //! read, with all files that a demand includes. So the drive can be driven again on another machine, and the scenario does not
 //! reveal the user's folders. Shipped maps and policies keep their names.
@@ -12,7 +12,7 @@ use crate::{
     settings::SettingsError,
     sim::World,
     sumo_xml::stream,
-    traffic::{Demand, is_population_path},
+    traffic::{Demand, EngineChoice, is_population_path},
 };
 use std::{
     fs,
@@ -35,7 +35,11 @@ pub fn portable(world: &World) -> Scenario {
         path if is_population_path(path) => format!("{INPUTS}/populations/{}", last(path)),
         name => name.clone(),
     };
-    let mut kept = Scenario { map, policy, traffic_drivers, ..scenario.clone() };
+    let traffic = match &scenario.traffic {
+        EngineChoice::Log(file) => EngineChoice::Log(format!("{INPUTS}/traffic/{}", last(file))),
+        engine => engine.clone(),
+    };
+    let mut kept = Scenario { map, policy, traffic, traffic_drivers, ..scenario.clone() };
     for (k, file) in kept.demand.input_files_mut().enumerate() {
         *file = demand_place(k, file);
     }
@@ -81,6 +85,9 @@ pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     }
     if is_population_path(&scenario.traffic_drivers) {
         copy(Path::new(&scenario.traffic_drivers), &recording.join(portable(world).traffic_drivers))?;
+    }
+    if let Some(file) = scenario.traffic.log_file() {
+        copy(file, &recording.join(portable(world).traffic.to_string()))?;
     }
     if policy::is_path(&scenario.policy) {
         let (own, place) = (Path::new(&scenario.policy), recording.join(portable(world).policy));
@@ -132,7 +139,6 @@ pub fn last(name: &str) -> &str {
 mod tests {
     use super::*;
     use crate::data_folders;
-    use crate::traffic::EngineChoice;
 
     /// Makes a user's own map: the shipped ring under another name, as a folder or as a bare network.
     fn own_map(folder: &Path, net: &str) -> PathBuf {

@@ -39,6 +39,9 @@ impl Scenario {
         self.map = path_from(folder, "map", &self.map);
         self.policy = path_from(folder, "policy", &self.policy);
         self.traffic_drivers = path_from(folder, "traffic_drivers", &self.traffic_drivers);
+        if let EngineChoice::Log(file) = &mut self.traffic {
+            *file = path_from(folder, "traffic", file);
+        }
         for file in self.demand.input_files_mut() {
             *file = folder.join(&file);
         }
@@ -95,12 +98,13 @@ impl Scenario {
     }
 }
 
-/// Returns the value of a setting (`map`, `policy` or `traffic_drivers`) in a text from `folder`. A path is resolved from that folder; a name, and the value
+/// Returns the value of a setting (`map`, `policy`, `traffic` or `traffic_drivers`) in a text from `folder`. A path is resolved from that folder; a name, and the value
 /// of any other setting, is unchanged.
 pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
     let is_path = match setting {
         "map" => map::is_path(value),
         "policy" => policy::is_path(value),
+        "traffic" => EngineChoice::is_log(value),
         "traffic_drivers" => is_population_path(value),
         _ => false,
     };
@@ -117,7 +121,7 @@ impl Settings for Scenario {
             return Err(("extra_delay_s", text));
         }
         if self.other_model != FollowingModel::Idm && self.traffic != EngineChoice::Sumo {
-            let (model, engine) = (self.other_model.name(), self.traffic);
+            let (model, engine) = (self.other_model.name(), &self.traffic);
             let text = format!(
                 "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
             );
@@ -134,7 +138,11 @@ impl Settings for Scenario {
         if let Err(fault) = self.demand.check_numbers() {
             return Err(("demand", fault.to_string()));
         }
-        self.check_on((!self.has_path_or_demand()).then_some(self.vehicles))?;
+        self.check_logged()?;
+        match self.traffic {
+            EngineChoice::Log(_) => self.check_advised(Some(self.vehicles))?,
+            _ => self.check_on((!self.has_path_or_demand()).then_some(self.vehicles))?,
+        }
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
             return Err(("hold_s", format!("{fault}, at least one")));
         }
@@ -161,12 +169,23 @@ impl Scenario {
     /// # Errors
     /// The first fault: its key, and a message with value and remedy.
     pub(super) fn check_on(&self, fixed_vehicles: Option<u32>) -> Result<(), (&'static str, String)> {
-        let is_above = |most: u32| matches!(self.advised, AdvisedVehicles::Count(count) if count > most);
+        if fixed_vehicles.is_none() {
+            self.check_on_network(matches!(self.advised, AdvisedVehicles::Count(count) if count > 1))?;
+        }
+        self.check_advised(fixed_vehicles)
+    }
+
+    /// Checks that as many vehicles as are to be advised can be, out of a fixed number or of those that enter.
+    ///
+    /// # Errors
+    /// The key, and a message with value and remedy.
+    pub(super) fn check_advised(&self, of: Option<u32>) -> Result<(), (&'static str, String)> {
         let advised = |text: &str| Err(("advised", format!("advised is {}; {text}", self.advised)));
-        match fixed_vehicles {
-            Some(most) if is_above(most) => advised(&format!("allowed: 0 to {most}, as many as there are vehicles"))?,
-            Some(_) => {}
-            None => self.check_on_network(is_above(1))?,
+        match (self.advised, of) {
+            (AdvisedVehicles::Count(count), Some(most)) if count > most => {
+                advised(&format!("allowed: 0 to {most}, as many as there are vehicles that can be advised"))?;
+            }
+            _ => {}
         }
         if self.sham_advice && self.advised != AdvisedVehicles::default() && !self.advised.is_no_vehicle() {
             let why = "sham advice comes from another drive of the participant's vehicle";
@@ -328,13 +347,14 @@ mod tests {
     #[test]
     fn an_unknown_traffic_engine_is_named_with_line_and_column() {
         let text = fault("seed = 1\ntraffic = \"sumoo\"");
+        let allowed = "allowed: sumo, native, or a file of trajectories (.csv, .csv.gz)";
         assert!(
-            text.starts_with("trial.toml:2:11: unknown value `sumoo`; did you mean `sumo`? allowed: `sumo`, `native`"),
+            text.starts_with(&format!("trial.toml:2:11: traffic is \"sumoo\" (did you mean sumo?); {allowed}")),
             "{text}"
         );
         let traffic = Scenario::fields().into_iter().find(|field| field.path == "traffic").expect("a setting");
-        let fault = traffic.fault(&"natvie".into()).expect("no engine");
-        assert_eq!(fault, "traffic is \"natvie\" (did you mean native?); allowed: one of sumo, native");
+        let error = Scenario::default().with(&[(traffic, "natvie".into())]).unwrap_err();
+        assert_eq!(error.message, format!("traffic is \"natvie\" (did you mean native?); {allowed}"));
     }
 
     #[test]

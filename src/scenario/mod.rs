@@ -6,6 +6,7 @@ mod advised;
 pub mod colour;
 mod display;
 mod load;
+mod logged_traffic;
 mod planned_drive;
 pub mod sound;
 mod sumo_config;
@@ -13,6 +14,7 @@ mod sumo_config;
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};
 pub use load::path_from;
+pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};
 pub use sound::SoundLevels;
 
@@ -33,18 +35,22 @@ flat_settings! {
         fields {
             /// Road: the name of a map, or the path of a SUMO net.xml; a path in a file is relative to that file's folder
             map: String = "ring-250".into(),
-            /// Vehicles on the route, the ego included
+            /// Vehicles on the route, the ego and those of a file included
             #[schemars(range(min = 2, max = 1000))]
             vehicles: u32 = 22,
-            /// Traffic engine of the other vehicles
+            /// Other vehicles: by sumo, by the native engine, or on an open lane as in a FILE.csv of trajectories, with simulated vehicles
+            /// behind them
             traffic: EngineChoice = EngineChoice::Sumo,
+            /// Vehicle of the file of `traffic` behind which the ego drives, by its name; empty: the last one, with simulated vehicles
+            /// behind the ego
+            traffic_leader: String = String::new(),
             /// Path of the ego on the road's network: edges, lanes or points X,Y (m) in order, separated by spaces; `...` between two
             /// stands for the quickest way. The drive ends at the end of the last edge; empty: the road's own route
             path: String = String::new(),
             /// Start of the ego's front along its path, or on a network along the closed route; values below 5 m count as 5 m
             #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
             path_start_m: f64 = 0.0,
-            /// Include the participant's vehicle; `false` needs a demand and works in `codrive run` only
+            /// Include the participant's vehicle; `false` needs a demand or a file as traffic, and works in `codrive run` only
             participant: bool = true,
             /// Vehicles that enter the road's network: SUMO's demand files, or flows from edge to edge. With a demand the drive is on the
             /// network
@@ -96,7 +102,8 @@ flat_settings! {
             /// Physics of the advised vehicles other than the participant's: light, with driver, pedals, engine and brakes, steered by the
             /// traffic engine; or full, as the participant's car
             advised_body: AdvisedBody = AdvisedBody::Light,
-            /// Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps
+            /// Target speed of the built-in policies; 0 is 98.5 % of the equilibrium speed of the ring with even gaps, or of the mean speed
+            /// of a file's vehicle ahead of the ego
             #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
             policy_speed_mps: f64 = 0.0,
             /// Duration of one advice, a whole number of steps
@@ -277,6 +284,19 @@ impl Scenario {
     pub fn advises_no_vehicle(&self) -> bool {
         let no_other = self.advised.among(None).is_no_vehicle();
         self.advised.is_no_vehicle() || (!self.participant && no_other)
+    }
+
+    /// Adds the traffic and the path that the road itself has: its own demand if neither path nor demand is set, and the path of an open
+    /// road, which is driven as a network. A path with other places than edges becomes one of edges.
+    fn add_own_traffic(&mut self, map: &RoadMap) {
+        if !self.has_path_or_demand() {
+            self.demand.files.extend(map.demand_file());
+        }
+        let names_places = self.path.split_whitespace().any(|word| map.network.edge_named(word).is_none());
+        if names_places || (self.path.is_empty() && !map.route.is_closed()) {
+            let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
+            self.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
+        }
     }
 
     /// Loads the road of the drive, with the route along its path if it has one.

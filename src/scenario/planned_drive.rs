@@ -1,7 +1,7 @@
 //! A scenario with its road: all that a drive is started from. In: a [`Scenario`] as written. Out: a [`PlannedDrive`]: the road, loaded
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
-use super::{AdvisedBody, AdvisedVehicles, Scenario};
+use super::{AdvisedBody, AdvisedVehicles, Scenario, logged_traffic::LoggedTraffic};
 use crate::{
     map::{MapError, RoadMap},
     policy::PolicySource,
@@ -37,6 +37,12 @@ const ONLY_WITH_FIXED_NUMBER: [(&str, &str); 6] = [
 /// Settings without effect where the number of vehicles is fixed, with the reason.
 const ONLY_ON_A_PATH: [(&str, &str); 1] = [("path_start_m", "the ego starts at its place among the vehicles")];
 
+/// Settings without effect with traffic of a file, with the reason.
+const NOT_BEHIND_A_LOG: [(&str, &str); 2] = [
+    ("path_start_m", "the ego starts behind the vehicles of the file"),
+    ("start", "each vehicle starts at the gap of its own driver"),
+];
+
 /// A scenario resolved with its road. Clones share the road.
 #[derive(Clone, Debug)]
 pub struct PlannedDrive {
@@ -44,6 +50,7 @@ pub struct PlannedDrive {
     map: Arc<RoadMap>,
     fixed_vehicles: Option<u32>,
     traffic_drivers: TrafficDrivers,
+    logged: Option<LoggedTraffic>,
     policy: Option<PolicySource>,
 }
 
@@ -62,9 +69,11 @@ impl PlannedDrive {
     /// # Errors
     /// The road does not allow a setting.
     pub fn on(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
-        if !written.participant && written.demand.is_empty() && map.demand_file().is_none() {
+        let has_others =
+            !written.demand.is_empty() || map.demand_file().is_some() || written.traffic.log_file().is_some();
+        if !written.participant && !has_others {
             let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
-                remedy: a [demand], a map with one, such as merge, or participant = true";
+                remedy: a [demand], a map with one, such as merge, traffic FILE.csv, or participant = true";
             return Err(PlanError::Setting { key: "participant", message: message.into() });
         }
         Self::of_learner(written, map)
@@ -77,21 +86,28 @@ impl PlannedDrive {
     /// As [`PlannedDrive::on`], and for advised vehicles with full bodies on a closed route without a participant.
     pub fn of_learner(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
         let mut scenario = written.clone();
-        if !scenario.has_path_or_demand() {
-            scenario.demand.files.extend(map.demand_file());
-        }
-        let names_places = scenario.path.split_whitespace().any(|word| map.network.edge_named(word).is_none());
-        if names_places || (scenario.path.is_empty() && !map.route.is_closed()) {
-            let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
-            scenario.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
+        let fault = |(key, message)| PlanError::Setting { key, message };
+        let traffic_drivers = TrafficDrivers::named(&scenario.traffic_drivers, scenario.idm);
+        let traffic_drivers = traffic_drivers.map_err(|error| fault(("traffic_drivers", error.0)))?;
+        let logged = LoggedTraffic::of(written, &map, &traffic_drivers)?;
+        if let Some(logged) = &logged {
+            scenario.vehicles = logged.starts.len() as u32;
+            if scenario.duration_s <= 0.0 {
+                let steps = ((logged.lasts_s - scenario.warm_up_s) / scenario.step_s).round();
+                scenario.duration_s = steps * scenario.step_s;
+            }
+        } else {
+            scenario.add_own_traffic(&map);
         }
         let fixed_vehicles = (!scenario.has_path_or_demand()).then_some(scenario.vehicles);
-        let fault = |(key, message)| PlanError::Setting { key, message };
-        written.check_on(fixed_vehicles).map_err(fault)?;
+        match &logged {
+            Some(logged) => written.check_advised(Some(logged.simulated())).map_err(fault)?,
+            None => written.check_on(fixed_vehicles).map_err(fault)?,
+        }
         if !scenario.participant && scenario.demand.is_empty() {
-            let is_closed = fixed_vehicles.is_some();
-            if !is_closed || scenario.advised_body == AdvisedBody::Full {
-                let (key, why) = if is_closed { ("advised_body", "light") } else { ("demand", "one with vehicles") };
+            let is_fixed = fixed_vehicles.is_some();
+            if !is_fixed || scenario.advised_body == AdvisedBody::Full {
+                let (key, why) = if is_fixed { ("advised_body", "light") } else { ("demand", "one with vehicles") };
                 let message = format!("participant is false; allowed on this road: with {key} = {why}, or true");
                 return Err(PlanError::Setting { key, message });
             }
@@ -100,9 +116,7 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        let traffic_drivers = TrafficDrivers::named(&scenario.traffic_drivers, scenario.idm);
-        let traffic_drivers = traffic_drivers.map_err(|error| fault(("traffic_drivers", error.0)))?;
-        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers, policy: None })
+        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers, logged, policy: None })
     }
 
     /// Returns the drive with this policy in place of the one that the scenario names; `None` keeps the scenario's.
@@ -136,14 +150,40 @@ impl PlannedDrive {
         &self.traffic_drivers
     }
 
+    /// Returns the vehicles of a file that drive as it says; `None` without such a file.
+    pub fn logged(&self) -> Option<&LoggedTraffic> {
+        self.logged.as_ref()
+    }
+
+    /// Returns the mean speed, during the drive, of the vehicle of a file ahead of the ego, m/s; 0 without a file.
+    pub fn logged_mean_speed_mps(&self) -> f64 {
+        let from_s = self.scenario.warm_up_s;
+        self.logged.as_ref().map_or(0.0, |logged| logged.mean_speed_mps(from_s, from_s + self.scenario.duration_s))
+    }
+
     /// Returns the vehicles as text: `22 cars`, or `vehicles that come and go`.
     pub fn vehicles_text(&self) -> String {
         self.fixed_vehicles.map_or("vehicles that enter and leave".into(), |vehicles| format!("{vehicles} vehicles"))
     }
 
-    /// Returns the advised vehicles: a number of a fixed number of vehicles, or a share of those that enter.
+    /// Returns the advised vehicles: a number of a fixed number of vehicles, or a share of those that enter. Vehicles of a file are not
+    /// among those that can be advised.
     pub fn advised(&self) -> AdvisedVehicles {
-        self.scenario.advised.among(self.fixed_vehicles)
+        self.scenario.advised.among(self.advisable())
+    }
+
+    /// Returns the number of vehicles that can be advised, the ego included; `None` where vehicles enter and leave.
+    pub fn advisable(&self) -> Option<u32> {
+        self.logged.as_ref().map(LoggedTraffic::simulated).or(self.fixed_vehicles)
+    }
+
+    /// Returns the numbers of the advised vehicles other than the participant's, ascending, where the number of vehicles is fixed. Without
+    /// a participant, the first simulated vehicle is one of them.
+    pub fn advised_others(&self) -> Vec<u32> {
+        let (advised, of) = (self.advised(), self.advisable().unwrap_or(0));
+        let first = (!self.scenario.participant && !advised.is_no_vehicle()).then_some(0);
+        let places = first.into_iter().chain(advised.others(of));
+        places.map(|k| self.logged.as_ref().map_or(k, |logged| logged.id_of(k))).collect()
     }
 
     /// Returns true if vehicles enter and leave; their number is fixed otherwise.
@@ -153,9 +193,10 @@ impl PlannedDrive {
 
     /// Returns a sentence for each setting that differs from its default and has no effect on this road.
     pub fn settings_without_effect(&self) -> Vec<String> {
-        let (settings, road): (&[_], _) = match self.fixed_vehicles {
-            None => (&ONLY_WITH_FIXED_NUMBER, "vehicles enter and leave"),
-            Some(_) => (&ONLY_ON_A_PATH, "the number of vehicles is fixed"),
+        let (settings, road): (&[_], _) = match (self.fixed_vehicles, &self.logged) {
+            (None, _) => (&ONLY_WITH_FIXED_NUMBER, "vehicles enter and leave"),
+            (Some(_), Some(_)) => (&NOT_BEHIND_A_LOG, "vehicles follow those of a file"),
+            (Some(_), None) => (&ONLY_ON_A_PATH, "the number of vehicles is fixed"),
         };
         let [written, default] =
             [&self.scenario, &Scenario::default()].map(|s| serde_json::to_value(s).unwrap_or_default());
@@ -177,10 +218,11 @@ impl PlannedDrive {
         sentences
     }
 
-    /// Extends the drive by `seconds`; no effect on a drive without an end.
+    /// Extends the drive by `seconds`, with traffic of a file not beyond its end; no effect on a drive without an end.
     pub fn extend(&mut self, seconds: f64) {
         if self.scenario.duration_s > 0.0 {
-            self.scenario.duration_s += seconds;
+            let most_s = self.logged.as_ref().map_or(f64::INFINITY, |own| own.lasts_s - self.scenario.warm_up_s);
+            self.scenario.duration_s = (self.scenario.duration_s + seconds).min(most_s.max(self.scenario.duration_s));
         }
     }
 }

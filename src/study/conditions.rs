@@ -15,7 +15,6 @@ use crate::{
     settings::{self, Field},
     sim::World,
     toml_text::{self, KeyPart},
-    traffic::EngineChoice,
 };
 use serde_json::Value;
 use std::{
@@ -124,7 +123,7 @@ impl Study {
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
         // Leaves out settings that take long and cannot fail if the others are valid.
         let quiet = Scenario {
-            traffic: EngineChoice::Native,
+            traffic: scenario.traffic.without_sumo(),
             warm_up_s: 0.0,
             wave_sd_mps: 0.0,
             standing_start: false,

@@ -13,7 +13,7 @@ use crate::{
     map, policy,
     record::{AlteredFile, Manifest, RecordError, inputs, is_there, seals::OF_SYSTEMS},
     scenario::Scenario,
-    traffic::is_population_path,
+    traffic::{EngineChoice, is_population_path},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -261,7 +261,7 @@ impl Places<'_> {
         };
         self.check_owner(baseline, code, &manifest);
         let (Some(driven), Some(without)) = (self.scenario(trial)?, self.scenario(baseline)?) else { return Ok(()) };
-        let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic, ..without };
+        let as_driven = Scenario { driver: driven.driver.clone(), traffic: driven.traffic.clone(), ..without };
         if let Some(what) = difference(&driven, &as_driven) {
             self.add_fault(baseline, format!("is not the drive of {trial} without advice: {what}"));
         } else if manifest.policy.name != policy::NAMES[0] {
@@ -349,6 +349,9 @@ fn difference(planned: &Scenario, driven: &Scenario) -> Option<String> {
         }
         if is_population_path(&bare.traffic_drivers) {
             bare.traffic_drivers = "a population of the study".into();
+        }
+        if let EngineChoice::Log(file) = &mut bare.traffic {
+            *file = "a log of the study.csv".into();
         }
         bare.demand.input_files_mut().for_each(|file| *file = "a file of the study".into());
         bare

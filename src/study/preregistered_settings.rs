@@ -45,9 +45,12 @@ fn road(base: &Scenario) -> String {
 
 fn traffic(base: &Scenario) -> String {
     let idm = &base.idm;
-    let engine = match base.traffic {
-        EngineChoice::Sumo => "SUMO",
-        EngineChoice::Native => "codrive's own engine",
+    let engine = match &base.traffic {
+        EngineChoice::Sumo => "SUMO".to_owned(),
+        EngineChoice::Native => "codrive's own engine".to_owned(),
+        EngineChoice::Log(file) => {
+            format!("codrive's own engine, behind the vehicles of `{}`,", markdown(inputs::last(file)))
+        }
     };
     if let Some(persons) = persons(base, &base.traffic_drivers) {
         return format!("Traffic: {engine} in steps of {} s. The other vehicles are driven by {persons}", base.step_s);

@@ -89,6 +89,9 @@ fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
     let mut settings = serde_json::to_value(scenario).unwrap_or_default();
     settings["map"] = json!({ "files": of_files(&map)? });
     settings["policy"] = of_policy(&scenario.policy)?;
+    if let Some(file) = scenario.traffic.log_file() {
+        settings["traffic"] = of_file(file)?;
+    }
     for (key, files) in [("files", &scenario.demand.files), ("additional", &scenario.demand.additional_files)] {
         if !files.is_empty() {
             settings["demand"][key] = json!(of_files(files)?);
@@ -129,6 +132,19 @@ mod tests {
             let changed = one.replace("[drives.each]", &format!("{setting}\n[drives.each]"));
             assert_ne!(fingerprints(&changed)[0], first, "{setting}");
         }
+    }
+
+    #[test]
+    fn a_log_counts_by_its_content_and_not_where_it_lies() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let print_of = |name: &str, speed: u32| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, format!("time_s,speed_mps\n0,{speed}\n1,{speed}\n")).expect("written");
+            let settings = format!("map = \"lane-10km\"\ntraffic = {:?}", file.to_str().expect("a name"));
+            fingerprints(&format!("[[drives]]\n[drives.settings]\n{settings}\nduration_s = 1\n")).remove(0)
+        };
+        assert_eq!(print_of("one.csv", 9), print_of("two.csv", 9));
+        assert_ne!(print_of("one.csv", 9), print_of("one.csv", 8));
     }
 
     #[test]

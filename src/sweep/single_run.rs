@@ -84,7 +84,7 @@ fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
         head,
         ring: 0,
         map: bare(&scenario.map),
-        traffic: scenario.traffic.to_string(),
+        traffic: bare(&scenario.traffic.to_string()),
         policy: bare(&scenario.policy),
         driver: scenario.driver.clone(),
         hold_s: scenario.hold_s,

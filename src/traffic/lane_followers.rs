@@ -1,10 +1,10 @@
-//! Drivers behind one another on a closed route of one lane. In: places and speeds. Out: the acceleration that each driver chooses, all from
-//! one state. Metres, m/s, m/s2.
+//! Drivers behind one another on a route of one lane. In: places and speeds. Out: the acceleration that each driver chooses, all from one
+//! state. On an open route, the first vehicle has a free road. Metres, m/s, m/s2.
 
 use super::{HARDEST_MPS2, bends::BendSpeeds, drivers::TrafficDriver};
 use crate::{map::Route, space::CAR_LENGTH_M};
 
-/// Drivers of a closed route, by vehicle number.
+/// Drivers of a route, by vehicle number.
 #[derive(Clone, Debug)]
 pub(super) struct LaneFollowers {
     drivers: Vec<TrafficDriver>,
@@ -34,7 +34,11 @@ impl LaneFollowers {
             let bend_mps = self.bends.as_ref().map_or(f64::INFINITY, |bends| bends.at(s_m[i]));
             let limit_mps = route.speed_limit_mps(s_m[i]).min(bend_mps);
             // The leader of the last vehicle in the order is one lap ahead; a single vehicle follows itself.
-            let lap_m = if k + 1 == self.order.len() { route.length_m() } else { 0.0 };
+            let lap_m = match k + 1 == self.order.len() {
+                true if route.is_closed() => route.length_m(),
+                true => f64::INFINITY,
+                false => 0.0,
+            };
             let gap_m = s_m[leader] + lap_m - s_m[i] - CAR_LENGTH_M;
             let model = &self.drivers[i].model;
             let accel = model.acceleration(speed_mps[i], speed_mps[leader], gap_m, limit_mps);

@@ -1,6 +1,6 @@
 //! Traffic: all other vehicles. In: a [`FixedSetup`] or a [`DemandSetup`], then once per step the reports of externally driven vehicles.
-//! Out: the state of every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO and the native IDM ring. Only
-//! `traffic::sumo` depends on SUMO.
+//! Out: the state of every vehicle at the end of the step. Two engines implement [`Traffic`]: SUMO and the native one, which can also
+//! move the vehicles of a [`TrafficLog`]. Only `traffic::sumo` depends on SUMO.
 
 mod articulation;
 mod bends;
@@ -15,6 +15,7 @@ mod engine;
 mod error;
 mod interrupt;
 mod lane_followers;
+mod log;
 mod mixture;
 mod motion;
 mod native;
@@ -40,18 +41,19 @@ pub use engine::{
 };
 pub use error::TrafficError;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};
+pub use log::{LoggedVehicle, TrafficLog};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use reported::is_on_lane;
 pub use vehicles::{Departure, EGO, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps, VehicleState};
 
-/// Starts the chosen engine with all vehicles at their initial positions.
+/// Starts the chosen engine with all vehicles at their initial positions. A log needs [`NativeTraffic::behind`] instead.
 ///
 /// # Errors
 /// The setup cannot be simulated, or SUMO is absent or in use.
-pub fn start(engine: EngineChoice, setup: FixedSetup) -> Result<Box<dyn Traffic>, TrafficError> {
+pub fn start(engine: &EngineChoice, setup: FixedSetup) -> Result<Box<dyn Traffic>, TrafficError> {
     Ok(match engine {
-        EngineChoice::Native => Box::new(NativeTraffic::start(setup)?),
+        EngineChoice::Native | EngineChoice::Log(_) => Box::new(NativeTraffic::start(setup)?),
         EngineChoice::Sumo => Box::new(sumo::SumoTraffic::start(setup)?),
     })
 }

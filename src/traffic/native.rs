@@ -1,5 +1,5 @@
-//! The native engine: car-following models on a closed route of one lane, for training and for fast runs. In: a [`FixedSetup`], then
-//! reports. Out: [`VehicleState`]s. Metres, m/s.
+//! The native engine: car-following models on a route of one lane, for training and for fast runs. In: a [`FixedSetup`], on an open
+//! route with a [`TrafficLog`], then reports. Out: [`VehicleState`]s. Metres, m/s.
 //!
 //! All accelerations are computed from one state; then `v' = max(v + a dt, 0)` and `x' = x + v' dt` (docs/references.md: idm), which is
 //! also SUMO's update; then the noise is added. The desired speed is `min(v0, limit of the lane)`, as in SUMO.
@@ -9,7 +9,7 @@
 //! whereas this engine always sees it.
 
 use super::{
-    FixedSetup, LaneMotion, Traffic, TrafficError, VehicleId, VehicleReport, VehicleState,
+    FixedSetup, LaneMotion, Traffic, TrafficError, TrafficLog, VehicleId, VehicleReport, VehicleState,
     bends::BendSpeeds,
     crossings::self_crossing,
     lane_followers::LaneFollowers,
@@ -21,7 +21,7 @@ use super::{
 use crate::{map::RoadMap, space::Pose};
 use std::sync::Arc;
 
-/// The native ring. Nothing is allocated after the start.
+/// Vehicles on one lane. Nothing is allocated after the start.
 #[derive(Clone, Debug)]
 pub struct NativeTraffic {
     map: Arc<RoadMap>,
@@ -40,6 +40,10 @@ pub struct NativeTraffic {
     motions: Vec<LaneMotion>,
     /// True if the drivers are persons, not all alike.
     has_people: bool,
+    /// Vehicles of a log: numbers 1 up to as many as it has. Drivers' choices do not move them.
+    log: Option<Arc<TrafficLog>>,
+    /// Number of steps so far.
+    steps: u64,
 }
 
 impl NativeTraffic {
@@ -49,6 +53,20 @@ impl NativeTraffic {
     /// The setup cannot be simulated.
     pub fn start(setup: FixedSetup) -> Result<Self, TrafficError> {
         setup.check()?;
+        Self::of(setup, None)
+    }
+
+    /// Starts the engine on an open route with the vehicles of a log, whose time begins now. Vehicle `i + 1` is the log's vehicle `i`;
+    /// the models drive the others.
+    ///
+    /// # Errors
+    /// The setup cannot be simulated.
+    pub fn behind(log: Arc<TrafficLog>, setup: FixedSetup) -> Result<Self, TrafficError> {
+        setup.check_on_lane()?;
+        Self::of(setup, Some(log))
+    }
+
+    fn of(setup: FixedSetup, log: Option<Arc<TrafficLog>>) -> Result<Self, TrafficError> {
         setup.check_has_one_model()?;
         if let Some((first_m, second_m)) = self_crossing(&setup.map.route) {
             return Err(TrafficError::RouteMeetsItself { first_m, second_m });
@@ -66,6 +84,8 @@ impl NativeTraffic {
             vehicles: RouteVehicles::new(&setup.map, &setup.cars, setup.step_s),
             motions: Vec::with_capacity(n),
             has_people: !setup.drivers.are_alike(),
+            log,
+            steps: 0,
             map: setup.map,
             step_s: setup.step_s,
         })
@@ -82,6 +102,8 @@ impl NativeTraffic {
 
     /// Draws the noise of every vehicle and moves all vehicles without a report.
     fn advance(&mut self, reports: &[VehicleReport]) {
+        self.steps += 1;
+        let time_s = self.steps as f64 * self.step_s;
         let route = &self.map.route;
         let mut reported = reports.iter().map(|report| report.id.0 as usize).peekable();
         let mut driven = self.motions.iter().peekable();
@@ -90,6 +112,12 @@ impl NativeTraffic {
             let chosen_mps = chosen_mps(before_mps, self.accel_mps2[i], self.step_s);
             let after_mps = self.noise.push(VehicleId(i as u32), chosen_mps);
             if reported.next_if_eq(&i).is_some() {
+                continue;
+            }
+            if let Some(log) = self.log.as_ref().filter(|log| (1..=log.vehicles().len()).contains(&i)) {
+                let (s_m, after_mps) = log.at(i - 1, time_s);
+                (self.s_m[i], self.speed_mps[i]) = (s_m, after_mps);
+                self.vehicles.set(i, s_m, SpeedStep { before_mps, chosen_mps: after_mps, after_mps });
                 continue;
             }
             let (mean_mps, step) = match driven.next_if(|motion| motion.id.0 as usize == i) {
@@ -133,6 +161,7 @@ impl Traffic for NativeTraffic {
     }
 
     fn name_and_version(&self) -> String {
-        if self.has_people { "native".into() } else { "native IDM".into() }
+        let model = if self.has_people { "native" } else { "native IDM" };
+        if self.log.is_some() { format!("{model} with a log") } else { model.into() }
     }
 }

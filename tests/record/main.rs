@@ -2,6 +2,7 @@
 
 mod format_one;
 mod kills;
+mod logged;
 mod network;
 mod network_analysis;
 mod promises;

@@ -238,6 +238,7 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/policy", "pi"),
         ("/driver", "sloppy"),
         ("/traffic", "sumo"),
+        ("/traffic_leader", "v2"),
         ("/path", "A B"),
         ("/advised", "1"),
         ("/advised_body", "full"),

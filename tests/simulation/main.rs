@@ -9,6 +9,7 @@ mod episode;
 mod hills;
 mod lanes_beside;
 mod light_agents;
+mod logged;
 mod network;
 mod no_participant;
 mod obstacles;

@@ -299,7 +299,7 @@ fn a_demand_is_part_of_the_scenario_file_with_its_files_beside_it() {
     std::fs::write(&file, text).expect("written");
     let scenario = Scenario::from_file(&file).unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(scenario.demand.files, [folder.path().join("trips.rou.xml")]);
-    assert_eq!((scenario.demand.flows[0].per_hour, scenario.traffic), (300.0, EngineChoice::Sumo));
+    assert_eq!((scenario.demand.flows[0].per_hour, &scenario.traffic), (300.0, &EngineChoice::Sumo));
     assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").expect("its own file"), scenario);
     // A drive without a demand does not mention it, so older files stay unchanged.
     assert!(!Scenario::default().to_toml().contains("demand"));

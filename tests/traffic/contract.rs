@@ -8,7 +8,7 @@ fn an_even_ring_without_noise_keeps_its_speed() {
     for engine in ENGINES {
         // Starts at the equilibrium speed and from a standstill.
         for (speed_mps, settled_s) in [(EVEN_MPS, 0.0), (0.0, 100.0)] {
-            let history = run_free(engine, even("ring-250", 22, model(0.0), speed_mps), 6000);
+            let history = run_free(&engine, even("ring-250", 22, model(0.0), speed_mps), 6000);
             for cars in &history[(settled_s / STEP_S) as usize..] {
                 for car in cars {
                     assert!((car.speed_mps - EVEN_MPS).abs() < 0.005, "{engine}: {car:?}");
@@ -24,7 +24,7 @@ fn one_slowed_car_becomes_the_saturated_wave() {
     for engine in ENGINES {
         let setup = ring(0.0);
         let map = setup.map.clone();
-        let history = run_kicked(engine, setup, 6000);
+        let history = run_kicked(&engine, setup, 6000);
         let (mean, spread) = mean_and_spread(&history, 300.0, 600.0);
         assert!((mean - 2.99).abs() < 0.05, "{engine}: mean {mean}");
         assert!((spread - 3.37).abs() < 0.1, "{engine}: SD {spread}");
@@ -43,7 +43,7 @@ fn noise_alone_becomes_the_saturated_wave() {
         for seed in 1..=5 {
             let setup = FixedSetup { seed, ..ring(0.2) };
             let map = setup.map.clone();
-            let history = run_free(engine, setup, 9000);
+            let history = run_free(&engine, setup, 9000);
             let (mean, spread) = mean_and_spread(&history, 600.0, 900.0);
             assert!((mean - 2.99).abs() < 0.08, "{engine}, seed {seed}: mean {mean}");
             assert!((spread - 3.37).abs() < 0.08, "{engine}, seed {seed}: SD {spread}");
@@ -60,7 +60,7 @@ fn the_engines_agree_to_rounding_with_and_without_noise() {
     let _alone = alone();
     for noise in [0.0, 0.2] {
         let setup = ring(noise);
-        let [native, sumo] = ENGINES.map(|engine| run_kicked(engine, setup.clone(), 6000));
+        let [native, sumo] = ENGINES.map(|engine| run_kicked(&engine, setup.clone(), 6000));
         let (speed, place, position) = differences(&setup.map, &native, &sumo);
         println!("noise {noise}: {speed:e} m/s, {place:e} m, {position:e} m");
         assert!(speed < 1e-10 && place < 1e-9 && position < 1e-9, "noise {noise}: {speed:e} {place:e} {position:e}");
@@ -79,7 +79,7 @@ fn cars_of_other_parameters_move_alike_in_both_engines() {
     ] {
         let mut setup = even("ring-250", 15, idm, 0.0);
         setup.cars = start::bunched(15, setup.map.route.length_m(), idm.s0, 0.0).unwrap();
-        let [native, sumo] = ENGINES.map(|engine| run_free(engine, setup.clone(), 3000));
+        let [native, sumo] = ENGINES.map(|engine| run_free(&engine, setup.clone(), 3000));
         let (speed, place, _) = differences(&setup.map, &native, &sumo);
         println!("{idm:?}: {speed:e} {place:e}");
         assert!(speed < 1e-10 && place < 1e-9, "{idm:?}: {speed:e} {place:e}");
@@ -91,7 +91,7 @@ fn the_engines_agree_on_the_successors_ring_and_with_shorter_steps() {
     let _alone = alone();
     for step_s in [0.1, 0.05] {
         let setup = FixedSetup { step_s, ..even("ring-641", 40, model(0.2), 8.0) };
-        let [native, sumo] = ENGINES.map(|engine| run_free(engine, setup.clone(), 3000));
+        let [native, sumo] = ENGINES.map(|engine| run_free(&engine, setup.clone(), 3000));
         let (speed, place, _) = differences(&setup.map, &native, &sumo);
         println!("{step_s}: {speed:e} {place:e}");
         assert!(speed < 1e-10 && place < 1e-9, "{step_s}: {speed:e} {place:e}");
@@ -102,7 +102,7 @@ fn the_engines_agree_on_the_successors_ring_and_with_shorter_steps() {
 fn same_seed_same_bits_and_another_seed_other_bits() {
     let _alone = alone();
     for engine in ENGINES {
-        let of_seed = |seed| bits(&run_free(engine, FixedSetup { seed, ..ring(0.2) }, 600));
+        let of_seed = |seed| bits(&run_free(&engine, FixedSetup { seed, ..ring(0.2) }, 600));
         let first = of_seed(7);
         assert!(first == of_seed(7), "{engine}");
         assert!(first != of_seed(8), "{engine}");
@@ -115,10 +115,10 @@ fn a_road_full_to_the_brim_stands_and_a_lone_pair_drives() {
     for engine in ENGINES {
         let full = even("ring-250", 35, model(0.2), 0.0);
         let map = full.map.clone();
-        let history = run_free(engine, full, 1200);
+        let history = run_free(&engine, full, 1200);
         let (gap_m, way_m) = smallest_gap_and_way(&map, &history);
         assert!(gap_m > 1.5 && way_m >= 0.0, "{engine}: {gap_m} {way_m}");
-        let pair = run_free(engine, even("ring-250", 2, model(0.0), 0.0), 1200);
+        let pair = run_free(&engine, even("ring-250", 2, model(0.0), 0.0), 1200);
         // Each vehicle has 120 m: with (120 - 2) m at a time gap of 1 s, a ring's limit of 30 m/s is out of reach.
         let last = &pair[1200];
         assert!(last.iter().all(|car| car.speed_mps > 25.0), "{engine}: {last:?}");
@@ -136,8 +136,8 @@ fn brake_lamps_follow_braking_and_do_not_flicker() {
         n as f64 / 22.0 / ((to_s - from_s) / 60.0)
     };
     for engine in ENGINES {
-        let noisy = run_kicked(engine, ring(0.2), 6000);
-        let silent = run_kicked(engine, ring(0.0), 6000);
+        let noisy = run_kicked(&engine, ring(0.2), 6000);
+        let silent = run_kicked(&engine, ring(0.0), 6000);
         let per_wave = changes(&silent, 300.0, 600.0);
         println!("{engine}: wave {per_wave:.2}, with noise {:.2}", changes(&noisy, 300.0, 600.0));
         assert_eq!(changes(&noisy, 0.0, 60.0), 0.0, "{engine}");
@@ -169,7 +169,7 @@ fn cars_slow_down_for_bends_if_a_limit_is_set_and_the_engines_agree() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     let map = rectangle(folder.path());
-    let driven = |engine: EngineChoice, lateral_accel_mps2: Option<f64>| {
+    let driven = |engine: &EngineChoice, lateral_accel_mps2: Option<f64>| {
         let cars = start::even(6, map.route.length_m(), 2.0, 5.0).unwrap();
         let setup =
             FixedSetup { map: Arc::clone(&map), cars, lateral_accel_mps2, ..even("ring-250", 6, model(0.0), 5.0) };
@@ -182,9 +182,9 @@ fn cars_slow_down_for_bends_if_a_limit_is_set_and_the_engines_agree() {
         history.iter().flatten().map(of).fold(0.0, f64::max)
     };
     for engine in ENGINES {
-        let free = sideways(&driven(engine, None));
+        let free = sideways(&driven(&engine, None));
         assert!(free > 8.0, "{engine}: without a bound they take the bend with {free} m/s2");
-        let history = driven(engine, Some(3.0));
+        let history = driven(&engine, Some(3.0));
         // The front enters and leaves the bend 2.5 m before the passengers do.
         assert!(sideways(&history) < 3.0 * 1.1, "{engine}: {}", sideways(&history));
         let top = history.iter().flatten().map(|car| car.speed_mps).fold(0.0, f64::max);

@@ -6,7 +6,7 @@ use std::{fmt::Write, fs, process::Command};
 
 /// Returns speeds and accelerations of cars on a ring (a wave with noise that starts from a jam), and a lattice up to 40 m/s.
 fn speeds_and_accelerations() -> Vec<(f32, f32)> {
-    let history = run_free(EngineChoice::Native, ring(0.2), 600);
+    let history = run_free(&EngineChoice::Native, ring(0.2), 600);
     let of_the_ring = history.windows(2).flat_map(|pair| {
         let accel = |i: usize| ((pair[1][i].speed_mps - pair[0][i].speed_mps) / STEP_S) as f32;
         (0..pair[0].len()).map(|i| (pair[1][i].speed_mps as f32, accel(i))).collect::<Vec<_>>()

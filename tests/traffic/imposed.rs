@@ -43,7 +43,7 @@ fn a_follower_of_the_ego_drives_as_behind_one_of_sumos_own_cars() {
     let (gap_m, _) = smallest_gap_and_way(&map, &reference);
     assert!(gap_m > 1.0, "the trace keeps off its leader: {gap_m}");
     for engine in ENGINES {
-        let mut traffic = traffic::start(engine, setup.clone()).unwrap();
+        let mut traffic = traffic::start(&engine, setup.clone()).unwrap();
         let (mut most, mut sum): (f64, f64) = (0.0, 0.0);
         for step in 0..900 {
             let now = reference[step][0];
@@ -68,7 +68,7 @@ fn behind_a_stopped_ego_a_queue_forms_and_no_vehicle_passes() {
     for engine in ENGINES {
         let setup = ring(0.2);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(engine, setup).unwrap();
+        let mut traffic = traffic::start(&engine, setup).unwrap();
         let history = run(&map, traffic.as_mut(), 1200, |_, cars| {
             Some(report(&map, &cars[0], (cars[0].speed_mps - 0.3).max(0.0)))
         });
@@ -92,7 +92,7 @@ fn an_ego_beside_the_road_is_passed_and_one_at_its_edge_is_not() {
             let mut setup = even("ring-250", 3, model(0.0), 0.0);
             setup.cars = standing_at(&[100.0, 200.0, 60.0]);
             let map = setup.map.clone();
-            let mut traffic = traffic::start(engine, setup).unwrap();
+            let mut traffic = traffic::start(&engine, setup).unwrap();
             let pose = beside(&map, 100.0, offset_m);
             let parked = ExternalVehicleState { pose, speed_mps: 0.0, next_pose: pose, next_speed_mps: 0.0 };
             let history = run(&map, traffic.as_mut(), 300, |_, _| Some(parked));
@@ -110,7 +110,7 @@ fn an_ego_comes_back_to_the_road_and_its_model_takes_over() {
     for engine in ENGINES {
         let setup = even("ring-250", 10, IdmParams { v0: 6.0, ..model(0.0) }, 0.0);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(engine, setup).unwrap();
+        let mut traffic = traffic::start(&engine, setup).unwrap();
         // Leaves the road by 12 m to the left within 20 s, drives on at 3 m/s, returns where there is room, and follows its own model 5 s
         // later.
         let mut back = None;
@@ -144,7 +144,7 @@ fn numbers_that_are_not_finite_are_refused() {
     for engine in ENGINES {
         let setup = ring(0.0);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(engine, setup).unwrap();
+        let mut traffic = traffic::start(&engine, setup).unwrap();
         let mut report = report(&map, &cars(&map, traffic.as_mut())[0], 4.0);
         report.next_pose.position.x = f64::NAN;
         let error = traffic.step(&[VehicleReport::of_ego(report)]).unwrap_err().to_string();
@@ -152,7 +152,7 @@ fn numbers_that_are_not_finite_are_refused() {
         let drivers = TrafficDrivers::Alike(IdmParams { a: f64::NAN, ..model(0.0) });
         let broken = FixedSetup { drivers, ..ring(0.0) };
         drop(traffic);
-        let error = traffic::start(engine, broken).err().expect("NaN is refused").to_string();
+        let error = traffic::start(&engine, broken).err().expect("NaN is refused").to_string();
         assert_eq!(error, "IDM parameter a is NaN; allowed: above 0", "{engine}");
     }
 }

@@ -128,14 +128,14 @@ fn run_reported(
 }
 
 /// Starts `engine` and runs it without externally driven vehicles.
-fn run_free(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
+fn run_free(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(&map, traffic.as_mut(), steps, |_, _| None)
 }
 
 /// Runs the setup with an ego that is braked to 0.5 m/s from 60 s to 62 s.
-fn run_kicked(engine: EngineChoice, setup: FixedSetup, steps: usize) -> History {
+fn run_kicked(engine: &EngineChoice, setup: FixedSetup, steps: usize) -> History {
     let map = setup.map.clone();
     let mut traffic = traffic::start(engine, setup).expect("the engine starts");
     run(&map, traffic.as_mut(), steps, |step, cars| {

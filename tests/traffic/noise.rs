@@ -4,7 +4,7 @@
 use super::*;
 
 /// Returns the part of every vehicle's speed changes that the model does not explain, m/s, for a flow in which no vehicle stands.
-fn residuals(engine: EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
+fn residuals(engine: &EngineChoice, setup: &FixedSetup, steps: usize) -> Vec<f64> {
     let history = run_free(engine, setup.clone(), steps);
     let TrafficDrivers::Alike(idm) = setup.drivers else { panic!("persons differ") };
     let (route, step_s) = (&setup.map.route, setup.step_s);
@@ -31,7 +31,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
     for engine in ENGINES {
         for (noise, step_s) in [(0.2, 0.1), (0.5, 0.1), (0.2, 0.05)] {
             let setup = FixedSetup { step_s, ..ring(noise) };
-            let residuals = residuals(engine, &setup, 500);
+            let residuals = residuals(&engine, &setup, 500);
             // The limits are four standard errors of n independent draws.
             let n = residuals.len() as f64;
             let wanted = noise * step_s * step_s.sqrt();
@@ -51,7 +51,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
             }
         }
         // Without noise in the settings there is none: the rest is rounding.
-        let most = residuals(engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
+        let most = residuals(&engine, &ring(0.0), 100).into_iter().fold(0.0_f64, |most, r| most.max(r.abs()));
         assert!(most < 1e-9, "{engine}: {most:e}");
     }
 }
@@ -59,7 +59,7 @@ fn noise_has_the_strength_of_its_closed_form_in_each_engine() {
 #[test]
 fn the_noise_of_a_car_is_its_own() {
     const STEPS: usize = 100;
-    let noise = |n: usize| residuals(EngineChoice::Native, &even("ring-250", n, model(0.2), 4.0), STEPS);
+    let noise = |n: usize| residuals(&EngineChoice::Native, &even("ring-250", n, model(0.2), 4.0), STEPS);
     // What two rings of different size draw, by step and car, for the cars that both have.
     let (many, few) = (noise(22), noise(20));
     let apart = (0..STEPS).flat_map(|step| (0..20).map(move |car| (step, car)));

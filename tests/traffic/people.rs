@@ -14,14 +14,14 @@ fn persons_move_alike_in_both_engines() {
     let _alone = alone();
     for name in ["safe-followers", "gap-closers"] {
         let setup = FixedSetup { drivers: people(name), ..even("ring-250", 20, model(0.0), 3.0) };
-        let [native, sumo] = ENGINES.map(|engine| run_kicked(engine, setup.clone(), 3000));
+        let [native, sumo] = ENGINES.map(|engine| run_kicked(&engine, setup.clone(), 3000));
         // As for drivers who are alike: the rest is rounding.
         let (speed, place, position) = differences(&setup.map, &native, &sumo);
         println!("{name}: {speed:e} m/s, {place:e} m, {position:e} m");
         assert!(speed < 1e-10 && place < 1e-9 && position < 1e-9, "{name}: {speed:e} {place:e} {position:e}");
         assert!(smallest_gap_and_way(&setup.map, &native).0 > 0.0, "{name}");
         let other = FixedSetup { seed: 2, ..setup };
-        assert!(bits(&run_free(EngineChoice::Native, other, 100)) != bits(&native[..101].to_vec()), "{name}");
+        assert!(bits(&run_free(&EngineChoice::Native, other, 100)) != bits(&native[..101].to_vec()), "{name}");
     }
 }
 

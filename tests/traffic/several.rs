@@ -29,7 +29,7 @@ fn the_engines_agree_on_several_externally_driven_cars() {
         let setup = even("ring-250", 22, model(noise), 3.2);
         let map = setup.map.clone();
         let [native, sumo] = ENGINES.map(|engine| {
-            let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
+            let mut traffic = traffic::start(&engine, setup.clone()).expect("the engine starts");
             run_reported(&map, traffic.as_mut(), 1200, |step, cars| reports(&map, step, cars))
         });
         let (speed, place, position) = differences(&map, &native, &sumo);
@@ -79,7 +79,7 @@ fn the_engines_agree_on_cars_whose_pedals_are_not_theirs() {
     for (setup, name) in populations.into_iter().zip(["without noise", "with noise", "gap-closers"]) {
         let map = setup.map.clone();
         let [native, sumo] = ENGINES.map(|engine| {
-            let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
+            let mut traffic = traffic::start(&engine, setup.clone()).expect("the engine starts");
             run_driven(&map, traffic.as_mut())
         });
         let (speed, place, position) = differences(&map, &native, &sumo);
@@ -103,7 +103,7 @@ fn the_engines_agree_on_cars_whose_pedals_are_not_theirs() {
 fn motions_that_no_vehicle_can_have_are_refused() {
     let _alone = alone();
     for engine in ENGINES {
-        let mut traffic = traffic::start(engine, ring(0.0)).expect("the engine starts");
+        let mut traffic = traffic::start(&engine, ring(0.0)).expect("the engine starts");
         let of = |id: u32, end_mps: f64| LaneMotion { id: VehicleId(id), mean_mps: 1.0, end_mps };
         let fault = traffic.drive(&[of(1, f64::NAN)]).expect_err("no number").to_string();
         assert!(fault.contains("motion") && fault.contains('1'), "{engine}: {fault}");
@@ -129,7 +129,7 @@ fn followers_of_several_driven_cars_drive_as_behind_sumos_own() {
     }
     drop(sumo);
     for engine in ENGINES {
-        let mut traffic = traffic::start(engine, setup.clone()).expect("the engine starts");
+        let mut traffic = traffic::start(&engine, setup.clone()).expect("the engine starts");
         let history = run_reported(&map, traffic.as_mut(), 600, |step, cars| reports(&map, step, cars));
         let (speed, place, _) = differences(&map, &history, &reference);
         println!("{engine}: {speed:e} m/s, {place:e} m");
@@ -146,7 +146,7 @@ fn a_driven_car_that_leaves_the_road_is_passed_and_another_on_it_is_not() {
         // Behind each of two stopped vehicles there is a moving one.
         setup.cars = standing_at(&[100.0, 200.0, 230.0, 60.0]);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(engine, setup).expect("the engine starts");
+        let mut traffic = traffic::start(&engine, setup).expect("the engine starts");
         let parked = |id: u32, s_m: f64, offset_m: f64| {
             let on = map.route.pose_of_front(s_m, CAR_LENGTH_M);
             let left = glam::DVec2::from_angle(map.route.yaw_at(s_m)).perp();
@@ -174,7 +174,7 @@ fn reports_of_missing_cars_or_in_the_wrong_order_are_refused() {
     for engine in ENGINES {
         let setup = ring(0.0);
         let map = setup.map.clone();
-        let mut traffic = traffic::start(engine, setup).expect("the engine starts");
+        let mut traffic = traffic::start(&engine, setup).expect("the engine starts");
         let of = |id: u32, traffic: &mut dyn Traffic| {
             VehicleReport::on_route(VehicleId(id), report(&map, &cars(&map, traffic)[id as usize % 22], 4.0))
         };

@@ -12,7 +12,7 @@ fn without_sumo_the_error_names_the_remedy_and_the_native_engine_works() {
     for part in ["libsumocpp", "no/such/folder", "scripts/setup", "--traffic native"] {
         assert!(message.contains(part), "{message}");
     }
-    assert!(traffic::start(EngineChoice::Native, ring(0.0)).is_ok());
+    assert!(traffic::start(&EngineChoice::Native, ring(0.0)).is_ok());
 }
 
 #[test]
@@ -35,9 +35,9 @@ fn one_simulation_at_a_time_and_the_next_when_it_ends_even_by_a_panic() {
 #[test]
 fn fifty_starts_in_one_process_are_alike() {
     let _alone = alone();
-    let first = bits(&run_free(EngineChoice::Sumo, ring(0.2), 20));
+    let first = bits(&run_free(&EngineChoice::Sumo, ring(0.2), 20));
     for _ in 0..50 {
-        assert!(first == bits(&run_free(EngineChoice::Sumo, ring(0.2), 20)));
+        assert!(first == bits(&run_free(&EngineChoice::Sumo, ring(0.2), 20)));
     }
 }
 
@@ -48,7 +48,7 @@ fn a_car_with_another_model_follows_that_model() {
     let pair = |of_others, seed| {
         let mixture = ModelMixture { model: of_others, share: 1.0 };
         let setup = FixedSetup { mixture, seed, ..even("ring-250", 2, model(0.0), 0.0) };
-        run_free(EngineChoice::Sumo, setup, 30)
+        run_free(&EngineChoice::Sumo, setup, 30)
     };
     let after_3_s = |model, seed| {
         let history = pair(model, seed);
@@ -71,7 +71,7 @@ fn a_car_with_another_model_follows_that_model() {
 #[test]
 fn engines_without_other_models_refuse_them() {
     let mixture = ModelMixture { model: FollowingModel::Krauss, share: 0.5 };
-    let error = traffic::start(EngineChoice::Native, FixedSetup { mixture, ..ring(0.0) }).err().expect("it has none");
+    let error = traffic::start(&EngineChoice::Native, FixedSetup { mixture, ..ring(0.0) }).err().expect("it has none");
     assert!(matches!(error, TrafficError::NoSuchModel(FollowingModel::Krauss)), "{error}");
     assert!(error.to_string().contains("remedy: set --traffic sumo"), "{error}");
 }

@@ -5,7 +5,7 @@
 //! * [`trial`]: one recorded drive; [`ego_samples`], [`advice`], [`road_events`], [`traffic_steps`], [`trips`],
 //!   [`frame_times`]: its tables; [`setup`]: its manifest and scenario.
 //! * [`trajectories`]: data for the figures of a drive; [`driver_moments`]: data for the fit of its driver; `thinned_values`:
-//!   evenly spaced values out of many.
+//!   evenly spaced values out of many; [`recorded_log`]: a file of trajectories of a drive.
 //! * [`people`]: participants; [`person_answers`]: age, gender and driving; [`session_ends`]: reasons of early ends and exclusions;
 //!   [`statements`]: recruitment, ethics, apparatus; [`sickness_ratings`]: ratings of sickness while driving; `tsv`: tables of a data set.
 
@@ -16,6 +16,7 @@ pub mod found;
 pub mod frame_times;
 pub mod people;
 pub mod person_answers;
+pub mod recorded_log;
 pub mod road_events;
 pub mod session_ends;
 pub mod setup;
@@ -34,6 +35,7 @@ pub use ego_samples::EgoSample;
 pub use found::{FolderContents, FoundRecording, find};
 pub use frame_times::FrameTimes;
 pub use people::{StudyParticipant, StudyParticipants};
+pub use recorded_log::write_log;
 pub use road_events::RoadEvents;
 pub use session_ends::EndReasons;
 pub use setup::DriveSetup;

@@ -24,6 +24,11 @@ impl DriveSetup {
         name.rsplit('/').next().unwrap_or(name).to_owned()
     }
 
+    /// Returns the length of a lap, metres; 0 on an open lane, or if the map is missing.
+    pub fn lap_m(&self) -> f64 {
+        if self.scenario.traffic.log_file().is_some() { 0.0 } else { self.route_m }
+    }
+
     /// Returns the origin of the advice.
     pub fn advice(&self) -> &'static str {
         match self.scenario.sham_advice {

@@ -23,7 +23,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("speed_sd_over_time_mps"), |s| Some(all_cars(s.totals)?.speed_sd_over_time_mps())),
     (measure("ego_speed_sd_over_time_mps"), |s| Some(enough(&s.totals.ego_traffic)?.speed_sd_over_time_mps())),
     (measure("passages_per_h"), |s| {
-        s.per_hour(s.totals.passages as f64).filter(|_| all_cars(s.totals).is_some() && s.trial.setup.route_m > 0.0)
+        s.per_hour(s.totals.passages as f64).filter(|_| all_cars(s.totals).is_some() && s.trial.setup.lap_m() > 0.0)
     }),
     (measure("stops"), |s| s.per_car(s.totals.traffic.stops as f64)),
     (measure("stopped_s"), |s| s.per_car(s.totals.traffic.stopped_s)),

@@ -134,7 +134,7 @@ impl DriveTotals {
 
     /// Sets the length of the route and the collisions from `trial`.
     pub fn on(mut self, trial: &RecordedTrial) -> Self {
-        self.route_m = trial.setup.route_m;
+        self.route_m = trial.setup.lap_m();
         self.waves = (self.route_m > 0.0).then(|| WaveTotals::on_ring(self.step_s, self.route_m));
         self.after_contacts = trial.after_contacts.clone().into_iter().peekable();
         self

@@ -12,7 +12,7 @@ use crate::{
     sim::WAVE_STANDS_S,
     traffic::{RING_STUDY, TrafficDrivers},
 };
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Returns the paragraph on road, vehicles and their drivers; empty without a drive on a closed route.
 pub(super) fn traffic(drives: &[&AnalysedRecording]) -> String {
@@ -22,15 +22,22 @@ pub(super) fn traffic(drives: &[&AnalysedRecording]) -> String {
     let lengths = joined_values(
         drives.iter().map(|d| d.setup.route_m).filter(|m| *m > 0.0).map(|m| SetupValue::Number(m.round(), "m")),
     );
-    let length = if lengths.is_empty() { String::new() } else { format!(", a closed route of {lengths}") };
+    let logged = drives.iter().filter(|drive| drive.setup.scenario.traffic.log_file().is_some()).count();
+    let kind = match logged {
+        0 => "a closed route",
+        n if n == drives.len() => "an open lane",
+        _ => "a closed route or an open lane",
+    };
+    let length = if lengths.is_empty() { String::new() } else { format!(", {kind} of {lengths}") };
     let engine = joined_texts(drives, |drive| match drive.setup.manifest.traffic.as_str() {
         named if named.starts_with("native") => "codrive's own engine".into(),
         named => named.replace(" in process", ", run within codrive"),
     });
     let mut text = format!(
-        "The road was {}{length}, with {} vehicles, the ego vehicle included. The traffic was computed by {engine}.{}",
+        "The road was {}{length}, with {} vehicles, the ego vehicle included. The traffic was computed by {engine}.{}{}",
         fact(drives, "road"),
         fact(drives, "number of vehicles"),
+        log_files(drives),
         drivers(drives),
     );
     let bends = joined_values(
@@ -47,11 +54,27 @@ pub(super) fn traffic(drives: &[&AnalysedRecording]) -> String {
             fact(drives, "warm-up")
         )
     };
+    if logged == drives.len() {
+        let start = "All simulated vehicles started at the speed of the vehicle ahead of the ego vehicle";
+        return text + &format!(" {start}, each at the gap that its driver keeps{warm_up}.");
+    }
     text + &format!(
         " At the start the vehicles stood {}{warm_up}.{}",
         fact(drives, "start of the vehicles"),
         gate(drives)
     )
+}
+
+/// Returns a sentence on the files whose vehicles drove ahead of the ego vehicle; empty without one.
+fn log_files(drives: &[&AnalysedRecording]) -> String {
+    let files = drives.iter().filter_map(|drive| drive.setup.scenario.traffic.log_file());
+    let names: BTreeSet<String> =
+        files.filter_map(|file| Some(file.file_name()?.to_string_lossy().into_owned())).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    let names: Vec<String> = names.into_iter().collect();
+    format!(" The vehicles of {} drove as recorded, whatever others did.", joined_with_and(&names))
 }
 
 /// Returns the conditions for handing the car over to the driver, and the number of drives that began without them.

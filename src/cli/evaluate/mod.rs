@@ -11,15 +11,17 @@ mod report;
 use super::{CliError, flags, out, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
-    file, map,
+    file,
+    map::{self, RoadMap},
     metrics::EvaluationResult,
     policy,
-    scenario::{AdvisedVehicles, Scenario, StartLayout},
+    scenario::{AdvisedVehicles, PlannedDrive, Scenario, StartLayout},
     settings,
+    sim::WorldError,
     traffic::{EngineChoice, FollowingModel},
     train::{TrainConfig, evaluate},
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, builder::PossibleValuesParser, parser::ValueSource, value_parser};
+use clap::{Arg, ArgAction, ArgMatches, Command, parser::ValueSource, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
 use plan::{Engine, EvaluationCase, FollowingDriver};
 use rayon::prelude::*;
@@ -85,11 +87,10 @@ pub(super) fn command() -> Command {
             option(
                 "traffic",
                 "WORD",
-                "Traffic engine; ring: the fast ring; native or sumo: whole drives in this traffic, physics and pedals \
-                 included",
+                "Traffic; ring: the fast ring; native or sumo: whole drives in this traffic, physics and pedals included; \
+                 FILE.csv: whole drives behind the vehicles of a file of trajectories, on an open lane",
             )
-            .default_value("ring")
-            .value_parser(PossibleValuesParser::new(["ring", "native", "sumo"])),
+            .default_value("ring"),
         )
         .arg(
             option(
@@ -172,16 +173,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let written = Scenario { map: plan::asked_map(matches), ..Scenario::default() };
     let road = Arc::new(written.load_map()?);
-    let base = match matches.get_one::<PathBuf>("config") {
-        Some(path) => {
-            let mut config: TrainConfig = settings::from_file(path)?;
-            config.advice.hold_max_s = 0.0;
-            config
-        }
-        None => {
-            map::known_as(&road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring)
-        }
-    };
+    let base = base_config(matches, &road)?;
     let config: TrainConfig = settings::changed(&base, &flags::changes(matches, &plan::config_fields()))?;
     let plan = plan::EvaluationPlan::new(matches, &config, road)?;
     for name in &plan.policies {
@@ -217,6 +209,28 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     Ok(())
 }
 
+/// Returns the configuration before the flags: that of `--config`, or of the road. Behind the vehicles of a file it has the length of the
+/// lane, no warm-up, and the whole file as its horizon.
+fn base_config(matches: &ArgMatches, road: &Arc<RoadMap>) -> Result<TrainConfig, CliError> {
+    if let Some(path) = matches.get_one::<PathBuf>("config") {
+        let mut config: TrainConfig = settings::from_file(path)?;
+        config.advice.hold_max_s = 0.0;
+        return Ok(config);
+    }
+    let mut config =
+        map::known_as(road).and_then(|name| TrainConfig::of_ring(&name)).unwrap_or_else(TrainConfig::paper_ring);
+    if let Engine::Traffic(traffic @ EngineChoice::Log(_)) = plan::engine(matches)? {
+        let (map, vehicles) = (plan::asked_map(matches), 2);
+        let scenario = Scenario { map, vehicles, traffic, duration_s: 0.0, ..Scenario::default() };
+        let drive = PlannedDrive::on(&scenario, Arc::clone(road)).map_err(WorldError::from)?;
+        let length_m = road.route.length_m();
+        (config.ring.circumference_min_m, config.ring.circumference_max_m) = (length_m, length_m);
+        (config.ring.warm_up_s, config.ring.horizon_s) = (0.0, drive.scenario().duration_s);
+        config.ring.bunched_share = 0.0;
+    }
+    Ok(config)
+}
+
 /// Drives all cases in parallel. Ctrl-C ends it and discards what was driven.
 fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<EvaluationRow>, CliError> {
     let cases = plan.cases();
@@ -240,7 +254,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
             return Ok(results);
         };
         let ring = |ring| {
-            let result = whole(*traffic, plan, config, case, ring);
+            let result = whole(traffic, plan, config, case, ring);
             bar.inc(1);
             result
         };
@@ -257,7 +271,7 @@ fn drive(plan: &plan::EvaluationPlan, config: &TrainConfig) -> Result<Vec<Evalua
 
 /// Runs one whole drive. SUMO runs once per process, so its drives run in worker processes of this program.
 fn whole(
-    traffic: EngineChoice,
+    traffic: &EngineChoice,
     plan: &plan::EvaluationPlan,
     config: &TrainConfig,
     case: &EvaluationCase,
@@ -265,7 +279,7 @@ fn whole(
 ) -> Result<EvaluationResult, CliError> {
     let scenario = Scenario {
         map: plan.drive.scenario().map.clone(),
-        traffic,
+        traffic: traffic.clone(),
         vehicles: config.ring.vehicles_min,
         traffic_drivers: config.ring.traffic_drivers.clone(),
         idm: config.ring.idm,
@@ -287,7 +301,7 @@ fn whole(
         },
         ..Scenario::default()
     };
-    if traffic == EngineChoice::Native {
+    if *traffic != EngineChoice::Sumo {
         return Ok(evaluation_drive::evaluate(&scenario)?);
     }
     let failed = |e: &dyn std::fmt::Display| {

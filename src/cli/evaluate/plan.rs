@@ -233,13 +233,25 @@ impl EvaluationPlan {
         let engine = engine(matches)?;
         let drivers = drivers(matches, config, &engine)?;
         let map = asked_map(matches);
-        let scenario = Scenario { map, vehicles: config.ring.vehicles_min, ..Scenario::default() };
+        let written = Scenario { map, vehicles: config.ring.vehicles_min, ..Scenario::default() };
+        let scenario = match &engine {
+            Engine::Traffic(traffic @ EngineChoice::Log(_)) => Scenario {
+                traffic: traffic.clone(),
+                warm_up_s: config.ring.warm_up_s,
+                duration_s: config.ring.horizon_s,
+                ..written
+            },
+            _ => written,
+        };
         let drive = PlannedDrive::on(&scenario, road).map_err(WorldError::from)?;
         let aim_mps = matches.get_one::<f64>("policy-speed").copied().unwrap_or_default();
         let mut settings = config.policy_settings(aim_mps);
         if drive.is_open() {
             check_network(matches, &scenario.map, &engine)?;
             settings.equilibrium_mps = 0.0;
+        }
+        if drive.logged().is_some() {
+            settings.equilibrium_mps = drive.logged_mean_speed_mps();
         }
         match engine {
             Engine::FastRing => check_ring(matches, &scenario.map, drive.map())?,
@@ -337,12 +349,17 @@ impl EvaluationPlan {
 
     /// Returns the number of vehicles that a case advises on a ring.
     pub fn advised_by(&self, case: &EvaluationCase) -> u32 {
-        case.advised.by_policy(&case.policy).of(self.drive.scenario().vehicles)
+        case.advised.by_policy(&case.policy).of(self.most_advised())
     }
 
     /// Returns the share of vehicles that a case advises, 0 to 1; on a network, of the vehicles that enter.
     pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
-        case.advised.by_policy(&case.policy).share_of(self.drive.scenario().vehicles)
+        case.advised.by_policy(&case.policy).share_of(self.most_advised())
+    }
+
+    /// Returns the number of vehicles that can be advised, where it is fixed.
+    pub(super) fn most_advised(&self) -> u32 {
+        self.drive.advisable().unwrap_or(self.drive.scenario().vehicles)
     }
 }
 
@@ -361,7 +378,8 @@ pub(super) fn asked_map(matches: &ArgMatches) -> String {
     matches.get_one::<String>("map").cloned().unwrap_or_default()
 }
 
-fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
+/// Returns the engine that was asked for.
+pub(super) fn engine(matches: &ArgMatches) -> Result<Engine, CliError> {
     match matches.get_one::<String>("traffic").map_or("ring", String::as_str) {
         "ring" => Ok(Engine::FastRing),
         traffic => traffic.parse().map(Engine::Traffic).map_err(|e: UnknownEngine| CliError::Input(e.to_string())),
@@ -417,7 +435,7 @@ fn advised_curve(
     drive: &PlannedDrive,
     config: &TrainConfig,
 ) -> Result<Option<Vec<AdvisedVehicles>>, CliError> {
-    let (vehicles, most) = (drive.fixed_vehicles(), drive.scenario().vehicles);
+    let (vehicles, most) = (drive.advisable(), drive.advisable().unwrap_or(drive.scenario().vehicles));
     let Some(asked) = matches.get_many::<AdvisedVehicles>("advised") else { return Ok(None) };
     let mut advised: Vec<AdvisedVehicles> = asked.copied().filter(|advised| !advised.is_no_vehicle()).collect();
     let is_too_many = |advised: &&AdvisedVehicles| match advised {

@@ -81,7 +81,7 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
 
 /// Returns the advised vehicles as text: a number of all vehicles, or a share.
 fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
-    let vehicles = plan.drive.scenario().vehicles;
+    let vehicles = plan.most_advised();
     match row.case.advised {
         AdvisedVehicles::Count(_) => format!("{}/{vehicles}", plan.advised_by(&row.case)),
         AdvisedVehicles::Share(_) => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),

@@ -14,6 +14,7 @@ fn platoon(vehicles: usize, steps: usize, of: impl Fn(usize, usize) -> [f64; 2])
         length_m: None,
         speed_mps: (0..steps).map(|step| of(i, step)[0]).collect(),
         gap_m: if i > 0 { (0..steps).map(|step| of(i, step)[1]).collect() } else { Vec::new() },
+        s_m: Vec::new(),
     };
     VehicleTrajectories { step_s: STEP_S, ring_m: None, vehicles: (0..vehicles).map(vehicle).collect() }
 }
@@ -96,6 +97,7 @@ fn a_ring_rebuilt_from_gaps_has_its_wave() {
         length_m: (i == 0).then_some(5.0),
         speed_mps: (0..steps).map(|step| of(i, step)).collect(),
         gap_m: vec![15.0; steps],
+        s_m: Vec::new(),
     };
     let ring = VehicleTrajectories { step_s: STEP_S, ring_m: Some(200.0), vehicles: (0..10).map(vehicle).collect() };
     let found = moments(&ring);

@@ -15,6 +15,8 @@ pub struct VehicleTrajectory {
     pub speed_mps: Vec<f64>,
     /// Distance from the front bumper to the leader's rear at each step, m; empty without a leader.
     pub gap_m: Vec<f64>,
+    /// Front bumper along the lane at each step, m; only of logs.
+    pub s_m: Vec<f64>,
 }
 
 /// Vehicles that follow each other in one lane, each with as many steps.
@@ -45,6 +47,7 @@ impl VehicleTrajectories {
             length_m: vehicle.length_m,
             speed_mps: part(&vehicle.speed_mps),
             gap_m: part(&vehicle.gap_m),
+            s_m: part(&vehicle.s_m),
         };
         Self { step_s: self.step_s, ring_m: self.ring_m, vehicles: self.vehicles.iter().map(vehicle).collect() }
     }
@@ -70,6 +73,7 @@ impl VehicleTrajectories {
             length_m: vehicle.length_m,
             speed_mps: part(&vehicle.speed_mps),
             gap_m: part(&vehicle.gap_m),
+            s_m: part(&vehicle.s_m),
         };
         let step_s = every as f64 * self.step_s;
         Self { step_s, ring_m: self.ring_m, vehicles: self.vehicles.iter().map(vehicle).collect() }

@@ -1,17 +1,22 @@
 //! Trajectories of a lab from a file. In: a CSV file with a row for each vehicle and step, compressed (gzip) or not. Out:
-//! [`VehicleTrajectories`], or the fault with its line.
+//! [`VehicleTrajectories`], or the fault with its line. `log_file` reads the same files as a log that is driven again.
 //!
 //! | column | content |
 //! |---|---|
-//! | `time_s` | time, s, in even steps of at most 0.5 s |
-//! | `vehicle` | name of the vehicle, without commas |
+//! | `time_s` or `t_s` | time, s, in even steps of at most 0.5 s |
+//! | `vehicle` or `car` | name of the vehicle, without commas |
 //! | `leader` | name of the vehicle ahead, always the same; empty for the first of a platoon |
 //! | `speed_mps` | speed, m/s |
 //! | `gap_m` | distance from the front bumper to the leader's rear, m; empty without a leader |
+//! | `s_m` | only of logs: front bumper along the lane, m |
 //!
-//! Every vehicle has a row at each step, in order of time. Columns may stand in any order, and other columns are ignored.
+//! Every vehicle has a row at each step, in order of time. Columns may stand in any order, and other columns are ignored. OpenACC's
+//! platoons have a row for all vehicles of a step instead (`trajectory_columns`).
 
-use super::trajectories::{VehicleTrajectories, VehicleTrajectory};
+use super::{
+    trajectories::{VehicleTrajectories, VehicleTrajectory},
+    trajectory_columns::{Layout, Row},
+};
 use crate::file::{open_regular, unpacked};
 use std::{
     collections::BTreeMap,
@@ -19,18 +24,31 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Columns of the file.
+/// Columns of a file of trajectories.
 pub const COLUMNS: [&str; 5] = ["time_s", "vehicle", "leader", "speed_mps", "gap_m"];
 /// Largest number of rows: 20 vehicles over 5 h at steps of 0.1 s.
 pub const MOST_ROWS: usize = 4_000_000;
 /// Largest number of vehicles, and of bytes of a line.
 const MOST_VEHICLES: usize = 1000;
 const MOST_LINE_BYTES: u64 = 4096;
-/// Largest step, s: lags and accelerations are shorter than two larger ones.
-const MOST_STEP_S: f64 = 0.5;
-/// Smallest and largest speed, m/s, and gap, m, that are not taken for another unit or a fault of a sensor.
-const SPEEDS_MPS: [f64; 2] = [-2.0, 100.0];
-const GAPS_M: [f64; 2] = [-5.0, 1000.0];
+/// Smallest and largest gap, m, that is not taken for another unit or a fault of a sensor.
+pub(super) const GAPS_M: [f64; 2] = [-5.0, 1000.0];
+
+/// Rules of a use of the file.
+pub(super) struct FileRules {
+    /// Columns that the file must have.
+    pub required: &'static [&'static str],
+    /// Largest step, s.
+    pub most_step_s: f64,
+    /// Smallest and largest speed, m/s, that is not taken for another unit or a fault of a sensor.
+    pub speeds_mps: [f64; 2],
+    /// Smallest and largest position along the lane, m.
+    pub places_m: [f64; 2],
+}
+
+/// Rules of moments of traffic: lags and accelerations are shorter than two steps of more than 0.5 s.
+pub(super) const OF_MOMENTS: FileRules =
+    FileRules { required: &COLUMNS, most_step_s: 0.5, speeds_mps: [-2.0, 100.0], places_m: [-1e7, 1e7] };
 
 /// Fault in a file of trajectories.
 #[derive(Debug, thiserror::Error)]
@@ -42,11 +60,11 @@ pub enum TrajectoryFault {
 }
 
 /// Line, what is wrong with it, and the remedy.
-type LineFault = (usize, String, String);
+pub(super) type LineFault = (usize, String, String);
 
 /// Fault before the file's name is added.
 #[derive(Debug)]
-enum ReadFault {
+pub(super) enum ReadFault {
     Io(io::Error),
     Line(LineFault),
 }
@@ -62,8 +80,16 @@ impl From<LineFault> for ReadFault {
 /// # Errors
 /// The file cannot be read, or a line is not as the head of this module says.
 pub fn read_trajectories(path: &Path, ring_m: Option<f64>) -> Result<VehicleTrajectories, TrajectoryFault> {
+    of_file(path, |from| parsed(from, ring_m))
+}
+
+/// Opens a file, compressed or not, and adds its name to a fault of the reader.
+pub(super) fn of_file<T>(
+    path: &Path,
+    read: impl FnOnce(&mut dyn BufRead) -> Result<T, ReadFault>,
+) -> Result<T, TrajectoryFault> {
     let file = open_regular(path).and_then(unpacked);
-    let read = file.map_err(ReadFault::Io).and_then(|file| parsed(BufReader::new(file), ring_m));
+    let read = file.map_err(ReadFault::Io).and_then(|file| read(&mut BufReader::new(file)));
     read.map_err(|fault| match fault {
         ReadFault::Io(why) => TrajectoryFault::Unreadable { path: path.into(), why },
         ReadFault::Line((line, what, remedy)) => TrajectoryFault::Line { path: path.into(), line, what, remedy },
@@ -72,10 +98,11 @@ pub fn read_trajectories(path: &Path, ring_m: Option<f64>) -> Result<VehicleTraj
 
 /// A vehicle while its rows are read.
 #[derive(Default)]
-struct VehicleRows {
-    trajectory: VehicleTrajectory,
-    leader: String,
-    first_line: usize,
+pub(super) struct VehicleRows {
+    pub trajectory: VehicleTrajectory,
+    pub leader: String,
+    /// Lines of the rows.
+    pub lines: Vec<usize>,
     /// Times of the first, the second and the last row, s.
     first_s: f64,
     second_s: f64,
@@ -83,9 +110,9 @@ struct VehicleRows {
 }
 
 /// Reads the next line without its end; `None` after the last.
-fn next_line<'a>(from: &mut impl BufRead, line: usize, text: &'a mut String) -> Result<Option<&'a str>, ReadFault> {
+fn next_line<'a>(mut from: &mut dyn BufRead, line: usize, text: &'a mut String) -> Result<Option<&'a str>, ReadFault> {
     text.clear();
-    let bytes = from.by_ref().take(MOST_LINE_BYTES).read_line(text).map_err(ReadFault::Io)?;
+    let bytes = Read::take(&mut from, MOST_LINE_BYTES).read_line(text).map_err(ReadFault::Io)?;
     if bytes as u64 == MOST_LINE_BYTES && !text.ends_with('\n') {
         let what = format!("the line is too long; allowed: at most {MOST_LINE_BYTES} bytes");
         return Err((line, what, "end each row with a line feed, and leave other columns out".to_owned()).into());
@@ -93,93 +120,63 @@ fn next_line<'a>(from: &mut impl BufRead, line: usize, text: &'a mut String) -> 
     Ok((bytes > 0).then(|| text.trim_end_matches(['\n', '\r'])))
 }
 
-/// Reads the trajectories from a text.
-fn parsed(mut from: impl BufRead, ring_m: Option<f64>) -> Result<VehicleTrajectories, ReadFault> {
+/// Vehicles of a text, with their common step, s.
+pub(super) struct ReadRows {
+    pub step_s: f64,
+    pub vehicles: Vec<VehicleRows>,
+}
+
+/// Reads the vehicles' rows from a text.
+pub(super) fn rows_of(from: &mut dyn BufRead, rules: &FileRules) -> Result<ReadRows, ReadFault> {
     let mut text = String::new();
-    let columns = columns_of(next_line(&mut from, 1, &mut text)?.unwrap_or_default())?;
+    let layout = Layout::of(next_line(from, 1, &mut text)?.unwrap_or_default(), rules)?;
     let mut vehicles: Vec<VehicleRows> = Vec::new();
     let mut by_name: BTreeMap<String, usize> = BTreeMap::new();
     let mut number = 1;
-    while let Some(line) = next_line(&mut from, number + 1, &mut text)? {
+    while let Some(line) = next_line(from, number + 1, &mut text)? {
         number += 1;
         if line.is_empty() {
             continue;
         }
-        let row = Row::of(number, line, columns)?;
-        let at = match by_name.get(row.vehicle) {
-            Some(at) => *at,
-            None => {
-                by_name.insert(row.vehicle.to_owned(), vehicles.len());
-                vehicles.push(VehicleRows::new(&row));
-                vehicles.len() - 1
+        for row in layout.rows(number, line, rules) {
+            let row = row?;
+            let at = match by_name.get(row.vehicle) {
+                Some(at) => *at,
+                None => {
+                    by_name.insert(row.vehicle.to_owned(), vehicles.len());
+                    vehicles.push(VehicleRows::new(&row));
+                    vehicles.len() - 1
+                }
+            };
+            if number > MOST_ROWS || vehicles.len() > MOST_VEHICLES {
+                let what = format!("too much; allowed: at most {MOST_ROWS} rows and {MOST_VEHICLES} vehicles");
+                return Err((number, what, "split the file".to_owned()).into());
             }
-        };
-        if number > MOST_ROWS || vehicles.len() > MOST_VEHICLES {
-            let what = format!("too much; allowed: at most {MOST_ROWS} rows and {MOST_VEHICLES} vehicles");
-            return Err((number, what, "split the file".to_owned()).into());
+            vehicles[at].add(&row, rules.most_step_s)?;
         }
-        vehicles[at].add(&row)?;
     }
     let step_s = common_step_s(&vehicles)?;
-    let mut all = VehicleTrajectories { step_s, ring_m, vehicles: Vec::new() };
-    for mut rows in vehicles {
-        if !rows.leader.is_empty() {
-            let unknown = || {
-                let what = format!("leader \"{}\" has no rows of its own", rows.leader);
-                (rows.first_line, what, "add the leader's rows, or leave leader and gap_m empty".to_owned())
-            };
-            rows.trajectory.leader = Some(*by_name.get(&rows.leader).ok_or_else(unknown)?);
+    // A vehicle alone needs no leader: the rows of one vehicle out of a platoon are a log, too.
+    if rules.required.contains(&"leader") || vehicles.len() > 1 {
+        for k in 0..vehicles.len() {
+            let rows = &mut vehicles[k];
+            if !rows.leader.is_empty() {
+                let unknown = || {
+                    let what = format!("leader \"{}\" has no rows of its own", rows.leader);
+                    (rows.lines[0], what, "add the leader's rows, or leave leader and gap_m empty".to_owned())
+                };
+                rows.trajectory.leader = Some(*by_name.get(&rows.leader).ok_or_else(unknown)?);
+            }
         }
-        all.vehicles.push(rows.trajectory);
     }
-    Ok(all)
+    Ok(ReadRows { step_s, vehicles })
 }
 
-/// Returns the place of each of [`COLUMNS`] in the head of the file.
-fn columns_of(head: &str) -> Result<[usize; 5], LineFault> {
-    let names: Vec<&str> = head.trim_start_matches('\u{feff}').split(',').map(str::trim).collect();
-    let mut places = [0; 5];
-    for (place, column) in places.iter_mut().zip(COLUMNS) {
-        let missing = || {
-            let what = format!("there is no column \"{column}\"; the columns are \"{}\"", names.join(", "));
-            (1, what, format!("name the columns in the first line: {}", COLUMNS.join(",")))
-        };
-        *place = names.iter().position(|name| *name == column).ok_or_else(missing)?;
-    }
-    Ok(places)
-}
-
-/// Cells of a line.
-struct Row<'a> {
-    line: usize,
-    time_s: f64,
-    vehicle: &'a str,
-    leader: &'a str,
-    speed_mps: f64,
-    gap_m: Option<f64>,
-}
-
-impl<'a> Row<'a> {
-    fn of(line: usize, text: &'a str, columns: [usize; 5]) -> Result<Self, LineFault> {
-        let cells: Vec<&str> = text.split(',').map(str::trim).collect();
-        let cell = |k: usize| cells.get(columns[k]).copied().unwrap_or_default();
-        let number = |k: usize, [low, high]: [f64; 2]| {
-            let value = cell(k).parse::<f64>().ok().filter(|value| (low..=high).contains(value));
-            value.ok_or_else(|| {
-                let what = format!("{} is \"{}\"; allowed: a number from {low} to {high}", COLUMNS[k], cell(k));
-                let remedy =
-                    "write the value in this unit, fill short holes by interpolation, or leave the vehicle out";
-                (line, what, remedy.to_owned())
-            })
-        };
-        let [vehicle, leader] = [cell(1), cell(2)];
-        if vehicle.is_empty() || vehicle == leader {
-            let what = format!("vehicle \"{vehicle}\" with leader \"{leader}\"");
-            return Err((line, what, "give each vehicle a name, and another vehicle as its leader".to_owned()));
-        }
-        let gap_m = if leader.is_empty() { None } else { Some(number(4, GAPS_M)?) };
-        Ok(Self { line, time_s: number(0, [-1e9, 1e9])?, vehicle, leader, speed_mps: number(3, SPEEDS_MPS)?, gap_m })
-    }
+/// Reads the trajectories from a text.
+fn parsed(from: &mut dyn BufRead, ring_m: Option<f64>) -> Result<VehicleTrajectories, ReadFault> {
+    let ReadRows { step_s, vehicles } = rows_of(from, &OF_MOMENTS)?;
+    let vehicles = vehicles.into_iter().map(|rows| rows.trajectory).collect();
+    Ok(VehicleTrajectories { step_s, ring_m, vehicles })
 }
 
 impl VehicleRows {
@@ -187,7 +184,6 @@ impl VehicleRows {
         Self {
             trajectory: VehicleTrajectory { name: row.vehicle.to_owned(), ..VehicleTrajectory::default() },
             leader: row.leader.to_owned(),
-            first_line: row.line,
             ..Self::default()
         }
     }
@@ -196,7 +192,7 @@ impl VehicleRows {
         self.trajectory.speed_mps.len()
     }
 
-    fn add(&mut self, row: &Row) -> Result<(), LineFault> {
+    fn add(&mut self, row: &Row, most_step_s: f64) -> Result<(), LineFault> {
         let name = row.vehicle;
         if row.leader != self.leader {
             let what = format!("vehicle \"{name}\" follows \"{}\", before it followed \"{}\"", row.leader, self.leader);
@@ -214,8 +210,8 @@ impl VehicleRows {
                 }
             }
         }
-        if self.rows() == 1 && !(1e-3..=MOST_STEP_S).contains(&(self.second_s - self.first_s)) {
-            let what = format!("the step is {:.3} s; allowed: 0.001 to {MOST_STEP_S} s", self.second_s - self.first_s);
+        if self.rows() == 1 && !(1e-3..=most_step_s).contains(&(self.second_s - self.first_s)) {
+            let what = format!("the step is {:.3} s; allowed: 0.001 to {most_step_s} s", self.second_s - self.first_s);
             return Err((
                 row.line,
                 what,
@@ -225,6 +221,8 @@ impl VehicleRows {
         self.last_s = row.time_s;
         self.trajectory.speed_mps.push(row.speed_mps);
         self.trajectory.gap_m.extend(row.gap_m);
+        self.trajectory.s_m.extend(row.s_m);
+        self.lines.push(row.line);
         Ok(())
     }
 }
@@ -251,7 +249,7 @@ fn common_step_s(vehicles: &[VehicleRows]) -> Result<f64, LineFault> {
                 longest.rows(),
                 longest.first_s
             );
-            return Err((rows.first_line, what, "cut the file to the time that all vehicles have".to_owned()));
+            return Err((rows.lines[0], what, "cut the file to the time that all vehicles have".to_owned()));
         }
     }
     Ok(step_s)

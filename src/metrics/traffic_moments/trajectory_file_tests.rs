@@ -6,7 +6,7 @@ use std::io::Write as _;
 const HEAD: &str = "time_s,vehicle,leader,speed_mps,gap_m\n";
 
 fn read(text: &str) -> Result<VehicleTrajectories, LineFault> {
-    parsed(text.as_bytes(), Some(260.0)).map_err(|fault| match fault {
+    parsed(&mut text.as_bytes(), Some(260.0)).map_err(|fault| match fault {
         ReadFault::Line(fault) => fault,
         ReadFault::Io(why) => panic!("{why}"),
     })
@@ -46,7 +46,7 @@ fn a_compressed_file_is_read_and_faults_name_file_line_and_remedy() {
     assert_eq!(read_trajectories(&path, None).unwrap().steps(), 2);
     write(&format!("{HEAD}0,1,,fast,\n"));
     let text = read_trajectories(&path, None).unwrap_err().to_string();
-    let wanted = "ring.csv.gz: line 2: speed_mps is \"fast\"; allowed: a number from -2 to 100\n  remedy: ";
+    let wanted = "ring.csv.gz: line 2: speed_mps is \"fast\"; allowed: a number from -2 to 100 (column 4)\n  remedy: ";
     assert!(text.contains(wanted), "{text}");
 }
 

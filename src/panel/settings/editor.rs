@@ -15,7 +15,19 @@ use crate::{
 
 /// Sections and their settings, in order; a path that ends in a dot is a whole table. Settings in no section come last.
 const SECTIONS: [(&str, &[&str]); 8] = [
-    ("Road & traffic", &["map", "vehicles", "traffic", "traffic_drivers", "lateral_accel_mps2", "start", "warm_up_s"]),
+    (
+        "Road & traffic",
+        &[
+            "map",
+            "vehicles",
+            "traffic",
+            "traffic_leader",
+            "traffic_drivers",
+            "lateral_accel_mps2",
+            "start",
+            "warm_up_s",
+        ],
+    ),
     ("IDM", &["idm."]),
     ("Advice", &["policy", "policy_speed_mps", "hold_s", "range_mph"]),
     (

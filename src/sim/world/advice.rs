@@ -159,7 +159,7 @@ impl VehicleAdvice {
 /// Warns about a hold, a road or a share that the policy was not made for; once, as a study begins hundreds of drives.
 fn warn_untrained(policy: &dyn Policy, drive: &PlannedDrive) {
     static SAID: std::sync::Once = std::sync::Once::new();
-    let length = drive.fixed_vehicles().and_then(|vehicles| {
+    let length = drive.fixed_vehicles().filter(|_| drive.logged().is_none()).and_then(|vehicles| {
         let circumference_m = drive.map().route.length_m();
         policy::untrained_length(policy, &Observation { circumference_m, vehicles, ..Observation::default() })
     });
@@ -205,7 +205,8 @@ fn resolve(drive: &PlannedDrive, road: RoadKind) -> policy::ResolvedPolicy {
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
     if road.is_network() && scenario.policy == policy::AUTO {
-        let why = format!("{}: no policy is shipped for networks", policy::AUTO);
+        let road = if drive.logged().is_some() { "an open lane" } else { "networks" };
+        let why = format!("{}: no policy is shipped for {road}", policy::AUTO);
         return policy::ResolvedPolicy { name: "none".into(), why: Some(why) };
     }
     policy::resolve(&scenario.policy, drive.map())
@@ -230,7 +231,7 @@ fn read(
     // Without a set speed these controllers aim for a ring's equilibrium speed.
     let aims =
         matches!(name, "constant" | "follower-stopper" | "linear-feedback") && drive.scenario().policy_speed_mps <= 0.0;
-    let aim = (aims && road.is_network()).then(|| "aims for the equilibrium speed of a ring".to_owned());
+    let aim = (aims && drive.is_open()).then(|| "aims for the equilibrium speed of a ring".to_owned());
     let Some(why) = source.lacks(road).or(aim) else { return Ok(source) };
     let policy = name.into();
     Err(match road.is_network() {
@@ -239,17 +240,20 @@ fn read(
     })
 }
 
-/// Returns the kind of road that policies see in this drive.
+/// Returns the kind of road that policies see in this drive. An open lane with a fixed number of vehicles is a path without junctions.
 pub fn road_kind(drive: &PlannedDrive) -> RoadKind {
-    if drive.is_open() { RoadKind::Network(lanes_beside(drive.map())) } else { RoadKind::ClosedRoute }
+    let is_closed = drive.map().route.is_closed() && !drive.is_open();
+    if is_closed { RoadKind::ClosedRoute } else { RoadKind::Network(lanes_beside(drive.map())) }
 }
 
 /// Returns the settings that policies are built from: target speed, equilibrium speed, m/s, and step, s. The equilibrium speed is that of
-/// the ring with even gaps; where vehicles enter and leave, a free road is driven at its limit.
+/// the ring with even gaps, with traffic of a file the mean speed of the vehicle ahead of the ego; where vehicles enter and leave, a free
+/// road is driven at its limit.
 pub fn policy_settings(drive: &PlannedDrive) -> PolicySettings {
     let (scenario, route) = (drive.scenario(), &drive.map().route);
     let (model, limit_mps) = (drive.traffic_drivers().typical().model, limited_idm(scenario, route).v0);
     let equilibrium_mps = match drive.fixed_vehicles() {
+        _ if drive.logged().is_some() => drive.logged_mean_speed_mps(),
         Some(vehicles) => model.equilibrium_speed_mps(route.length_m() / f64::from(vehicles) - CAR_LENGTH_M, limit_mps),
         None => limit_mps,
     };

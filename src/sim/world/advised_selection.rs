@@ -2,8 +2,8 @@
 
 use crate::{
     rng,
-    scenario::{AdvisedVehicles, PlannedDrive, Scenario},
-    traffic::{EGO, VehicleId},
+    scenario::{AdvisedVehicles, PlannedDrive},
+    traffic::VehicleId,
 };
 
 pub(super) enum AdvisedSelection {
@@ -21,14 +21,9 @@ pub(super) enum AdvisedSelection {
 impl AdvisedSelection {
     /// Returns the choice of a drive, out of a fixed number of vehicles or of those that enter.
     pub fn new(drive: &PlannedDrive) -> Self {
-        let Scenario { vehicles, seed, participant, .. } = *drive.scenario();
         match drive.advised() {
-            advised @ AdvisedVehicles::Count(_) => {
-                // Without a participant the first advised vehicle is one of the traffic, too.
-                let first = (!participant && !advised.is_no_vehicle()).then_some(EGO.0);
-                Self::Numbers(first.into_iter().chain(advised.others(vehicles)).collect())
-            }
-            AdvisedVehicles::Share(share) => Self::Share { share, seed },
+            AdvisedVehicles::Count(_) => Self::Numbers(drive.advised_others()),
+            AdvisedVehicles::Share(share) => Self::Share { share, seed: drive.scenario().seed },
         }
     }
 

@@ -1,4 +1,4 @@
-//! Order of the vehicles of a closed route. In: the view of all vehicles at a step's end. Out: the leader of each. Metres, m/s.
+//! Order of a fixed number of vehicles on a route. In: the view of all vehicles at a step's end. Out: the leader of each. Metres, m/s.
 
 use crate::{
     map::Route,
@@ -6,7 +6,7 @@ use crate::{
     traffic::VehicleId,
 };
 
-/// Vehicles of a closed route in driving order.
+/// Vehicles of a route in driving order.
 #[derive(Default)]
 pub(super) struct DrivingOrder {
     /// Front bumpers along the route, ids, lengths and speeds, by position.
@@ -22,9 +22,12 @@ impl DrivingOrder {
         self.places.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
 
-    /// Returns the leader of a vehicle; `None` for one that is alone or not on the route.
+    /// Returns the leader of a vehicle; `None` for one that is alone, not on the route, or the first on an open one.
     pub fn leader(&self, id: VehicleId, route: &Route) -> Option<Leader> {
         let at = self.places.iter().position(|place| place.1 == id)?;
+        if !route.is_closed() && at + 1 == self.places.len() {
+            return None;
+        }
         let (next_m, leader, length_m, speed_mps) = self.places[(at + 1) % self.places.len()];
         let gap_m = route.drawn_ahead_m(self.places[at].0, next_m) - length_m;
         let speed_mps = speed_mps * route.drawn_scale(next_m);

@@ -1,4 +1,4 @@
-//! Start of a drive's traffic: a fixed number of vehicles on a closed route, or vehicles that come and go by a demand. In: a planned
+//! Start of a drive's traffic: a fixed number of vehicles, on a closed route or behind those of a file, or vehicles that come and go by a demand. In: a planned
 //! drive. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
 
 use super::{
@@ -11,8 +11,8 @@ use crate::{
     scenario::{PlannedDrive, Scenario, StartLayout},
     space::CAR_LENGTH_M,
     traffic::{
-        self, Demand, DemandSetup, EgoStart, FixedSetup, InitialVehicle, ModelMixture, Traffic, TrafficError,
-        sumo::SumoTraffic,
+        self, Demand, DemandSetup, EgoStart, FixedSetup, InitialVehicle, ModelMixture, NativeTraffic, Traffic,
+        TrafficError, sumo::SumoTraffic,
     },
 };
 use std::sync::Arc;
@@ -43,7 +43,7 @@ pub(super) fn start(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTr
 }
 
 /// Starts a fixed number of vehicles in the scenario's layout, runs the warm-up and waits until traffic meets the scenario's conditions for
-/// the hand-over.
+/// the hand-over. With traffic of a file, its time begins with the warm-up.
 pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError> {
     let (scenario, map) = (drive.scenario(), drive.map());
     let Some(vehicles) = drive.fixed_vehicles() else {
@@ -51,7 +51,10 @@ pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError
         return Err(TrafficError::Setup(text.into()));
     };
     let setup = FixedSetup {
-        cars: start_cars(vehicles, scenario, map)?,
+        cars: match drive.logged() {
+            Some(logged) => logged.starts.clone(),
+            None => start_cars(vehicles, scenario, map)?,
+        },
         map: Arc::clone(map),
         drivers: drive.traffic_drivers().clone(),
         mixture: ModelMixture { model: scenario.other_model, share: scenario.other_model_share },
@@ -59,7 +62,10 @@ pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError
         seed: scenario.seed,
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&map.route),
     };
-    let mut engine = traffic::start(scenario.traffic, setup)?;
+    let mut engine: Box<dyn Traffic> = match drive.logged() {
+        Some(logged) => Box::new(NativeTraffic::behind(Arc::clone(&logged.log), setup)?),
+        None => traffic::start(&scenario.traffic, setup)?,
+    };
     for _ in 0..ego_insertion::warm_up_steps(scenario) {
         traffic::go_on()?;
         engine.step(&[])?;
