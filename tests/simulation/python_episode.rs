@@ -2,6 +2,7 @@
 //! and a rule for the actions. Out: rewards and observations of each hold, to the bit.
 
 use codrive::{
+    policy::Action,
     rng::{FNV_START, fnv_1a},
     train::{
         ActionKind, AdviceConfig, DriverConfig, FollowKind, RingConfig, TrainConfig, environment::VecEnv,
@@ -46,8 +47,8 @@ fn the_episode_of_python_is_that_of_rust() {
         let mut seen: Vec<f32> = Vec::new();
         for (index, block) in blocks.iter_mut().enumerate() {
             let drawn = |l: usize| (((index * LANES + l) * 7 + hold * 3) % 11) as f32 / 5.0 - 1.0;
-            let outcomes =
-                block.hold(&std::array::from_fn::<_, LANES, _>(|l| action(&config, drawn(l), config.hold())));
+            let actions: [Action; LANES] = std::array::from_fn(|l| action(&config, drawn(l), config.hold()));
+            let outcomes = block.hold(&actions);
             let rings = (RINGS - index * LANES).min(LANES);
             rewards.extend(outcomes[..rings].iter().map(|outcome| f64::from(outcome.reward)));
             seen.extend(
