@@ -355,7 +355,7 @@ fn a_failed_recording_is_shown_with_its_reason_until_the_next_drive() {
 fn settings_offer_every_map_policy_and_driver_that_comes_with_the_program() {
     let offered = format!("{:?}", choices());
     for (setting, names) in [
-        ("map", &["practice", "ring-250", "ring-260", "ring-641"][..]),
+        ("map", &["lane-10km", "practice", "ring-250", "ring-260", "ring-641"][..]),
         (
             "policy",
             &["auto", "none", "constant", "two-phase", "follower-stopper", "pi", "ring-250-speed", "ring-641-speed"],

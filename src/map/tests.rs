@@ -141,7 +141,7 @@ fn every_shipped_map_loads_closes_and_round_trips() {
         assert!(!info.title.is_empty() && !info.description.is_empty(), "{info:?}");
         let route = &map.route;
         let lanes = route.lanes();
-        assert_eq!(route.is_closed(), info.name != "merge", "{}", info.name);
+        assert_eq!(route.is_closed(), !["lane-10km", "merge"].contains(&info.name.as_str()), "{}", info.name);
         let joints = lanes.len() - usize::from(!route.is_closed());
         for (k, lane) in lanes.iter().enumerate().take(joints) {
             let next = &lanes[(k + 1) % lanes.len()];
