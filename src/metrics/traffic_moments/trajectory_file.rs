@@ -158,8 +158,7 @@ pub(super) fn rows_of(from: &mut dyn BufRead, rules: &FileRules) -> Result<ReadR
     let step_s = common_step_s(&vehicles)?;
     // A vehicle alone needs no leader: the rows of one vehicle out of a platoon are a log, too.
     if rules.required.contains(&"leader") || vehicles.len() > 1 {
-        for k in 0..vehicles.len() {
-            let rows = &mut vehicles[k];
+        for rows in &mut vehicles {
             if !rows.leader.is_empty() {
                 let unknown = || {
                     let what = format!("leader \"{}\" has no rows of its own", rows.leader);
