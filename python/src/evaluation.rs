@@ -55,7 +55,12 @@ pub fn evaluate_policy(
     };
     let source = PolicySource::for_rings(&name, &config.policy_settings(policy_speed_mps)).map_err(refused)?;
     let hold = Hold::nearest(config.advice.hold_s, config.ring.step_s);
-    let warning = source.engage().and_then(|policy| policy::untrained_hold(policy.as_ref(), hold));
+    let (share, vehicles) = (config.ring.advised.share_of(config.ring.vehicles_max), Some(config.ring.vehicles_max));
+    let warning = source.engage().and_then(|policy| {
+        let warnings =
+            [policy::untrained_hold(policy.as_ref(), hold), policy::untrained_share(policy.as_ref(), share, vehicles)];
+        warnings.into_iter().flatten().reduce(|one, other| format!("{one}\n{other}"))
+    });
     let mut results: Vec<EvaluationResult> = Vec::new();
     while results.len() < rings {
         let part = results.len()..(results.len() + PART).min(rings);

@@ -46,6 +46,12 @@ impl RingConfig {
         self.traffic_drivers.split(',').map(str::trim)
     }
 
+    /// Returns the share of advised vehicles as the file of a policy states it: 0 for one vehicle.
+    pub fn advised_share(&self) -> f64 {
+        let share = self.advised.share_of(self.vehicles_max);
+        if self.advised.of(self.vehicles_max) == 1 { 0.0 } else { share }
+    }
+
     /// Returns the slots of the advised vehicles, counted backwards from the ego, the ego first; evenly spread as in drives.
     pub fn advised_slots(&self) -> impl Iterator<Item = usize> {
         std::iter::once(0).chain(self.advised.others(self.vehicles_max).map(|slot| slot as usize))

@@ -404,7 +404,7 @@ pub fn network_of(config: &TrainConfig, layers: Vec<NetworkLayer>) -> Network {
         speed_change_mps: config.advice.speed_change_mps,
         least_spacing_m: config.ring.least_spacing_m,
         holds_s: config.holds_s(),
-        advised_share: 0.0,
+        advised_share: config.ring.advised_share(),
         inputs: config.inputs(),
         layers,
         corrected: None,

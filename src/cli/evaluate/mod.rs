@@ -181,12 +181,16 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         // Do not warn about the policy chosen by `auto` at the default hold: the user chose neither.
         let is_auto = plan.resolved.iter().any(|resolved| resolved.name == *name && resolved.why.is_some());
         let holds_s = plan.holds_s.iter().filter(|hold_s| !is_auto || **hold_s != TrainConfig::default().advice.hold_s);
-        let warning = holds_s
+        let hold = holds_s
             .filter_map(|hold_s| {
                 policy::untrained_hold(policy.as_deref()?, policy::Hold::nearest(*hold_s, config.ring.step_s))
             })
             .next();
-        if let Some(warning) = warning.filter(|_| plan.engine == plan::Engine::FastRing) {
+        let vehicles = config.ring.vehicles_max;
+        let advised = plan.advised.as_deref().unwrap_or(std::slice::from_ref(&config.ring.advised));
+        let share = advised.iter().map(|advised| advised.share_of(vehicles)).fold(0.0, f64::max);
+        let share = policy.as_deref().and_then(|policy| policy::untrained_share(policy, share, Some(vehicles)));
+        for warning in hold.into_iter().chain(share).filter(|_| plan.engine == plan::Engine::FastRing) {
             log::warn!("{name}: {warning}");
         }
     }
