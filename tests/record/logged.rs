@@ -9,7 +9,7 @@ fn a_drive_behind_a_log_carries_its_file_and_replays_to_the_bit() {
     let (log, drive) = (folder.path().join("leader.csv"), folder.path().join("p1"));
     let rows: String = (0..=100).map(|k| format!("{},{}\n", f64::from(k) / 5.0, 12.0 + f64::from(k % 9))).collect();
     fs::write(&log, format!("time_s,speed_mps\n{rows}")).unwrap();
-    let scenario = format!("map = \"lane-10km\"\ntraffic = \"leader.csv\"\nvehicles = 8\nadvised = \"30%\"\n");
+    let scenario = "map = \"lane-10km\"\ntraffic = \"leader.csv\"\nvehicles = 8\nadvised = \"30%\"\n";
     fs::write(folder.path().join("trial.toml"), scenario).unwrap();
     let [file, out] = [folder.path().join("trial.toml"), drive.clone()].map(|path| path.to_str().unwrap().to_owned());
     let policy = ["--policy", "follower-stopper", "--traffic-drivers", "safe-followers", "--duration", "0"];

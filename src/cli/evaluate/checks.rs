@@ -8,7 +8,7 @@ use crate::{
     map::{self, RoadMap},
     policy,
     settings::fields_of,
-    traffic::EngineChoice,
+    traffic::{EngineChoice, FollowingModel, ModelMixture},
     train::TrainConfig,
 };
 use clap::{ArgMatches, parser::ValueSource};
@@ -68,4 +68,20 @@ pub(super) fn check_network(matches: &ArgMatches, map: &str, engine: &Engine) ->
         return Ok(());
     };
     Err(CliError::Input(format!("map {map} is a network that vehicles enter and leave: {lacks}")))
+}
+
+/// Returns the model and the share of other vehicles with a different model, from the command line.
+pub(super) fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
+    let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
+    let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
+    let share = matches.get_one::<f64>("other-model-share").copied().unwrap_or(1.0);
+    if !(0.0..=1.0).contains(&share) {
+        return Err(CliError::Input(format!("--other-model-share is {share}; allowed: 0 to 1")));
+    }
+    if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
+        return Err(CliError::Input(format!(
+            "--other-model is {word}; traffic {engine} has only idm\n  remedy: --traffic sumo"
+        )));
+    }
+    Ok(ModelMixture { model, share })
 }

@@ -2,7 +2,7 @@
 
 use super::{
     CliError,
-    checks::{check_network, check_ring, check_whole},
+    checks::{check_network, check_ring, check_whole, mixture},
 };
 use crate::{
     cli::flags,
@@ -13,7 +13,7 @@ use crate::{
     settings::{Field, Settings, fields_of},
     sim::{WorldError, policy_of},
     toml_text::did_you_mean,
-    traffic::{EngineChoice, FollowingModel, ModelMixture, UnknownEngine},
+    traffic::{EngineChoice, ModelMixture, UnknownEngine},
     train::{RingConfig, TrainConfig},
 };
 use clap::ArgMatches;
@@ -466,22 +466,6 @@ fn advised_curve(
 /// Returns the settings of a training that are flags of an evaluation; `--advised` is a list here.
 pub(super) fn config_fields() -> Vec<Field> {
     fields_of::<TrainConfig>().into_iter().filter(|field| field.path != "advised").collect()
-}
-
-/// Returns the model and the share of other vehicles with a different model, from the command line.
-fn mixture(matches: &ArgMatches, engine: &Engine) -> Result<ModelMixture, CliError> {
-    let word = matches.get_one::<String>("other-model").map_or("", String::as_str);
-    let model = FollowingModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or_default();
-    let share = matches.get_one::<f64>("other-model-share").copied().unwrap_or(1.0);
-    if !(0.0..=1.0).contains(&share) {
-        return Err(CliError::Input(format!("--other-model-share is {share}; allowed: 0 to 1")));
-    }
-    if model != FollowingModel::Idm && *engine != Engine::Traffic(EngineChoice::Sumo) {
-        return Err(CliError::Input(format!(
-            "--other-model is {word}; traffic {engine} has only idm\n  remedy: --traffic sumo"
-        )));
-    }
-    Ok(ModelMixture { model, share })
 }
 
 #[cfg(test)]

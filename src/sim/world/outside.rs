@@ -77,7 +77,7 @@ impl World {
     /// # Errors
     /// The engine has no demand, or the vehicle is not there.
     pub fn names(&self, id: VehicleId) -> Result<[String; 2], WorldError> {
-        Ok(self.traffic.names(id)?)
+        self.traffic.names(id)
     }
 
     /// Gives the traffic an order. Call it where a step begins; it counts from that step on.
