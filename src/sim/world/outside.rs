@@ -64,7 +64,8 @@ impl World {
         }
     }
 
-    /// Returns for each vehicle of the traffic, in the order of [`Snapshot::vehicles`], the vehicle ahead of it on its way within `reach_m`.
+    /// Returns for each vehicle of the traffic, in the order of [`vehicles`](crate::sim::Snapshot::vehicles), the vehicle ahead of it on its way
+    /// within `reach_m`.
     ///
     /// # Errors
     /// The engine has no vehicles with routes, or it failed.
