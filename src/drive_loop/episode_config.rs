@@ -326,6 +326,6 @@ mod tests {
         }
         let mut names: Vec<&str> = of_both.iter().map(|(field, _)| field.path.as_str()).collect();
         names.retain(|name| !name.starts_with("idm."));
-        assert_eq!(names, ["hold_s", "traffic_drivers", "step_s", "warm_up_s", "range_mph", "seed"]);
+        assert_eq!(names, ["hold_s", "advised", "traffic_drivers", "step_s", "warm_up_s", "range_mph", "seed"]);
     }
 }

@@ -65,8 +65,8 @@ flat_settings! {
             /// Largest number of vehicles on a ring, the ego included
             #[schemars(range(min = 2, max = 200))]
             vehicles_max: u32 = 22,
-            /// Advised vehicles of each ring, spread evenly, the ego first: a number (4) or a share of the vehicles (20%). All of them
-            /// follow one policy, each by what it sees itself
+            /// Advised vehicles, the participant's first: a share of all (5%, 0.05; on a network of the vehicles that enter) or a number
+            /// (3); 0 is none. All have the same policy; the simulated driver drives the others
             advised: AdvisedVehicles = AdvisedVehicles::default(),
             /// Length of the shortest ring
             #[schemars(range(min = 50.0, max = 5000.0), extend("unit" = "m"))]
