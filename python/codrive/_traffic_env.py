@@ -49,9 +49,8 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
     """Traffic of a network in SUMO, in which nobody sits and nobody is advised. An action becomes orders, given before each step of SUMO.
 
     A subclass sets ``action_space`` and ``observation_space`` and defines ``begin``, ``orders``, ``after_step``, ``observe``, ``reward``,
-    ``measure`` and ``has_failed``.
-    What it keeps from step to step it keeps in ``memory``, so that states, copies and pickles of the environment have it. ``types`` has the type
-    in the demand of each vehicle so far.
+    ``measure`` and ``has_failed``. What it keeps from step to step it keeps in ``memory``, so that states, copies and pickles of the
+    environment have it.
     """
 
     metadata = {"render_modes": POSSIBLE_MODES}
@@ -83,14 +82,12 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
         #: What the subclass keeps from step to step.
         self.memory: dict[str, Any] = {}
         self._series = DriveSeries(setup, camera, OwnFunctions(None, None, None))
-        #: Type in the demand, and name, of each vehicle so far.
+        #: Type in the demand, and name there, of each vehicle so far, by its number.
         self.types: dict[int, str] = {}
         self.called: dict[int, str] = {}
         self._now: TrafficNow | None = None
         self._actions, self._total = 0, 0.0
         self._ids_of_lanes: list[str] | None = None
-        self._ways: NDArray[np.intp] | None = None
-        self._lane_starts_m: NDArray[np.float64] | None = None
 
     @property
     def now(self) -> TrafficNow:
@@ -180,16 +177,13 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
 
     def ways(self, *ways: list[str]) -> NDArray[np.intp]:
         """Returns the number of the way of each lane, as ``have_collided`` takes them; each way is a list of lanes."""
-        if self._ways is None:
-            number = {lane: way for way, lanes in enumerate(ways) for lane in lanes}
-            self._ways = np.array([number.get(lane, -1) for lane in self.lane_ids], np.intp)
-        return self._ways
+        number = {lane: way for way, lanes in enumerate(ways) for lane in lanes}
+        return np.array([number.get(lane, -1) for lane in self.lane_ids], np.intp)
 
     def along_m(self, starts_m: dict[str, float]) -> NDArray[np.float64]:
         """Returns where each vehicle is, m, given where each lane begins; NaN on other lanes."""
-        if self._lane_starts_m is None:
-            self._lane_starts_m = np.array([starts_m.get(lane, np.nan) for lane in self.lane_ids])
-        return self._lane_starts_m[self.now.vehicles.lane] + self.now.vehicles.lane_s_m
+        vehicles, ids = self.now.vehicles, self.lane_ids
+        return np.array([starts_m.get(ids[lane], np.nan) for lane in vehicles.lane]) + vehicles.lane_s_m
 
     def get_state(self) -> dict[str, Any]:
         """Returns the state: the drive's, and what the environment keeps beside it. It can be pickled."""

@@ -159,12 +159,16 @@ fn folder(matches: &ArgMatches, name: &str) -> Result<PathBuf, CliError> {
     })
 }
 
+/// Returns the number of an argument that is required or has a default.
+fn given(matches: &ArgMatches, id: &str) -> f64 {
+    matches.get_one::<f64>(id).copied().unwrap_or_default()
+}
+
 fn ring(matches: &ArgMatches) -> Result<(), CliError> {
-    let number = |id: &str| matches.get_one::<f64>(id).copied().unwrap_or_default();
     let ring = map::ring::RingShape {
-        circumference_m: number("circumference"),
-        speed_limit_mps: number("speed-limit"),
-        width_m: number("width"),
+        circumference_m: given(matches, "circumference"),
+        speed_limit_mps: given(matches, "speed-limit"),
+        width_m: given(matches, "width"),
     };
     let length = format!("{}", ring.circumference_m);
     let folder = folder(matches, &format!("ring-{length}"))?;
@@ -173,11 +177,10 @@ fn ring(matches: &ArgMatches) -> Result<(), CliError> {
 }
 
 fn lane(matches: &ArgMatches) -> Result<(), CliError> {
-    let number = |id: &str| matches.get_one::<f64>(id).copied().unwrap_or_default();
     let lane = map::lane::LaneShape {
-        length_m: number("length"),
-        speed_limit_mps: number("speed-limit"),
-        width_m: number("width"),
+        length_m: given(matches, "length"),
+        speed_limit_mps: given(matches, "speed-limit"),
+        width_m: given(matches, "width"),
     };
     let length = format!("{}", lane.length_m);
     let folder = folder(matches, &format!("lane-{length}"))?;

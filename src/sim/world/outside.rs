@@ -84,7 +84,8 @@ impl World {
     /// Gives the traffic an order. Call it where a step begins; it counts from that step on.
     ///
     /// # Errors
-    /// The order is for a vehicle with a full body, which keeps to its own path; it is for the speed of an advised vehicle; the vehicle is not there; or the engine refuses the order.
+    /// The order is for a vehicle with a full body, which keeps to its own path; it is for the speed of an advised vehicle; the vehicle is
+    /// not there; or the engine refuses the order.
     /// Nothing has changed.
     pub fn order(&mut self, order: &TrafficOrder) -> Result<(), WorldError> {
         let of = order.vehicle();

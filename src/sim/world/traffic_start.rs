@@ -1,5 +1,5 @@
-//! Start of a drive's traffic: a fixed number of vehicles, on a closed route or behind those of a file, or vehicles that come and go by a demand. In: a planned
-//! drive. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
+//! Start of a drive's traffic: a fixed number of vehicles, on a closed route or behind those of a file, or vehicles that come and go by a
+//! demand. In: a planned drive. Out: an engine after the warm-up, and where and how fast the ego is put in. Metres, m/s.
 
 use super::{
     WorldError,
