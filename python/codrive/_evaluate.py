@@ -7,7 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -102,35 +102,38 @@ def evaluate(
     if traffic == "ring":
         settings = {**settings, "hold_max_s": 0.0} if name.endswith(".toml") else settings
         settings = settings if advised is None else {**settings, "advised": advised}
-        cases = [_RingCase(one, name, hold_s, advice, driver, settings, policy_speed) for one in asked for hold_s in held]
-        rows = _over_rings(cases, int(over), progress)
+    cases = [_Asked(one, hold_s, name, advice, driver, settings, policy_speed) for one in asked for hold_s in held]
+    if traffic == "ring":
+        rows = _over_rings([_RingCase(case) for case in cases], int(over), progress)
     else:
-        asked_vehicles = None if advised is None else advised_text(advised)
-        arguments = (name, traffic, asked_vehicles, advice, driver, settings, policy_speed)
-        drives = [_DriveCase(one, hold_s, *arguments) for one in asked for hold_s in held]
-        rows = _over_drives(drives, int(over), progress)
+        share = None if advised is None else advised_text(advised)
+        rows = _over_drives([_DriveCase(case, traffic, share) for case in cases], int(over), progress)
     columns = {key: [row.get(key) for row in rows] for key in (*_KEY, *measure_names(), *_ADVISED)}
     more = {"infer_schema_length": None} if as_ == "polars" else {}
     return frames.DataFrame(columns, **more)
 
 
+class _Asked(NamedTuple):
+    """One policy at one hold, with what else ``evaluate`` was given."""
+
+    policy: Any
+    hold: float | None
+    name: str
+    advice: str | None
+    driver: str | None
+    settings: dict[str, Any]
+    policy_speed: float
+
+
 class _RingCase:
     """Settings of one evaluation on fast rings. What a model was trained with fills in what was not given."""
 
-    def __init__(
-        self,
-        policy: Any,
-        name: str,
-        hold: float | None,
-        advice: str | None,
-        driver: str | None,
-        settings: dict[str, Any],
-        policy_speed: float,
-    ) -> None:
+    def __init__(self, asked: _Asked) -> None:
         """
         Raises:
             ValueError: What was given contradicts the model.
         """
+        policy, hold, name, advice, driver, settings, policy_speed = asked
         self.policy = policy
         self.name = name
         self.policy_speed = policy_speed
@@ -160,22 +163,12 @@ class _RingCase:
 class _DriveCase:
     """Settings of one evaluation by whole drives. What a model was trained with fills in what was not given."""
 
-    def __init__(
-        self,
-        policy: Any,
-        hold: float | None,
-        name: str,
-        traffic: str,
-        advised: str | None,
-        advice: str | None,
-        driver: str | None,
-        settings: dict[str, Any],
-        policy_speed: float,
-    ) -> None:
+    def __init__(self, asked: _Asked, traffic: str, advised: str | None) -> None:
         """
         Raises:
             ValueError: What was given contradicts the model, or the road.
         """
+        policy, hold, name, advice, driver, settings, policy_speed = asked
         if "participant" in settings:
             raise TypeError(_PARTICIPANT)
         is_named = isinstance(policy, (str, os.PathLike))

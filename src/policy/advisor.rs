@@ -81,8 +81,8 @@ pub fn untrained_length(policy: &dyn Policy, road: &Observation) -> Option<Strin
     ))
 }
 
-/// Returns a warning if more vehicles are advised than the policy was made for: `share` of all, out of a fixed number of `vehicles` if there is
-/// one. Shared, a policy for one vehicle can be worse than none (docs/results.md: several advised vehicles).
+/// Returns a warning if the policy was made for another share of advised vehicles than `share` of all, out of a fixed number of `vehicles` if
+/// there is one. Shared, a policy for one vehicle can be worse than none (docs/results.md: several advised vehicles).
 pub fn untrained_share(policy: &dyn Policy, share: f64, vehicles: Option<u32>) -> Option<String> {
     let made_for = policy.advised_share();
     let one = vehicles.map_or(0.0, |vehicles| 1.0 / f64::from(vehicles.max(1)));
@@ -90,10 +90,11 @@ pub fn untrained_share(policy: &dyn Policy, share: f64, vehicles: Option<u32>) -
         0.0 => "one vehicle".to_owned(),
         share => format!("{:.0} % of the vehicles", 100.0 * share),
     };
-    // A share is rounded to whole vehicles.
-    (share > made_for.max(one) + 0.5 * one + 1e-9).then(|| {
+    // A share is rounded to whole vehicles. Without advised vehicles, a policy does nothing.
+    let differs = share > 0.0 && (share - made_for.max(one)).abs() > 0.5 * one + 1e-9;
+    differs.then(|| {
         format!(
-            "{:.0} % of the vehicles are advised; the policy was made for {made_for_text}, and may slow the traffic where more have it",
+            "{:.0} % of the vehicles are advised; the policy was made for {made_for_text}, and may slow the traffic with another share",
             100.0 * share
         )
     })
@@ -215,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn more_advised_vehicles_than_a_policy_was_made_for_are_warned_of() {
+    fn a_share_of_advised_vehicles_that_a_policy_was_not_made_for_is_warned_of() {
         let warned = |made_for, share, vehicles| untrained_share(&Shared(made_for), share, vehicles);
         // One of 22 vehicles is what all policies are made for; a share is rounded to whole vehicles.
         assert_eq!(
@@ -229,7 +230,9 @@ mod tests {
             text.starts_with("25 % of the vehicles are advised; the policy was made for 20 % of the vehicles,"),
             "{text}"
         );
-        assert!(warned(0.0, 0.01, None).is_some() && warned(0.0, 0.0, None).is_none());
+        let text = warned(0.5, 1.0 / 22.0, Some(22)).expect("a warning");
+        assert!(text.starts_with("5 % of the vehicles are advised; the policy was made for 50 % of the vehicles,"), "{text}");
+        assert!(warned(0.0, 0.01, None).is_some() && warned(0.0, 0.0, None).is_none() && warned(0.5, 0.0, None).is_none());
     }
 
     struct Brake;

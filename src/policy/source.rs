@@ -2,7 +2,7 @@
 //! often as needed, or the controller or the advice of that name.
 
 use super::{
-    Controller, ControllerKind, CorrectedAdvice, Network, OnnxPolicy, Policy, PolicyError, PolicySettings, RoadKind,
+    Controller, ControllerFile, ControllerKind, CorrectedAdvice, Network, OnnxPolicy, Policy, PolicyError, PolicySettings, RoadKind,
     controller::is_controller,
     names::file_of,
     needs::{lacked, lacked_by_controller, lacked_by_network},
@@ -24,7 +24,7 @@ pub struct PolicySource {
 #[derive(Clone)]
 enum SourceKind {
     NoAdvice,
-    Controller(Controller),
+    Controller(ControllerFile),
     Network(Box<Network>),
     Onnx(Box<OnnxPolicy>),
     /// Policy that no file holds: the function engages it.
@@ -50,7 +50,7 @@ impl PolicySource {
     /// The name is neither in [`NAMES`](super::NAMES) nor shipped, or the file cannot be used.
     pub fn read(name: &str, settings: &PolicySettings) -> Result<Self, PolicyError> {
         let kind = match (ControllerKind::named(name), file_of(name)) {
-            (Some(kind), _) => SourceKind::Controller(Controller::by_name(kind, settings)),
+            (Some(kind), _) => SourceKind::Controller(Controller::by_name(kind, settings).into()),
             (None, _) if name == "none" => SourceKind::NoAdvice,
             (None, Some(file)) if name.ends_with(".onnx") => SourceKind::Onnx(Box::new(OnnxPolicy::from_file(&file)?)),
             (None, Some(file)) => Self::from_toml_file(&file)?,
@@ -63,7 +63,7 @@ impl PolicySource {
     fn from_toml_file(path: &Path) -> Result<SourceKind, PolicyError> {
         let text = network::read(path)?;
         Ok(if is_controller(&text) {
-            SourceKind::Controller(Controller::from_toml(&text, &path.display().to_string())?)
+            SourceKind::Controller(ControllerFile::from_toml(&text, &path.display().to_string())?)
         } else {
             SourceKind::Network(Box::new(Network::from_text_of(path, &text)?))
         })
@@ -73,7 +73,7 @@ impl PolicySource {
     pub fn engage(&self) -> Option<Box<dyn Policy>> {
         Some(match &self.kind {
             SourceKind::NoAdvice => return None,
-            SourceKind::Controller(controller) => controller.policy(self.step_s),
+            SourceKind::Controller(file) => file.policy(self.step_s),
             SourceKind::Network(network) => network.as_ref().clone().policy(self.step_s),
             SourceKind::Onnx(policy) => policy.engaged(self.step_s),
             SourceKind::Other(engage) => engage(),
@@ -96,7 +96,7 @@ impl PolicySource {
     pub fn lacks(&self, road: RoadKind) -> Option<String> {
         match &self.kind {
             SourceKind::NoAdvice => None,
-            SourceKind::Controller(controller) => lacked_by_controller(controller, road),
+            SourceKind::Controller(file) => lacked_by_controller(&file.controller, road),
             SourceKind::Network(network) => lacked_by_network(network, road),
             SourceKind::Onnx(policy) => policy.lacks(road),
             SourceKind::Other(engage) => lacked(engage().inputs(), 0.0, None, None, road),
@@ -133,7 +133,7 @@ pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Pol
 pub fn controller(name: &str, settings: &PolicySettings) -> Result<Controller, PolicyError> {
     match ControllerKind::named(name) {
         Some(kind) => Ok(Controller::by_name(kind, settings)),
-        None if name.ends_with(".toml") => Ok(Controller::from_toml(&network::read(Path::new(name))?, name)?),
+        None if name.ends_with(".toml") => Ok(ControllerFile::from_toml(&network::read(Path::new(name))?, name)?.controller),
         None => Err(PolicyError::UnknownController { name: name.into() }),
     }
 }
@@ -148,7 +148,7 @@ impl CorrectedAdvice {
             return Err(PolicyError::CorrectedOnnx { name: name.into() });
         }
         match PolicySource::for_rings(name, settings).map(|source| source.kind) {
-            Ok(SourceKind::Controller(controller)) => Ok(Self::Controller(controller)),
+            Ok(SourceKind::Controller(file)) => Ok(Self::Controller(file.controller)),
             Ok(SourceKind::Network(network)) => match stands_alone(&network) {
                 Ok(()) => Ok(Self::Network(network)),
                 Err(fault) => Err(PolicyError::NotCorrectable { name: name.into(), fault }),

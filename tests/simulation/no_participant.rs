@@ -177,6 +177,15 @@ fn an_evaluation_of_a_share_states_the_number_of_advised_vehicles() {
 }
 
 #[test]
+fn light_vehicles_are_advised_among_measured_people() {
+    let _alone = one_at_a_time();
+    for population in ["safe-followers", "gap-closers"] {
+        let world = drive(&Scenario { traffic_drivers: population.into(), ..merge(0.5) }, |_| ());
+        assert!(world.ever_advised().len() >= 5, "{population}: {:?}", world.ever_advised());
+    }
+}
+
+#[test]
 fn advised_vehicles_see_no_participant_and_means_are_over_vehicles() {
     let _alone = one_at_a_time();
     let mut advised_ticks = 0;

@@ -6,6 +6,9 @@ use crate::toml_text::{TomlError, did_you_mean, unknown_key};
 /// Format and version of a controller's file.
 pub(super) const FORMAT: &str = "codrive controller 1";
 
+/// Optional key of each kind: the share of advised vehicles that the parameters are for.
+pub(super) const ADVISED_SHARE: &str = "advised_share";
+
 /// Error for an unusable controller's file.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
@@ -100,7 +103,7 @@ fn near_kind(found: Option<&str>) -> String {
 
 /// Returns the keys that the file of such a controller may have.
 fn keys(kind: ControllerKind) -> Vec<&'static str> {
-    let mut keys = vec!["format", "kind"];
+    let mut keys = vec!["format", "kind", ADVISED_SHARE];
     keys.extend(kind.parameters().iter().map(|parameter| parameter.table_key()));
     keys.dedup();
     keys

@@ -1,8 +1,14 @@
 //! The file of a controller: TOML with its kind and its parameters, each with the unit in its key. In: text. Out: a [`Controller`], or an
 //! error with file, line, value and allowed values. A controller is also written as text that reads back to the same bits.
 
-use super::{Controller, ControllerFault, ControllerFileError, ControllerKind, Order, Parameter, error::FORMAT};
-use crate::toml_text::{self, KeyPart};
+use super::{
+    Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController, Order, Parameter,
+    error::{ADVISED_SHARE, FORMAT},
+};
+use crate::{
+    policy::{Action, Observation, Policy},
+    toml_text::{self, KeyPart},
+};
 use serde::Deserialize;
 use std::fmt::Write;
 
@@ -21,7 +27,48 @@ pub fn is_controller(text: &str) -> bool {
     says_so || head.kind.is_some()
 }
 
-impl Controller {
+/// Controller as its file states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ControllerFile {
+    pub controller: Controller,
+    /// Share of advised vehicles that the parameters are for, 0 to 1; 0 is one vehicle.
+    pub advised_share: f64,
+}
+
+impl From<Controller> for ControllerFile {
+    /// Returns a controller for one advised vehicle.
+    fn from(controller: Controller) -> Self {
+        Self { controller, advised_share: 0.0 }
+    }
+}
+
+/// Running controller of a file.
+struct EngagedFile {
+    controller: EngagedController,
+    advised_share: f64,
+}
+
+impl Policy for EngagedFile {
+    fn watch(&mut self, observation: &Observation) {
+        self.controller.watch(observation);
+    }
+
+    fn act(&mut self, time_s: f64, observation: &Observation) -> Action {
+        self.controller.act(time_s, observation)
+    }
+
+    fn advised_share(&self) -> f64 {
+        self.advised_share
+    }
+}
+
+impl ControllerFile {
+    /// Returns a newly engaged policy with steps of `step_s` seconds.
+    pub fn policy(&self, step_s: f64) -> Box<dyn Policy> {
+        let controller = EngagedController::new(&self.controller, step_s);
+        Box::new(EngagedFile { controller, advised_share: self.advised_share })
+    }
+
     /// Parses a controller's file; messages refer to it as `name`.
     ///
     /// # Errors
@@ -43,7 +90,7 @@ impl Controller {
             return Err(at("kind", KeyPart::Value, ControllerFault::Kind { found: found("kind") }));
         };
         let parameters = kind.parameters();
-        let is_known = |key: &str| ["format", "kind"].contains(&key) || parameters.iter().any(|p| p.table_key() == key);
+        let is_known = |key: &str| ["format", "kind", ADVISED_SHARE].contains(&key) || parameters.iter().any(|p| p.table_key() == key);
         if let Some(key) = table.keys().find(|key| !is_known(key)) {
             return Err(at(key, KeyPart::Key, ControllerFault::UnknownKey { key: key.clone(), kind }));
         }
@@ -67,15 +114,21 @@ impl Controller {
             }
             numbers.push(number);
         }
-        Ok(Self::of(kind, &numbers))
+        let advised_share = advised_share(&table).map_err(|fault| at(ADVISED_SHARE, KeyPart::Value, fault))?;
+        Ok(Self { controller: Controller::of(kind, &numbers), advised_share })
     }
 
     /// Returns the file's text below a comment with the lines of `head`. Numbers are as short as possible and still read back to the same
     /// bits.
     pub fn to_toml(&self, head: &str) -> String {
         let mut text: String = head.lines().map(|line| format!("# {line}\n")).collect();
-        let _ = writeln!(text, "format = \"{FORMAT}\"\nkind = \"{}\"", self.kind().name());
-        let (parameters, numbers) = (self.kind().parameters(), self.numbers());
+        let kind = self.controller.kind();
+        let _ = writeln!(text, "format = \"{FORMAT}\"\nkind = \"{}\"", kind.name());
+        if self.advised_share > 0.0 {
+            let doc = "Share of advised vehicles that the parameters are for";
+            let _ = writeln!(text, "# {doc}\n{ADVISED_SHARE} = {:?}", self.advised_share);
+        }
+        let (parameters, numbers) = (kind.parameters(), self.controller.numbers());
         for group in parameters.chunk_by(|a, b| a.table_key() == b.table_key()) {
             let first = &group[0];
             let values: Vec<String> = parameters
@@ -90,6 +143,17 @@ impl Controller {
         }
         text
     }
+}
+
+/// Returns the share of advised vehicles in a table, 0 without one.
+fn advised_share(table: &toml::Table) -> Result<f64, ControllerFault> {
+    let Some(value) = table.get(ADVISED_SHARE) else { return Ok(0.0) };
+    let share = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    share.filter(|share| (0.0..=1.0).contains(share)).ok_or_else(|| ControllerFault::Value {
+        key: ADVISED_SHARE,
+        found: value.to_string(),
+        allowed: "0 (one vehicle) to 1 (all)".into(),
+    })
 }
 
 /// Returns the number in a table for a parameter.

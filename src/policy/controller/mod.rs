@@ -13,7 +13,7 @@ mod pi_saturation;
 
 pub use engaged::EngagedController;
 pub use error::{ControllerFault, ControllerFileError};
-pub use file::is_controller;
+pub use file::{ControllerFile, is_controller};
 pub use follower_stopper::FollowerStopper;
 pub use kinds::{CONTROLLERS, Controller, ControllerKind};
 pub use linear_feedback::LinearFeedback;

@@ -23,13 +23,15 @@ fn odd(kind: ControllerKind) -> Controller {
 fn every_controllers_file_reads_back_to_the_same_bits() {
     for kind in CONTROLLERS {
         for controller in [Controller::by_name(kind, &SETTINGS), odd(kind)] {
-            let text = controller.to_toml("Made by a test\nof two lines");
+            let text = ControllerFile::from(controller).to_toml("Made by a test\nof two lines");
             assert!(
                 text.starts_with("# Made by a test\n# of two lines\nformat = \"codrive controller 1\"\n"),
                 "{text}"
             );
             assert!(is_controller(&text));
-            let read = Controller::from_toml(&text, "own.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+            let read = ControllerFile::from_toml(&text, "own.toml").unwrap_or_else(|e| panic!("{e}\n{text}"));
+            assert_eq!(read.advised_share, 0.0);
+            let read = read.controller;
             let bits = |controller: &Controller| controller.numbers().iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             assert_eq!((read.kind(), bits(&read)), (kind, bits(&controller)), "{text}");
         }
@@ -38,7 +40,7 @@ fn every_controllers_file_reads_back_to_the_same_bits() {
 
 #[test]
 fn the_file_gives_the_unit_and_meaning_of_each_parameter() {
-    let text = Controller::by_name(ControllerKind::FollowerStopper, &SETTINGS).to_toml("");
+    let text = ControllerFile::from(Controller::by_name(ControllerKind::FollowerStopper, &SETTINGS)).to_toml("");
     // Numbers from docs/references.md: follower-stopper.
     assert!(text.contains("\n# Target speed if the gap allows it, m/s\naim_mps = 4.29"), "{text}");
     assert!(text.contains("\ndx0_m = [4.5, 5.25, 6.0]\n") && text.contains("\nd_mps2 = [1.5, 1.0, 0.5]\n"), "{text}");
@@ -80,7 +82,7 @@ fn a_name_and_its_file_advise_the_same_over_a_drive() {
     let folder = tempfile::tempdir().unwrap();
     for kind in CONTROLLERS {
         let file = folder.path().join(format!("{}.toml", kind.name()));
-        fs::write(&file, Controller::by_name(kind, &SETTINGS).to_toml("")).unwrap();
+        fs::write(&file, ControllerFile::from(Controller::by_name(kind, &SETTINGS)).to_toml("")).unwrap();
         let (by_name, by_file) = (drive(kind.name()), drive(file.to_str().unwrap()));
         assert_eq!(by_name.len(), 667);
         assert_eq!(by_name, by_file, "{}", kind.name());
@@ -104,7 +106,7 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
     const HEAD: &str = "format = \"codrive controller 1\"\n";
     let two_phase = |lines: &str| format!("{HEAD}kind = \"two-phase\"\n{lines}");
     let stopper = |lists: &str| format!("{HEAD}kind = \"follower-stopper\"\naim_mps = 4\n{lists}");
-    let table: [(String, &[&str]); 15] = [
+    let table: [(String, &[&str]); 16] = [
         ("kind = \"pi\"\n".into(), &["own.toml:1:1: format is missing; allowed: \"codrive controller 1\""]),
         ("format = \"codrive controller 2\"".into(), &["own.toml:1:10: format is \"codrive controller 2\"; allowed"]),
         (HEAD.into(), &["kind is missing; allowed: constant, two-phase, follower-stopper, pi, linear-feedback"]),
@@ -132,6 +134,10 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
         ),
         (two_phase("slow_mps = = 2"), &["own.toml:3:12: "]),
         (
+            two_phase("slow_mps = 2\nslow_s = 1\nthen_mps = 4\nadvised_share = 25"),
+            &["own.toml:6:17: advised_share is 25; allowed: 0 (one vehicle) to 1 (all)"],
+        ),
+        (
             stopper("dx0_m = [4.5, 5.25]\nd_mps2 = [1.5, 1, 0.5]"),
             &["own.toml:4:9: dx0_m is [4.5, 5.25]; allowed: a list of 3 numbers, such as [0.5, 0.6, 0.7]"],
         ),
@@ -149,10 +155,22 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
         ),
     ];
     for (text, parts) in table {
-        let message = Controller::from_toml(&text, "own.toml").unwrap_err().to_string();
+        let message = ControllerFile::from_toml(&text, "own.toml").unwrap_err().to_string();
         for part in parts {
             assert!(message.contains(part), "{text}\n---\n{message}\nlacks\n{part}");
         }
+    }
+}
+
+#[test]
+fn a_policy_knows_the_share_of_vehicles_that_its_file_states() {
+    let controller = Controller::by_name(ControllerKind::Constant, &SETTINGS);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("own.toml");
+    for advised_share in [0.0, 0.25, 1.0] {
+        fs::write(&file, ControllerFile { controller, advised_share }.to_toml("")).unwrap();
+        let policy = build(file.to_str().unwrap(), &SETTINGS).unwrap().unwrap();
+        assert_eq!(policy.advised_share(), advised_share);
     }
 }
 

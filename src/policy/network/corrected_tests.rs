@@ -2,29 +2,15 @@
 
 use super::*;
 use crate::policy::{
-    Action, DriverEstimator, ExpectedGain, FORMAT, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings,
+    Action, DriverEstimator, ExpectedGain, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings,
     Probe,
 };
 
 /// Returns a network that advises half of the leader's speed, within 0 to 10 m/s.
 fn half_the_leaders() -> Network {
-    Network {
-        format: FORMAT.into(),
-        action: NetworkOutput::Speed,
-        limits: [0.0, 10.0],
-        speed_change_mps: 0.0,
-        least_spacing_m: 0.0,
-        levels: 0,
-        holds_s: [1.0, 30.0],
-        advised_share: 0.0,
-        inputs: vec![NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 }],
-        // Maps the leader's -1..1 to -1..0 of the advice.
-        layers: vec![NetworkLayer { bias: vec![-0.5], weights: vec![vec![0.5]] }],
-        corrected: None,
-        probe: None,
-        estimator: None,
-        expected_gain: None,
-    }
+    let inputs = vec![NetworkInput { feature: Feature::LeaderSpeed, from: 0.0, to: 10.0 }];
+    // Maps the leader's -1..1 to -1..0 of the advice.
+    Network::advising_speed(inputs, vec![NetworkLayer { bias: vec![-0.5], weights: vec![vec![0.5]] }])
 }
 
 /// Returns a network whose correction is 1 m/s minus a tenth of the corrected speed, within 2 m/s either way.

@@ -237,6 +237,29 @@ impl Policy for Network {
 }
 
 #[cfg(test)]
+impl Network {
+    /// Returns a network for tests that advises 0 to 10 m/s, for holds of 1 to 30 s.
+    pub(crate) fn advising_speed(inputs: Vec<NetworkInput>, layers: Vec<NetworkLayer>) -> Self {
+        Self {
+            format: FORMAT.into(),
+            action: NetworkOutput::Speed,
+            limits: [0.0, 10.0],
+            speed_change_mps: 0.0,
+            least_spacing_m: 0.0,
+            levels: 0,
+            holds_s: [1.0, 30.0],
+            advised_share: 0.0,
+            inputs,
+            layers,
+            corrected: None,
+            probe: None,
+            estimator: None,
+            expected_gain: None,
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::policy::{FIELD_INPUTS, Feature};
@@ -245,24 +268,16 @@ mod tests {
         let weights = |n: usize, m: usize| -> Vec<Vec<f32>> {
             (0..n).map(|i| (0..m).map(|j| ((i * 7 + j * 3) % 11) as f32 / 9.0 - 0.5).collect()).collect()
         };
+        let layers = vec![
+            NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
+            NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
+        ];
         Network {
-            format: FORMAT.into(),
             action: NetworkOutput::Acceleration,
             limits: [-0.5, 0.5],
-            speed_change_mps: 0.0,
             least_spacing_m: if levels == 0 { 8.6 } else { 0.0 },
             levels,
-            holds_s: [1.0, 30.0],
-            advised_share: 0.0,
-            inputs: FIELD_INPUTS.to_vec(),
-            layers: vec![
-                NetworkLayer { bias: vec![0.1, -0.2, 1.0 / 3.0], weights: weights(4, 3) },
-                NetworkLayer { bias: vec![0.05; outputs], weights: weights(3, outputs) },
-            ],
-            corrected: None,
-            probe: None,
-            estimator: None,
-            expected_gain: None,
+            ..Network::advising_speed(FIELD_INPUTS.to_vec(), layers)
         }
     }
 

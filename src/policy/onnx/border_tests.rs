@@ -2,7 +2,7 @@
 
 use super::{NetworkDescription, OnnxFault, OnnxPolicy, write};
 use crate::{
-    policy::{Action, CorrectedAdvice, FIELD_INPUTS, FORMAT, Network, NetworkLayer, NetworkOutput, Observation},
+    policy::{Action, CorrectedAdvice, FIELD_INPUTS, Network, NetworkLayer, Observation},
     rng,
 };
 use half::f16;
@@ -20,22 +20,8 @@ fn network() -> Network {
         bias: (0..m).map(|_| 0.1 * stream.normal() as f32).collect(),
         weights: (0..n).map(|_| (0..m).map(|_| (stream.normal() / (n as f64).sqrt()) as f32).collect()).collect(),
     };
-    Network {
-        format: FORMAT.into(),
-        action: NetworkOutput::Speed,
-        limits: [0.0, 10.0],
-        speed_change_mps: 0.0,
-        least_spacing_m: 0.0,
-        levels: 0,
-        holds_s: [1.0, 1.0],
-        advised_share: 0.0,
-        inputs: FIELD_INPUTS.to_vec(),
-        layers: vec![layer(4, 16), layer(16, 1)],
-        corrected: None,
-        probe: None,
-        estimator: None,
-        expected_gain: None,
-    }
+    let layers = vec![layer(4, 16), layer(16, 1)];
+    Network { holds_s: [1.0, 1.0], ..Network::advising_speed(FIELD_INPUTS.to_vec(), layers) }
 }
 
 fn model() -> ModelProto {

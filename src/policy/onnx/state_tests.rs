@@ -2,28 +2,14 @@
 //! equations of the layers, in 64 bits.
 
 use super::{OnnxPolicy, PolicyLayer, RecurrentKind, RecurrentLayer, write_layers};
-use crate::policy::{Action, FORMAT, Feature, Network, NetworkInput, NetworkLayer, NetworkOutput, Observation, Policy};
+use crate::policy::{Action, Feature, Network, NetworkInput, NetworkLayer, Observation, Policy};
 use prost::Message;
 use tract_onnx::pb::{GraphProto, ModelProto, NodeProto};
 
 /// Returns the meaning of a network that sees the speed, 0 to 10 m/s, and advises a speed, 0 to 10 m/s.
 fn meaning() -> Network {
-    Network {
-        format: FORMAT.into(),
-        action: NetworkOutput::Speed,
-        limits: [0.0, 10.0],
-        speed_change_mps: 0.0,
-        least_spacing_m: 0.0,
-        levels: 0,
-        holds_s: [1.0, 1.0],
-        advised_share: 0.0,
-        inputs: vec![NetworkInput { feature: Feature::Speed, from: 0.0, to: 10.0 }],
-        layers: Vec::new(),
-        corrected: None,
-        probe: None,
-        estimator: None,
-        expected_gain: None,
-    }
+    let inputs = vec![NetworkInput { feature: Feature::Speed, from: 0.0, to: 10.0 }];
+    Network { holds_s: [1.0, 1.0], ..Network::advising_speed(inputs, Vec::new()) }
 }
 
 fn layer(weights: &[&[f32]], bias: &[f32]) -> NetworkLayer {

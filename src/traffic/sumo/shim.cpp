@@ -141,13 +141,15 @@ API int cs_type(const char* base, const char* name, const VehicleType* v) {
     });
 }
 
-// Gives a vehicle the numbers of its driver, in a type of its own made from the one that it has.
+// Gives a vehicle the numbers of its driver, in a type of its own made from the one that it has, which may be that of another driver.
 API int cs_person(uint32_t number, double accel, double decel, double time_gap, double min_gap) {
     return guard([&] {
         using Type = sim::VehicleType;
         const std::string& id = vehicle(number).id;
-        const std::string name = "codrive.person." + std::to_string(number), draft = name + ".draft";
-        Type::copy(sim::Vehicle::getTypeID(id), draft);
+        const std::string own = sim::Vehicle::getTypeID(id), prefix = "codrive.person.";
+        const std::string name = own.rfind(prefix, 0) == 0 ? own + ".next" : prefix + std::to_string(number);
+        const std::string draft = name + ".draft";
+        Type::copy(own, draft);
         Type::setAccel(draft, accel);
         Type::setDecel(draft, decel);
         Type::setEmergencyDecel(draft, std::max(decel, Type::getEmergencyDecel(draft)));

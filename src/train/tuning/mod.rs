@@ -11,7 +11,7 @@ pub use search::{SearchBox, SearchResult, maximum};
 
 use super::{TrainConfig, evaluate};
 use crate::{
-    policy::{Controller, PolicySettings},
+    policy::{Controller, ControllerFile, PolicySettings},
     traffic::RING_STUDY,
 };
 use std::{
@@ -129,7 +129,7 @@ impl TuningTask {
             self.start_name,
             result.after_mps
         );
-        result.best.to_toml(&head)
+        ControllerFile { controller: result.best, advised_share: ring.advised_share() }.to_toml(&head)
     }
 }
 

@@ -9,6 +9,7 @@ use crate::{
     data_folders, file,
     idm::IdmParams,
     policy::{self, Hold, PolicyError, PolicySettings, PolicySource},
+    scenario::AdvisedVehicles,
     settings::Settings,
     toml_text::{self, KeyPart, did_you_mean},
     traffic::{RING_STUDY, is_population_path},
@@ -68,6 +69,9 @@ pub struct Road {
     pub circumference_m: [f64; 2],
     /// Minimum and maximum number of vehicles.
     pub vehicles: [u32; 2],
+    /// Advised vehicles, as the setting `advised`; by default one.
+    #[serde(default)]
+    pub advised: AdvisedVehicles,
     /// Drivers of the traffic, as the setting `traffic_drivers`; a population's file is relative to this one.
     #[serde(default = "ring_study")]
     pub traffic_drivers: String,
@@ -379,6 +383,7 @@ impl Benchmark {
                 circumference_max_m: road.circumference_m[1],
                 vehicles_min: road.vehicles[0],
                 vehicles_max: road.vehicles[1],
+                advised: road.advised,
                 traffic_drivers: self.traffic_drivers(road),
                 idm_spread: road.idm_spread,
                 car_spread: road.car_spread,

@@ -219,6 +219,17 @@ fn a_road_has_the_drivers_that_it_names() {
 }
 
 #[test]
+fn a_road_has_the_share_of_advised_vehicles_that_it_names() {
+    let benchmark = parsed(&SMALL.replacen("idm_spread = 0.0", "advised = \"50%\"", 1));
+    let advised = |k: usize| {
+        let condition = EvaluationCondition { road: &benchmark.roads[k], hold_s: 1.0, driver: &benchmark.drivers[0] };
+        benchmark.config(&condition).map_err(|e| e.to_string()).unwrap().ring.advised_slots().count()
+    };
+    // Half of 22 vehicles; without a share the participant's alone.
+    assert_eq!([advised(0), advised(1)], [11, 1]);
+}
+
+#[test]
 fn a_benchmark_has_one_limit_and_a_penalty_within_bounds() {
     let rows = |is_limit: [bool; 2]| {
         let row = |(k, is_limit): (usize, bool)| {
