@@ -231,8 +231,13 @@ mod tests {
             "{text}"
         );
         let text = warned(0.5, 1.0 / 22.0, Some(22)).expect("a warning");
-        assert!(text.starts_with("5 % of the vehicles are advised; the policy was made for 50 % of the vehicles,"), "{text}");
-        assert!(warned(0.0, 0.01, None).is_some() && warned(0.0, 0.0, None).is_none() && warned(0.5, 0.0, None).is_none());
+        assert!(
+            text.starts_with("5 % of the vehicles are advised; the policy was made for 50 % of the vehicles,"),
+            "{text}"
+        );
+        assert!(
+            warned(0.0, 0.01, None).is_some() && warned(0.0, 0.0, None).is_none() && warned(0.5, 0.0, None).is_none()
+        );
     }
 
     struct Brake;

@@ -2,7 +2,8 @@
 //! often as needed, or the controller or the advice of that name.
 
 use super::{
-    Controller, ControllerFile, ControllerKind, CorrectedAdvice, Network, OnnxPolicy, Policy, PolicyError, PolicySettings, RoadKind,
+    Controller, ControllerFile, ControllerKind, CorrectedAdvice, Network, OnnxPolicy, Policy, PolicyError,
+    PolicySettings, RoadKind,
     controller::is_controller,
     names::file_of,
     needs::{lacked, lacked_by_controller, lacked_by_network},
@@ -133,7 +134,9 @@ pub fn build(name: &str, settings: &PolicySettings) -> Result<Option<Box<dyn Pol
 pub fn controller(name: &str, settings: &PolicySettings) -> Result<Controller, PolicyError> {
     match ControllerKind::named(name) {
         Some(kind) => Ok(Controller::by_name(kind, settings)),
-        None if name.ends_with(".toml") => Ok(ControllerFile::from_toml(&network::read(Path::new(name))?, name)?.controller),
+        None if name.ends_with(".toml") => {
+            Ok(ControllerFile::from_toml(&network::read(Path::new(name))?, name)?.controller)
+        }
         None => Err(PolicyError::UnknownController { name: name.into() }),
     }
 }

@@ -90,7 +90,9 @@ impl ControllerFile {
             return Err(at("kind", KeyPart::Value, ControllerFault::Kind { found: found("kind") }));
         };
         let parameters = kind.parameters();
-        let is_known = |key: &str| ["format", "kind", ADVISED_SHARE].contains(&key) || parameters.iter().any(|p| p.table_key() == key);
+        let is_known = |key: &str| {
+            ["format", "kind", ADVISED_SHARE].contains(&key) || parameters.iter().any(|p| p.table_key() == key)
+        };
         if let Some(key) = table.keys().find(|key| !is_known(key)) {
             return Err(at(key, KeyPart::Key, ControllerFault::UnknownKey { key: key.clone(), kind }));
         }

@@ -2,8 +2,7 @@
 
 use super::*;
 use crate::policy::{
-    Action, DriverEstimator, ExpectedGain, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings,
-    Probe,
+    Action, DriverEstimator, ExpectedGain, Feature, NetworkInput, NetworkLayer, PiParameters, PolicySettings, Probe,
 };
 
 /// Returns a network that advises half of the leader's speed, within 0 to 10 m/s.
