@@ -1,9 +1,9 @@
 """Runs all runs of a plan on a Ray cluster: ``python -m codrive.sweep PLAN.toml --out FOLDER_OR_URL`` (or ``codrive sweep --on ray``).
 
 Each run is a task of its own. The task writes the part of its run once, to a folder or to any address that fsspec knows
-(``s3://bucket/path``). Existing parts are not made again: a second start makes the missing ones. The parts are the same bytes as in
-``codrive sweep`` on one machine. Limits and texts of failures are those of the program; distribution and retries are Ray's, which also
-repeats runs that were lost with a machine.
+(``s3://bucket/path``). Existing parts are not made again: a second start makes the missing ones, and a training continues from its
+checkpoint there. The parts are the same bytes as in ``codrive sweep`` on one machine. Limits and texts of failures are those of the
+program; distribution and retries are Ray's, which also repeats runs that were lost with a machine.
 """
 
 from __future__ import annotations
@@ -13,18 +13,15 @@ import hashlib
 import pathlib
 import sys
 import tempfile
-import time
-from collections.abc import Iterable, Iterator
 from typing import Any
 
 from codrive._codrive import Plan
-from codrive._sweep_store import PARTS, Store
-from codrive._sweep_worker import Worker
+from codrive._distribute import Meter, RayCluster, distribute
+from codrive._run_process import run_beside
+from codrive._run_store import PARTS, Store
 
 #: Maximum size of the files beside a plan, which are copied to every machine, bytes.
 MOST_BYTES = 64 << 20
-#: Queued tasks per core: enough that no core is idle, few enough for a quick stop.
-WAITING = 4
 
 
 def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
@@ -51,20 +48,8 @@ def beside(plan: pathlib.Path, out: str) -> dict[str, bytes]:
     return files
 
 
-#: Process that makes runs for this one, by its plan and output.
-_at_work: dict[tuple[str, str], Worker] = {}
 #: Private folders of this process with the files of sweeps, by their digest; removed with the process.
 _files_of: dict[str, tempfile.TemporaryDirectory[str]] = {}
-
-
-def _worker(plan: str, out: str) -> Worker:
-    """Returns the process for a plan: the present one, or a new one if that has ended or has another plan."""
-    for asked, worker in list(_at_work.items()):
-        if asked != (plan, out) or not worker.is_alive:
-            _at_work.pop(asked).close()
-    if (plan, out) not in _at_work:
-        _at_work[plan, out] = Worker(plan, out)
-    return _at_work[plan, out]
 
 
 def _digest(files: dict[str, bytes]) -> str:
@@ -73,8 +58,8 @@ def _digest(files: dict[str, bytes]) -> str:
     return hashlib.sha256(repr(contents).encode()).hexdigest()[:24]
 
 
-def execute(digest: str, files: list[Any], plan: str, number: int, name: str, limit_s: float | None, out: str) -> str:
-    """Makes one run in a process of the cluster and writes its part. Returns the name of the part.
+def execute(digest: str, files: list[Any], plan: str, number: int, name: str, limit_s: float | None, out: str) -> list[str]:
+    """Makes one run in a process of the cluster and writes its part. Returns the reports about it.
 
     Args:
         digest: Name of the files.
@@ -99,8 +84,7 @@ def execute(digest: str, files: list[Any], plan: str, number: int, name: str, li
             path.write_bytes(text)
         _files_of[digest] = made
     folder = pathlib.Path(_files_of[digest].name)
-    _worker(str(folder / plan), out).run(number, name, limit_s)
-    return name
+    return run_beside(("codrive._sweep_worker", str(folder / plan), out), f"{number} {name}", limit_s)
 
 
 def sweep(
@@ -128,10 +112,6 @@ def sweep(
     Raises:
         ValueError: The plan is wrong.
     """
-    try:
-        import ray
-    except ImportError:
-        raise ImportError("a sweep on a cluster needs Ray: pip install './python[ray]'") from None
     path = pathlib.Path(plan)
     runs = Plan(str(path))
     names, limits_s = runs.part_names(), runs.limits_s()
@@ -140,43 +120,15 @@ def sweep(
     out = out if store.folder is None else str(store.folder)
     there = store.names()
     due = [number for number, name in enumerate(names) if name not in there]
-    meter = _Meter(len(names), len(names) - len(due), progress)
+    meter = Meter(len(names), len(names) - len(due), progress)
     if not due:
         meter.end()
         return {}
     carried = beside(path, out)
-    if not ray.is_initialized():
-        ray.init(address=address, log_to_driver=False, logging_level="warning")
-    # A process can hold one SUMO, and Ray gives a process one task at a time. A task on one core has one thread.
-    task = ray.remote(num_cpus=1, max_retries=-1, runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})(execute)
-    files, digest = [ray.put(carried)], _digest(carried)
-    at_a_time = workers or int(ray.cluster_resources().get("CPU", 1)) * WAITING
-    failed: dict[int, str] = {}
-    for _ in range(retries + 1):
-        failed = {}
-        waiting: Iterator[int] = iter(due)
-        begun: dict[Any, int] = {}
-        while True:
-            while len(begun) < at_a_time and (number := next(waiting, None)) is not None:
-                begun[task.remote(digest, files, path.name, number, names[number], limits_s[number], out)] = number
-            if not begun:
-                break
-            done, _rest = ray.wait(list(begun), num_returns=1, timeout=1.0)
-            for ref in done:
-                number = begun.pop(ref)
-                try:
-                    ray.get(ref)
-                    meter.one()
-                except ray.exceptions.RayTaskError as why:
-                    failed[number] = str(why.cause) if why.cause is not None else str(why)
-                except ray.exceptions.RayError as why:
-                    failed[number] = str(why)
-            meter.show(len(failed))
-        due = sorted(failed)
-        if not due:
-            break
-    meter.end()
-    return failed
+    cluster = RayCluster(workers, address)
+    files, digest = [cluster.shared(carried)], _digest(carried)
+    due_runs = {number: (digest, files, path.name, number, names[number], limits_s[number], out) for number in due}
+    return distribute(cluster, execute, due_runs, retries, meter)
 
 
 def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
@@ -193,33 +145,6 @@ def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
         for path, _, _ in tables:
             store.upload(pathlib.Path(path))
         return [(f"{out.rstrip('/')}/{pathlib.Path(path).name}", count, rows) for path, count, rows in tables]
-
-
-class _Meter:
-    """Progress of a sweep, in one line."""
-
-    def __init__(self, runs: int, there: int, shown: bool | None) -> None:
-        self._runs, self._there, self._done = runs, there, 0
-        self._start = time.monotonic()
-        self._is_shown = sys.stderr.isatty() if shown is None else shown
-
-    def one(self) -> None:
-        """Counts a finished run."""
-        self._done += 1
-
-    def show(self, failed: int) -> None:
-        """Prints the progress, if it is shown."""
-        if not self._is_shown:
-            return
-        left = self._runs - self._there - self._done
-        eta = f", {(time.monotonic() - self._start) / self._done * left:.0f} s left" if self._done else ""
-        bad = f", {failed} failed" if failed else ""
-        print(f"\r\033[K{self._there + self._done} of {self._runs} runs{eta}{bad}", end="", file=sys.stderr, flush=True)
-
-    def end(self) -> None:
-        """Ends the line."""
-        if self._is_shown:
-            print(file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -2,7 +2,7 @@
 
 use crate::threads::here;
 use codrive::sweep::{
-    SweepError, SweepPlan,
+    NoCheckpoint, RunCheckpoint, SweepError, SweepPlan,
     results::SweepFolder,
     supervisor::{self, FailedRun, WorkerFault},
 };
@@ -71,11 +71,22 @@ impl Plan {
         supervisor::STOPPED
     }
 
-    /// Executes a run and returns its part, a Parquet file as bytes, which are the same on every machine.
-    fn execute<'py>(&self, py: Python<'py>, number: usize) -> PyResult<Bound<'py, PyBytes>> {
+    /// Executes a run and returns its part, a Parquet file as bytes, which are the same on every machine. `checkpoint` keeps the state of a
+    /// training while it runs, and the training continues from it: an object with `load() -> bytes | None`, `save(bytes)` and `report(str)`.
+    #[pyo3(signature = (number, checkpoint = None))]
+    fn execute<'py>(
+        &self,
+        py: Python<'py>,
+        number: usize,
+        checkpoint: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyBytes>> {
         let run = self.run(number)?;
-        let part = here(py, || run.execute())?.map_err(raised)?;
-        Ok(PyBytes::new(py, &part))
+        let checkpoint = checkpoint.map(PythonCheckpoint);
+        let part = here(py, || match &checkpoint {
+            Some(checkpoint) => run.execute(checkpoint),
+            None => run.execute(&NoCheckpoint),
+        })?;
+        Ok(PyBytes::new(py, &part.map_err(raised)?))
     }
 
     /// Joins the parts in the folder `root`/parts into one table per kind. Returns (file, runs, rows) of each.
@@ -92,6 +103,29 @@ impl Plan {
             .runs
             .get(number)
             .ok_or_else(|| PyIndexError::new_err(format!("run {number}; allowed: 0 to {}", runs - 1)))
+    }
+}
+
+/// Checkpoint of a run in an object of Python.
+struct PythonCheckpoint(Py<PyAny>);
+
+impl RunCheckpoint for PythonCheckpoint {
+    fn load(&self) -> Result<Option<Vec<u8>>, SweepError> {
+        let loaded = Python::attach(|py| self.0.call_method0(py, "load")?.extract(py));
+        loaded.map_err(|why: PyErr| SweepError::Run(why.to_string()))
+    }
+
+    fn save(&self, checkpoint: &[u8]) -> Result<(), SweepError> {
+        let saved = Python::attach(|py| self.0.call_method1(py, "save", (PyBytes::new(py, checkpoint),)).map(drop));
+        saved.map_err(|why| SweepError::Run(why.to_string()))
+    }
+
+    fn report(&self, text: &str) {
+        Python::attach(|py| {
+            if let Err(why) = self.0.call_method1(py, "report", (text,)) {
+                why.write_unraisable(py, None);
+            }
+        });
     }
 }
 

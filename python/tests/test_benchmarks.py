@@ -3,9 +3,13 @@
 import json
 import pathlib
 import pickle
+import re
+import signal
 import subprocess
 import sys
+import time
 
+import cma
 import gymnasium
 import numpy as np
 import pytest
@@ -15,7 +19,10 @@ import codrive  # noqa: F401  (registers the benchmarks)
 from codrive._traffic_env import Timing, TrafficEnv, have_collided
 from codrive._traffic import Vehicles
 from codrive.benchmarks import BENCHMARKS, FlowBottleneck, FlowFigureEight, FlowGrid, FlowMerge, SharedPolicy, WuLabBottleneck
+from codrive.benchmarks import train as training
+from codrive.benchmarks._command import main
 from codrive.benchmarks._flow import NETWORKS, demand, desired_speed, idm
+from codrive.benchmarks.train import train
 
 #: Sizes of observation and action that Flow's benchmarks state; of the Wu lab's those of its definitions.
 SIZES = {
@@ -238,6 +245,121 @@ def test_the_table_has_the_same_fingerprint_each_time(tmp_path):
     assert (first, second) == (0, 0) and text == again
     row = next(line for line in text.splitlines() if line.startswith("| Flow-Merge-v0"))
     assert "| 7.39 |" in row and "TRPO 14.95" in row and "4 drives, fingerprint" in text
+
+
+def test_drives_of_a_table_are_made_once(tmp_path):
+    arguments = ["table", "Flow-Merge-v0", "--drives", "2", "--actions", "20", "--out", str(tmp_path)]
+    code, text, errors = table(*arguments)
+    # The same as without a folder, and without the command's name.
+    assert code == 0 and (0, text, errors) == table("Flow-Merge-v0", "--drives", "2", "--actions", "20")
+    made = {part: part.stat().st_mtime_ns for part in (tmp_path / "parts").iterdir()}
+    assert len(made) == 4 and len((tmp_path / "drives.csv").read_text().splitlines()) == 5
+    lost = sorted(made)[1]
+    lost.unlink()
+    assert table(*arguments) == (0, text, errors)
+    assert {part for part in made if part.stat().st_mtime_ns != made[part]} == {lost}
+
+
+class Memory:
+    """Checkpoint in memory."""
+
+    def __init__(self, kept=None):
+        self.kept, self.reports = kept, []
+
+    def load(self):
+        return self.kept
+
+    def save(self, state):
+        self.kept = state
+
+    def report(self, text):
+        self.reports.append(text)
+
+
+@pytest.fixture
+def episodes(monkeypatch):
+    """Episodes without traffic, whose reward falls with the distance of the weights to one point; returns the seeds of those made."""
+    made = []
+
+    def episode(env, weights, seed, most):
+        made.append(seed)
+        return -float(np.sum((weights - np.arange(len(weights))) ** 2)), float(seed)
+
+    monkeypatch.setattr(training, "_episode", episode)
+    return made
+
+
+def test_a_training_goes_on_from_its_checkpoint_with_the_same_bits(episodes):
+    kept = Memory()
+    whole = train("Flow-Merge-v0", 7, 30, checkpoint=kept)
+    assert episodes == [7000] * 10 + [7001] * 10 + [7002] * 10 and kept.reports == []
+    assert whole["episodes"] == 30 and len(whole["weights"]) == 6 and len(whole["curve"]) == 3
+    # The checkpoint of a training of 20 episodes is that of 30 after its second generation.
+    second = Memory()
+    train("Flow-Merge-v0", 7, 20, checkpoint=second)
+    episodes.clear()
+    assert train("Flow-Merge-v0", 7, 30, checkpoint=second) == whole and episodes == [7002] * 10
+    assert second.reports == ["continues from its checkpoint after generation 2 of 3"] and second.kept == kept.kept
+    for damaged in [kept.kept[:-1], kept.kept.replace(b"-", b"+", 1), b"", b"\xff"]:
+        episodes.clear()
+        again = Memory(damaged)
+        assert train("Flow-Merge-v0", 7, 30, checkpoint=again) == whole and len(episodes) == 30
+        assert again.reports == ["warning: the checkpoint is ignored and the training starts anew: damaged"]
+
+
+def test_a_training_has_the_bits_of_cma_with_its_seed(episodes):
+    search = cma.CMAEvolutionStrategy(np.zeros(6), 1.0, {"seed": 5, "popsize": 10, "verbose": -9})
+    for _ in range(12):
+        candidates = search.ask()
+        search.tell(candidates, [float(np.sum((weights - np.arange(6)) ** 2)) for weights in candidates])
+    before = np.random.get_state()[1].tolist()
+    result = train("Flow-Merge-v0", 5, 120)
+    assert result["weights"] == [round(float(weight), 6) for weight in search.result.xfavorite]
+    assert np.random.get_state()[1].tolist() == before, "the global stream belongs to the user"
+
+
+def test_ctrl_c_keeps_the_checkpoints_of_trainings_and_the_command_goes_on(tmp_path):
+    command = [sys.executable, "-m", "codrive.benchmarks", "train", "Flow-Merge-v0", "--episodes", "30", "--actions", "20", "--out"]
+    begun = subprocess.Popen([*command, tmp_path / "a"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    while not list(tmp_path.glob("a/checkpoints/[!.]*")):
+        assert begun.poll() is None, begun.communicate()
+        time.sleep(0.02)
+    begun.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    _, errors = begun.communicate(timeout=60)
+    # A second is promised; ten times as much are for a machine with other things to do.
+    assert time.monotonic() - start < 10.0 and not list(tmp_path.glob("a/parts/*"))
+    assert begun.returncode == 130 and errors == "\ncodrive: stopped; run the same command again to make the missing runs\n"
+    again = subprocess.run([*command, tmp_path / "a"], capture_output=True, text=True, timeout=120)
+    assert again.returncode == 0 and re.fullmatch(
+        r"Flow-Merge-v0, seed 1: continues from its checkpoint after generation [123] of 3\n", again.stderr
+    ), again.stderr
+    whole = subprocess.run([*command, tmp_path / "b"], capture_output=True, text=True, timeout=120)
+    assert whole.returncode == 0 and whole.stderr == ""
+    name = "Flow-Merge-v0.1.json"
+    assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+    assert list(json.loads((tmp_path / "b" / name).read_text())) == ["benchmark", "seed", "episodes", "weights"]
+
+
+def test_a_training_without_its_library_says_how_to_install_it(monkeypatch, tmp_path, capsys):
+    monkeypatch.setitem(sys.modules, "cma", None)
+    assert main(["train", "Flow-Merge-v0", "--out", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == "codrive: trainings of the benchmarks need the package cma: pip install './python[benchmarks]'\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["train", "Flow-Merge-v0", "--out", "x", "--seeds", "0-3"], "'0-3'; allowed: a range such as 1-3 or a list such as 1,4, of seeds from 1 to 99"),
+        (["train", "Flow-Merge-v0", "--out", "x", "--episodes", "0"], "'0'; allowed: a whole number, 1 or more"),
+        (["--on", "ray"], "--on ray needs --out, a folder or an address that all machines reach"),
+        (["train", "Flow-Merge-v0"], "the following arguments are required: --out"),
+    ],
+)
+def test_wrong_arguments_of_the_command_are_refused(capsys, arguments, message):
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments)
+    assert message in capsys.readouterr().err
 
 
 def test_the_table_refuses_an_unknown_benchmark():

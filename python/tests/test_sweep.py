@@ -1,7 +1,8 @@
-"""Tests of a sweep on a Ray cluster of two nodes: the same table as from the program, to the byte; a killed node loses nothing."""
+"""Tests of runs on a Ray cluster of two nodes: the same results as without one, to the byte; a killed node loses nothing."""
 
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import threading
@@ -15,7 +16,8 @@ from fsspec.implementations.memory import MemoryFile, MemoryFileSystem
 from ray.cluster_utils import Cluster
 
 import codrive.sweep
-from codrive._sweep_worker import Worker
+from codrive._run_process import RunProcess
+from codrive._run_store import Checkpoint
 
 PLAN = """
 [[rings]]
@@ -35,6 +37,8 @@ trees = 0
 [drives.each]
 seed = "1-2"
 """
+#: Module whose process makes the runs of a plan.
+WORKER = "codrive._sweep_worker"
 CALM = 'format = "codrive controller 1"\nkind = "constant"\nspeed_mps = 4.0\n'
 
 
@@ -104,6 +108,65 @@ def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cl
     assert runs.execute(0) == (out / "parts" / runs.part_names()[0]).read_bytes()
 
 
+def begin(*command) -> subprocess.Popen:
+    """Starts a command of Python's modules."""
+    return subprocess.Popen([sys.executable, "-m", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def lose_a_node_after_checkpoints(cluster, runner: subprocess.Popen, out: pathlib.Path, runs: int) -> str:
+    """Kills the second node once so many runs have a checkpoint. Returns what the command then says on standard error."""
+    while len(list(out.glob("checkpoints/[!.]*"))) < runs:
+        assert runner.poll() is None, runner.communicate()
+        time.sleep(0.02)
+    cluster.remove_node(cluster.second, allow_graceful=False)
+    _, errors = runner.communicate(timeout=300)
+    assert runner.returncode == 0, errors
+    assert list(out.glob("checkpoints/*")) == []
+    return errors
+
+
+#: Plan of two trainings of some seconds.
+TRAININGS = """
+[[trainings]]
+[trainings.settings]
+iterations = UPDATES
+judge_every = UPDATES
+batch = 600
+rings = 16
+horizon_s = 10
+warm_up_s = 5
+[trainings.each]
+seed = "1-2"
+"""
+
+
+def test_a_training_goes_on_from_its_checkpoint_when_its_node_is_killed(tmp_path, cluster):
+    path, out = tmp_path / "plan.toml", tmp_path / "ray"
+    path.write_text(TRAININGS.replace("UPDATES", "300"))
+    runner = begin("codrive.sweep", path, "--out", out, "--address", cluster.address)
+    errors = lose_a_node_after_checkpoints(cluster, runner, out, 2)
+    # The first checkpoint follows the first update, the next one a minute later.
+    assert re.search(r"run [01], trainings 1: seed [12]: continues from its checkpoint after update \d+ of 300", errors), errors
+    runs = codrive.sweep.Plan(str(path))
+    for number, name in enumerate(runs.part_names()):
+        assert runs.execute(number) == (out / "parts" / name).read_bytes()
+
+
+def test_a_training_of_a_benchmark_goes_on_when_its_node_is_killed(tmp_path, cluster):
+    train = ["codrive.benchmarks", "train", "Flow-Merge-v0", "--seeds", "1-2", "--episodes", "40", "--actions", "20", "--out"]
+    out, alone = tmp_path / "ray", tmp_path / "alone"
+    runner = begin(*train, out, "--on", "ray", "--address", cluster.address)
+    errors = lose_a_node_after_checkpoints(cluster, runner, out, 2)
+    continued = re.search(r"Flow-Merge-v0, seed [12]: continues from its checkpoint after generation (\d) of 4", errors)
+    assert continued and 1 <= int(continued[1]) <= 4, errors
+    reference = begin(*train, alone, "--workers", "1")
+    said, errors = reference.communicate(timeout=300)
+    assert reference.returncode == 0 and errors == "" and "Flow-Merge-v0.2.json: 40 episodes" in said, errors
+    names = {path.relative_to(alone) for path in alone.rglob("*") if path.is_file()}
+    assert {str(name) for name in names} > {"Flow-Merge-v0.1.json", "Flow-Merge-v0.2.json", "curves.csv"} and len(names) == 5
+    assert all((out / name).read_bytes() == (alone / name).read_bytes() for name in names)
+
+
 def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cluster, monkeypatch):
     path = plan(tmp_path)
     out = tmp_path / "ray"
@@ -147,17 +210,17 @@ def test_a_run_that_takes_its_process_along_costs_itself_alone(tmp_path):
     path.write_text(HANGING)
     names = codrive.sweep.Plan(str(path)).part_names()
     codrive.sweep.Store(str(tmp_path / "out")).names()
-    worker = Worker(str(path), str(tmp_path / "out"))
+    worker = RunProcess(WORKER, str(path), str(tmp_path / "out"))
     with pytest.raises(RuntimeError, match=r"run 1 is .* on the machine that started the sweep\n  remedy: install the same version"):
-        worker.run(1, names[0], None)
-    worker.run(1, names[1], None)
+        worker.run(f"1 {names[0]}")
+    assert worker.run(f"1 {names[1]}") == []
     threading.Timer(0.5, worker._process.kill).start()
     with pytest.raises(RuntimeError, match=r"the process of the run ended \(exit status -9\)"):
-        worker.run(0, names[0], None)
+        worker.run(f"0 {names[0]}")
     assert not worker.is_alive
     path.write_text("[[drives]]\nlimit_s = 0\n")
     with pytest.raises(RuntimeError, match="limit_s is 0; allowed"):
-        Worker(str(path), str(tmp_path / "out"))
+        RunProcess(WORKER, str(path), str(tmp_path / "out"))
 
 
 def test_nothing_goes_on_after_whoever_started_it(tmp_path):
@@ -165,12 +228,12 @@ def test_nothing_goes_on_after_whoever_started_it(tmp_path):
     path.write_text(HANGING)
     name = codrive.sweep.Plan(str(path)).part_names()[0]
     text = (
-        "import sys, threading; from codrive._sweep_worker import Worker\n"
-        "worker = Worker(*sys.argv[1:3])\n"
+        "import sys; from codrive._run_process import RunProcess\n"
+        "worker = RunProcess(*sys.argv[1:4])\n"
         "print(worker._process.pid, flush=True)\n"
-        "worker.run(0, sys.argv[3], None)\n"
+        "worker.run(f'0 {sys.argv[4]}')\n"
     )
-    command = [sys.executable, "-c", text, path, tmp_path / "out", name]
+    command = [sys.executable, "-c", text, WORKER, path, tmp_path / "out", name]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as starter:
         child = int(starter.stdout.readline())
         # The run is in progress: it has used processor time.
@@ -232,10 +295,31 @@ def test_parts_and_tables_in_an_object_store_are_those_of_a_folder(tmp_path):
         folder.put(name, part)
     assert store.names() == set(runs.part_names()) == folder.names()
     told = codrive.sweep.collect(str(path), out)
+    assert not fsspec.filesystem("objects").exists("/study/holds/checkpoints")
     assert [table[0] for table in told] == [f"{out}/drives.parquet", f"{out}/rings.parquet"]
     codrive.sweep.collect(str(path), str(tmp_path / "folder"))
     tables_there = {name: fsspec.filesystem("objects").cat_file(f"/study/holds/{name}") for name in ("drives.parquet", "rings.parquet")}
     assert tables_there == tables(tmp_path / "folder")
+
+
+@pytest.mark.parametrize("address", ["objects://study/checkpoints", "FOLDER"])
+def test_a_checkpoint_is_used_or_ignored_aloud_wherever_it_is(tmp_path, address):
+    fsspec.register_implementation("objects", ObjectStore, clobber=True)
+    path, store = tmp_path / "plan.toml", codrive.sweep.Store(address.replace("FOLDER", str(tmp_path / "out")))
+    path.write_text(TRAININGS.replace("UPDATES", "3"))
+    runs, reports = codrive.sweep.Plan(str(path)), []
+    name, part = runs.part_names()[0], runs.execute(0)
+    checkpoint = Checkpoint(store, name, reports.append)
+    assert runs.execute(0, checkpoint) == part and reports == []
+    assert runs.execute(0, checkpoint) == part and checkpoint.load() is not None
+    checkpoint.save(checkpoint.load()[:-1])
+    assert runs.execute(0, checkpoint) == part
+    assert reports == [
+        "run 0, trainings 1: seed 1: continues from its checkpoint after update 1 of 3",
+        "run 0, trainings 1: seed 1: warning: the checkpoint is ignored and the training starts anew: damaged",
+    ]
+    store.put(name, part)
+    assert checkpoint.load() is None and store.read(f"parts/{name}") == part
 
 
 def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):

@@ -20,8 +20,8 @@ pub(super) fn command() -> Command {
         .long_about(
             "Carry out all runs of a plan: drives, rings, trainings, rehearsals.\n\n\
              Each run has its own part in --out, named after its settings. After Ctrl-C, a fault or a power cut, run \
-             the same command: it makes the missing parts. The complete results become one table for each kind of run \
-             (Parquet).",
+             the same command: it makes the missing parts. A training continues from its last checkpoint, at most a \
+             minute old. The complete results become one table for each kind of run (Parquet).",
         )
         .arg(
             Arg::new("plan")
@@ -171,6 +171,7 @@ fn make(
         progress: &|progress| match progress {
             SweepProgress::Done => bar.inc(1),
             SweepProgress::Retry(failed) => bar.set_message(format!("{failed} failed, next attempt")),
+            SweepProgress::Report(text) => bar.suspend(|| out::status_line(&text)),
         },
     };
     let failed = pool.run(pending, &stop_on_ctrl_c());

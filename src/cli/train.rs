@@ -6,7 +6,7 @@ use crate::{
     file::read_text,
     private,
     settings::{self, fields_of},
-    train::{Learner, LearningCurveRow, TrainConfig, learning_curve},
+    train::{CHECKPOINT_BYTES, CheckpointClock, Learner, LearningCurveRow, TrainConfig, learning_curve},
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -16,10 +16,6 @@ use std::{
     time::Duration,
 };
 
-/// Wall time between checkpoints.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-/// Maximum size of a checkpoint, bytes: a hundred times that of the shipped configuration.
-const CHECKPOINT_BYTES: u64 = 64 << 20;
 /// Best policy so far.
 const POLICY: &str = "policy.toml";
 /// The policy as ONNX, in builds that read ONNX.
@@ -54,14 +50,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let mut learner = if matches.get_flag("resume") { resumed(matches, dir)? } else { fresh(matches, dir)? };
     let stop = stop_on_ctrl_c();
     let bar = progress(&learner);
-    let mut written = bar.elapsed();
+    let mut clock = CheckpointClock::default();
     while learner.iteration() < learner.config().all_iterations() && !stop.load(Ordering::Relaxed) {
         let row = learner.iterate();
         bar.set_message(row_text(&row, learner.best().2));
         bar.set_position(u64::from(row.iteration));
-        if bar.elapsed() - written >= CHECKPOINT_EVERY {
+        if clock.is_due() {
             save(dir, &learner)?;
-            written = bar.elapsed();
         }
     }
     bar.finish_and_clear();
@@ -124,8 +119,8 @@ fn resumed(matches: &ArgMatches, dir: &Path) -> Result<Learner, CliError> {
     let path = dir.join(CHECKPOINT);
     let text = read_text(&path, CHECKPOINT_BYTES)
         .map_err(|e| CliError::Input(format!("{}: cannot be read: {e}; --resume needs it", path.display())))?;
-    let mut learner: Learner = serde_json::from_str(&text)
-        .map_err(|e| CliError::Input(format!("{}: not a checkpoint of this version: {e}", path.display())))?;
+    let mut learner =
+        Learner::from_checkpoint(&text).map_err(|e| CliError::Input(format!("{}: {e}", path.display())))?;
     let asked = config(matches, learner.config().clone())?;
     learner.set_iterations(asked.run.iterations);
     if asked != *learner.config() {
@@ -165,7 +160,7 @@ fn save(dir: &Path, learner: &Learner) -> Result<(), CliError> {
     let [shortest, longest] = learner.config().holds_s();
     let holds = if shortest < longest { format!("{shortest} to {longest}") } else { shortest.to_string() };
     let title = format!("{} advice held {holds} s: best after {iteration} updates", action(learner));
-    let checkpoint = serde_json::to_string(learner).map_err(|e| CliError::Failed(e.to_string()))?;
+    let checkpoint = learner.to_checkpoint().map_err(CliError::Failed)?;
     write(dir, CHECKPOINT, checkpoint.as_bytes())?;
     write(dir, POLICY, network.to_toml().as_bytes())?;
     #[cfg(feature = "onnx")]

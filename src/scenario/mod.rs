@@ -5,6 +5,7 @@
 mod advised;
 pub mod colour;
 mod display;
+mod files;
 mod load;
 mod logged_traffic;
 mod planned_drive;
@@ -13,6 +14,7 @@ mod sumo_config;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, QualityLevel};
+pub use files::NamedFiles;
 pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};

@@ -9,8 +9,8 @@ use super::{
 use crate::{
     analysis::models::plan::ConditionKind,
     driver,
-    map::{MapError, RoadMap},
-    policy::{self, ResolvedPolicy},
+    map::MapError,
+    policy::ResolvedPolicy,
     scenario::{self, Scenario},
     settings::{self, Field},
     sim::World,
@@ -57,6 +57,8 @@ pub(super) struct ExpectedDrives {
     pub policies: BTreeMap<[String; 2], ResolvedPolicy>,
     /// Kinds of the conditions, by their names.
     pub kinds: BTreeMap<String, ConditionKind>,
+    /// Files that the drives read.
+    pub files: BTreeSet<PathBuf>,
 }
 
 impl Study {
@@ -74,6 +76,9 @@ impl Study {
             for condition in conditions {
                 let begun = self.drive(i, *condition).and_then(|scenario| {
                     let world = self.begin(i, *condition, &scenario)?;
+                    let resolved = Scenario { policy: world.policy().name.clone(), ..scenario.clone() };
+                    let wrong = |why: MapError| self.wrong(i, *condition, &["map"], why.to_string());
+                    expected.files.extend(resolved.files().map_err(wrong)?.into_iter().flat_map(|(_, files)| files));
                     Ok((scenario, world))
                 });
                 let (Scenario { map, policy, .. }, world) = begun.map_err(|wrong| wrong.located(&self.source, name))?;
@@ -90,17 +95,9 @@ impl Study {
         Ok(expected)
     }
 
-    /// Returns the files that the drives read: those of their maps, and of policies that are files.
-    ///
-    /// # Errors
-    /// A map no longer exists.
-    pub fn files(&self) -> Result<Vec<PathBuf>, MapError> {
-        let mut files = BTreeSet::new();
-        for [map, policy] in self.expected.policies.keys() {
-            files.extend(RoadMap::files(map)?);
-            files.extend(policy::file_of(policy).iter().flat_map(|file| policy::files_of(file)));
-        }
-        Ok(files.into_iter().collect())
+    /// Returns the files that the drives read ([`Scenario::files`]), each once.
+    pub fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        self.expected.files.iter()
     }
 
     /// Returns the scenario of a drive: base settings, then the segment's, then the condition's.

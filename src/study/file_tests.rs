@@ -205,7 +205,7 @@ fn map_paths_start_at_the_folder_of_the_study_file() {
     for (at, set) in [("[base]\n", "map = \"roads/own.net.xml\"\n"), (drive, "set = { map = \"roads/own.net.xml\" }\n")]
     {
         let study = parse(at, set).unwrap_or_else(|e| panic!("{e}"));
-        assert_eq!(study.files().unwrap(), [home.path().join("roads/own.net.xml")]);
+        assert!(study.files().any(|file| *file == home.path().join("roads/own.net.xml")));
     }
     let message = parse(drive, "set = { map = \"roads/other.net.xml\" }\n").unwrap_err().to_string();
     assert!(message.contains(home.path().join("roads/other.net.xml").to_str().unwrap()), "{message}");

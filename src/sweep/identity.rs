@@ -3,13 +3,13 @@
 //! one run.
 
 use super::{SweepError, SweepRun, file_fingerprints::sha256_of, plan::SweepTask};
-use crate::{map::RoadMap, policy, scenario::Scenario, train::TrainConfig};
+use crate::{policy, scenario::Scenario, traffic::is_population_path, train::TrainConfig};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 /// Raised when the same settings come to other numbers, or a run to other columns.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Length of a fingerprint in hexadecimal digits: half of SHA-256, unique among a million runs.
 const LETTERS: usize = 32;
 
@@ -21,7 +21,7 @@ impl SweepRun {
     pub fn identity(&self) -> Result<Value, SweepError> {
         let task = match &self.task {
             SweepTask::Rings(task) => json!({
-                "config": task.follower().map_err(SweepError::Plan)?,
+                "config": of_training(&task.follower().map_err(SweepError::Plan)?)?,
                 "policy": of_policy(&task.policy)?,
                 "policy_speed_mps": task.policy_speed_mps,
                 "rings": task.rings,
@@ -85,27 +85,22 @@ fn of_file(path: &Path) -> Result<Value, SweepError> {
 
 /// Returns a scenario with the names of its files replaced by the files' fingerprints.
 fn of_scenario(scenario: &Scenario) -> Result<Value, SweepError> {
-    let map = RoadMap::files(&scenario.map).map_err(|why| SweepError::Plan(why.to_string()))?;
     let mut settings = serde_json::to_value(scenario).unwrap_or_default();
-    settings["map"] = json!({ "files": of_files(&map)? });
-    settings["policy"] = of_policy(&scenario.policy)?;
-    if let Some(file) = scenario.traffic.log_file() {
-        settings["traffic"] = of_file(file)?;
-    }
-    for (key, files) in [("files", &scenario.demand.files), ("additional", &scenario.demand.additional_files)] {
-        if !files.is_empty() {
-            settings["demand"][key] = json!(of_files(files)?);
-        }
+    for (setting, files) in scenario.files().map_err(|why| SweepError::Plan(why.to_string()))? {
+        let named = setting.split('.').fold(&mut settings, |at, key| &mut at[key]);
+        *named = json!({ "files": of_files(&files)? });
     }
     Ok(settings)
 }
 
-/// Returns a training with the name of the corrected policy replaced by its fingerprint.
+/// Returns a training with the corrected policy and the populations of drivers that are files replaced by their fingerprints.
 fn of_training(config: &TrainConfig) -> Result<Value, SweepError> {
     let mut settings = serde_json::to_value(config).unwrap_or_default();
     if config.is_residual() {
         settings["residual_over"] = of_policy(&config.advice.residual_over)?;
     }
+    let population = |name| if is_population_path(name) { of_file(Path::new(name)) } else { Ok(json!(name)) };
+    settings["traffic_drivers"] = config.ring.populations().map(population).collect::<Result<_, _>>()?;
     Ok(settings)
 }
 
@@ -148,6 +143,36 @@ mod tests {
     }
 
     #[test]
+    fn populations_and_demands_count_by_their_content_and_not_where_they_lie() {
+        let shipped = crate::data_folders::root().join("assets/populations/gap-closers.toml");
+        let people = std::fs::read_to_string(shipped).expect("a shipped population");
+        let identity = |name: &str, people: &str| {
+            let folder = tempfile::tempdir().expect("a folder");
+            std::fs::write(folder.path().join(name), people).expect("written");
+            std::fs::write(folder.path().join("signs.add.xml"), "<additional/>").expect("written");
+            std::fs::write(
+                folder.path().join("drive.toml"),
+                "map = \"merge\"\nduration_s = 1\n[demand]\nadditional_files = [\"signs.add.xml\"]\n",
+            )
+            .expect("written");
+            let text = format!(
+                "[[drives]]\nscenario = \"drive.toml\"\n[[trainings]]\n[trainings.settings]\ntraffic_drivers = \"{name}, gap-closers\"\n\
+                 [[rings]]\n[rings.settings]\ntraffic_drivers = \"{name}\"\n[[drives]]\n[drives.settings]\ntraffic = \"native\"\n\
+                 duration_s = 1\ntraffic_drivers = \"{name}\"\n"
+            );
+            let plan = SweepPlan::from_text(&text, &folder.path().join("plan.toml")).expect("a plan");
+            let of = |run: &crate::sweep::SweepRun| run.identity().expect("its files are there").to_string();
+            let all: Vec<String> = plan.runs.iter().map(of).collect();
+            assert!(!all.concat().contains(&*folder.path().to_string_lossy()), "{all:?}");
+            all
+        };
+        let one = identity("one.toml", &people);
+        assert_eq!(one, identity("two.toml", &people));
+        let other = identity("one.toml", &(people + "# another text\n"));
+        assert_eq!((0..4).filter(|k| one[*k] != other[*k]).collect::<Vec<_>>(), [1, 2, 3]);
+    }
+
+    #[test]
     fn all_files_of_a_map_count_and_not_where_it_lies() {
         let folder = tempfile::tempdir().expect("a folder");
         let map = folder.path().join("mine");
@@ -180,9 +205,21 @@ mod tests {
             std::fs::write(&policy, text).expect("written");
         };
         aim(4.0);
+        let lead = |mps: u32| {
+            let rows: String = (0..30).map(|second| format!("{second},{mps}\n")).collect();
+            std::fs::write(folder.path().join("leader.csv"), format!("time_s,speed_mps\n{rows}")).expect("written");
+        };
+        lead(9);
+        let shipped = crate::data_folders::root().join("assets/populations/gap-closers.toml");
+        let people = std::fs::read_to_string(shipped).expect("a shipped population");
+        let drivers = |text: &str| std::fs::write(folder.path().join("people.toml"), text).expect("written");
+        drivers(&people);
         let study = format!(
             "title = \"Short\"\nparticipants = 2\nseed = 1\norder = \"williams\"\n[base]\ntraffic = \"native\"\nduration_s = 10\n[[condition]]\nname = \"advised\"\nset = {{ policy = {policy:?} }}\n\
-             [[condition]]\nname = \"free\"\nset = {{ policy = \"none\" }}\n[[segment]]\nname = \"drives\"\nkind = \"trials\"\n"
+             [[condition]]\nname = \"free\"\nset = {{ policy = \"none\" }}\n\
+             [[condition]]\nname = \"led\"\nset = {{ policy = \"none\", map = \"lane-10km\", traffic = \"leader.csv\", vehicles = 4 }}\n\
+             [[condition]]\nname = \"people\"\nset = {{ policy = \"none\", traffic_drivers = \"people.toml\" }}\n\
+             [[segment]]\nname = \"drives\"\nkind = \"trials\"\n"
         );
         std::fs::write(folder.path().join("study.toml"), study).expect("written");
         let print = || {
@@ -194,6 +231,12 @@ mod tests {
         aim(4.5);
         assert_ne!(print(), first);
         aim(4.0);
+        lead(8);
+        assert_ne!(print(), first, "a log");
+        lead(9);
+        drivers(&format!("{people}# another text\n"));
+        assert_ne!(print(), first, "a population");
+        drivers(&people);
         assert_eq!(print(), first);
     }
 

@@ -3,13 +3,14 @@
 //!
 //! * [`plan`]: the file and its runs; [`identity`]: the identity of a run and its fingerprint, with the fingerprints of the files that it
 //!   reads in `file_fingerprints`.
-//! * [`single_run`]: execution of one run in this process; [`rows`]: its rows.
+//! * [`single_run`]: execution of one run in this process; [`rows`]: its rows; [`checkpoint`]: the state from which a training continues.
 //! * [`results`]: the folder of a sweep: finished runs, missing runs, and combined tables.
 //! * [`supervisor`]: worker processes that carry out the runs on this machine, with retries and time limits.
 //!
-//! The whole plan runs on one machine (`codrive sweep`), as an array of jobs by `--part`, or on Ray through the Python package. A run gives the same bytes on every machine: it reads no clock, and its random numbers come from its own seed
-//! (docs/decisions.md: 30).
+//! The whole plan runs on one machine (`codrive sweep`), as an array of jobs by `--part`, or on Ray through the Python package. A run gives
+//! the same bytes on every machine: no clock changes it, and its random numbers come from its own seed (docs/decisions.md: 30).
 
+pub mod checkpoint;
 mod combinations;
 mod file_fingerprints;
 pub mod identity;
@@ -19,6 +20,7 @@ pub mod rows;
 pub mod single_run;
 pub mod supervisor;
 
+pub use checkpoint::{NoCheckpoint, RunCheckpoint};
 pub use plan::{SweepPlan, SweepRun};
 
 use crate::{drive_loop::RunError, record::RecordError};

@@ -52,7 +52,8 @@ impl std::fmt::Display for SweepRun {
     /// Writes the table and the varied settings.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let varied: Vec<String> = self.varied.iter().map(|(name, value)| format!("{name} {value}")).collect();
-        write!(f, "{}: {}", self.table, varied.join(", "))
+        let between = if varied.is_empty() { "" } else { ": " };
+        write!(f, "{}{between}{}", self.table, varied.join(", "))
     }
 }
 
@@ -264,6 +265,7 @@ impl PlanReader<'_> {
                     self.wrong(key, &format!("policy_speed_mps is {value}; allowed: a number from 0 to 60 m/s"))
                 })?,
             };
+            self.find_files(&mut combination);
             let config: TrainConfig = self.changed(&base, &combination, &OF_RINGS)?;
             let task = RingsTask { config, policy: self.policy(&policy.0), driver: driver.0, policy_speed_mps, rings };
             task.follower().map_err(|why| self.wrong(&driver.1, &why))?;
@@ -287,17 +289,13 @@ impl PlanReader<'_> {
             None => Scenario::default(),
         };
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
-            for (name, value, _) in &mut combination.settings {
-                if let Value::String(word) = value {
-                    *word = scenario::path_from(self.folder, name, word);
-                }
-            }
+            self.find_files(&mut combination);
             let mut scenario: Scenario = self.changed(&base, &combination, &[])?;
             let key = |name: &str| {
                 let set = combination.settings.iter().find(|setting| setting.0 == name);
                 set.map_or_else(|| format!("{at}.scenario"), |setting| setting.2.clone())
             };
-            if scenario.duration_s <= 0.0 {
+            if scenario.duration_s <= 0.0 && scenario.traffic.log_file().is_none() {
                 let text = "duration_s is 0; a drive of a sweep needs an end, for example 300";
                 return Err(self.wrong(&key("duration_s"), text));
             }
@@ -329,7 +327,8 @@ impl PlanReader<'_> {
             Some(file) => self.settings_file(&format!("{at}.config"), file)?,
             None => TrainConfig::default(),
         };
-        for combination in self.combinations(&at, &table.settings, &table.each)? {
+        for mut combination in self.combinations(&at, &table.settings, &table.each)? {
+            self.find_files(&mut combination);
             let mut config: TrainConfig = self.changed(&base, &combination, &[])?;
             config.advice.residual_over = self.policy(&config.advice.residual_over);
             let task = SweepTask::Training(Box::new(config));
@@ -343,7 +342,7 @@ impl PlanReader<'_> {
         let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let path = self.folder.join(&table.study);
         let study = Study::load(&path).map_err(|why| self.wrong(&format!("{at}.study"), &why.to_string()))?;
-        let reads = study.files().map_err(|why| self.wrong(&format!("{at}.study"), &why.to_string()))?;
+        let reads: Vec<PathBuf> = study.files().cloned().collect();
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
             let seed = self.whole(combination.take("seed"), study.file.seed, [0, (1 << 53) - 1])?;
             let participants = self.whole(combination.take("participants"), 12, [1, 1000])? as usize;
@@ -405,6 +404,21 @@ impl PlanReader<'_> {
     /// Returns the policy's name, or its path relative to the plan's folder.
     fn policy(&self, name: &str) -> String {
         scenario::path_from(self.folder, "policy", name)
+    }
+
+    /// Resolves the paths among the settings of a combination relative to the plan's folder.
+    fn find_files(&self, combination: &mut Combination) {
+        for (name, value, _) in &mut combination.settings {
+            let found = |word: &str| scenario::path_from(self.folder, name, word);
+            match value {
+                // A training has several populations of drivers.
+                Value::String(text) if name == "traffic_drivers" => {
+                    *text = text.split(',').map(|word| found(word.trim())).collect::<Vec<_>>().join(",");
+                }
+                Value::String(text) => *text = found(text),
+                _ => {}
+            }
+        }
     }
 
     /// Returns a word and its key in the plan; the default and an empty key if it is not set.

@@ -3,21 +3,30 @@
 //!
 //! ```text
 //! parts/drives-FINGERPRINT.parquet     one run, complete or absent; its metadata (codrive.run) identify the run
+//! checkpoints/trainings-FINGERPRINT    state of a training that is not done, complete or absent
 //! drives.parquet  rings.parquet  trainings.parquet  rehearsals.parquet     all runs of a plan, in its order
 //! policies/FINGERPRINT.toml            the best policy of each training
 //! ```
 //! A part is identified by the run alone. So a second start makes only what is missing, and plans and machines can share a folder: two
 //! processes that make the same run write the same bytes.
 
-use super::{SweepError, SweepPlan, SweepRun};
-use crate::record::{self, RecordError, TableReader, parts};
+use super::{RunCheckpoint, SweepError, SweepPlan, SweepRun};
+use crate::{
+    file::read_bounded,
+    record::{self, RecordError, TableReader, parts},
+    train::CHECKPOINT_BYTES,
+};
 use std::{
     collections::BTreeMap,
+    fs,
+    io::ErrorKind,
     path::{Path, PathBuf},
 };
 
 /// Name of the folder of parts.
 const PARTS: &str = "parts";
+/// Name of the folder of checkpoints.
+const CHECKPOINTS: &str = "checkpoints";
 /// Name of the folder of trained policies.
 const POLICIES: &str = "policies";
 
@@ -68,12 +77,22 @@ impl SweepFolder {
         self.root.join(PARTS).join(name)
     }
 
-    /// Writes a part atomically: it is complete or absent, also after a power failure.
+    /// Writes a part atomically: it is complete or absent, also after a power failure. Then removes the checkpoint of the run.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// The part cannot be written, or the checkpoint cannot be removed.
     pub fn put(&self, name: &str, bytes: &[u8]) -> Result<(), SweepError> {
-        Ok(record::replace(&self.part(name), bytes)?)
+        record::replace(&self.part(name), bytes)?;
+        let checkpoint = self.checkpoint(name);
+        match fs::remove_file(&checkpoint) {
+            Err(why) if why.kind() != ErrorKind::NotFound => Err(of_checkpoint(&checkpoint, &why)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Returns the path of the checkpoint of the run with this part, existing or not.
+    pub fn checkpoint(&self, name: &str) -> PathBuf {
+        self.root.join(CHECKPOINTS).join(Path::new(name).with_extension(""))
     }
 
     /// Returns the runs without a part. Computes the fingerprints of all runs.
@@ -129,9 +148,42 @@ impl SweepFolder {
     }
 }
 
+/// Returns the error of a checkpoint that cannot be read or removed.
+fn of_checkpoint(path: &Path, why: &std::io::Error) -> SweepError {
+    SweepError::Run(format!("{}: {why}", path.display()))
+}
+
+/// Checkpoint of a run as a file, with a function that takes its reports.
+pub struct CheckpointFile<'a> {
+    /// Path of the checkpoint.
+    pub path: PathBuf,
+    /// Function that takes the reports.
+    pub report: &'a dyn Fn(&str),
+}
+
+impl RunCheckpoint for CheckpointFile<'_> {
+    fn load(&self) -> Result<Option<Vec<u8>>, SweepError> {
+        match read_bounded(&self.path, CHECKPOINT_BYTES) {
+            Ok(checkpoint) => Ok(Some(checkpoint)),
+            Err(why) if why.kind() == ErrorKind::NotFound => Ok(None),
+            Err(why) => Err(of_checkpoint(&self.path, &why)),
+        }
+    }
+
+    fn save(&self, checkpoint: &[u8]) -> Result<(), SweepError> {
+        record::new_private_dir(self.path.parent().unwrap_or(Path::new("")))?;
+        Ok(record::replace(&self.path, checkpoint)?)
+    }
+
+    fn report(&self, text: &str) {
+        (self.report)(text);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sweep::NoCheckpoint;
 
     #[test]
     fn finished_runs_are_not_missing_and_tables_follow_the_plans_order() {
@@ -143,12 +195,35 @@ mod tests {
         assert_eq!(folder.missing(&plan.runs).expect("files").len(), 3);
         // The last two runs, in reverse order.
         for run in plan.runs.iter().rev().take(2) {
-            folder.put(&run.part_name().expect("a name"), &run.execute().expect("it runs")).expect("written");
+            folder
+                .put(&run.part_name().expect("a name"), &run.execute(&NoCheckpoint).expect("it runs"))
+                .expect("written");
         }
         let missing = folder.missing(&plan.runs).expect("files");
         assert_eq!(missing.iter().map(|run| run.number).collect::<Vec<_>>(), [0]);
         let tables = folder.collect(&plan).expect("collected");
         assert_eq!(tables.iter().map(|table| (table.runs, table.rows)).collect::<Vec<_>>(), [(2, 2)]);
         assert_eq!(TableReader::parquet(&tables[0].path).expect("a table").wholes("seed"), [2, 3]);
+    }
+
+    #[test]
+    fn a_checkpoint_is_replaced_and_goes_when_the_part_is_there() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let folder = SweepFolder::open(&dir.path().join("out")).expect("a folder");
+        let name = "trainings-0a1b.parquet";
+        let file = CheckpointFile { path: folder.checkpoint(name), report: &|_| () };
+        assert_eq!(file.path, dir.path().join("out/checkpoints/trainings-0a1b"));
+        assert_eq!(file.load().expect("readable"), None);
+        for state in [&b"one"[..], b"two"] {
+            file.save(state).expect("written");
+            assert_eq!(file.load().expect("readable").as_deref(), Some(state));
+        }
+        folder.put(name, b"part").expect("written");
+        assert_eq!(file.load().expect("readable"), None);
+        // A part without a checkpoint is written as well.
+        folder.put(name, b"part").expect("written");
+        // What is no file is an error, and not a missing checkpoint.
+        std::fs::create_dir(&file.path).expect("a folder");
+        assert!(file.load().is_err());
     }
 }

@@ -39,6 +39,10 @@ pub struct DriveRow {
     pub driver: String,
     /// Hold of each advice, s.
     pub hold_s: f64,
+    /// Number of advised vehicles of each ring or drive; on a network of those that entered.
+    pub advised_vehicles: u32,
+    /// Planned share of advised vehicles, 0 to 1; on a network of those that enter.
+    pub advised_share: f64,
     /// Evaluation of the drive.
     pub result: EvaluationResult,
 }
@@ -115,6 +119,8 @@ pub fn drive_columns() -> Vec<TableColumn<DriveRow>> {
         column("policy", "", "advising policy", Word(|row| row.policy.clone())),
         column("driver", "", "driver who followed the advice", Word(|row| row.driver.clone())),
         column("hold_s", "s", "time for which one advice was held", Number(|row| Some(row.hold_s))),
+        measured("advised_vehicles", Whole(|row| row.advised_vehicles.into())),
+        measured("advised_share", Number(|row| Some(row.advised_share))),
     ]);
     columns.extend(EVALUATED.iter().zip(evaluated()).map(|((measure, _), get)| match measure.name {
         "crashed" => measured(measure.name, Flag(|row: &DriveRow| Some(row.result.crashed))),

@@ -1,11 +1,16 @@
 //! Supervision of a sweep on this machine. In: a plan, its folder and the numbers of the runs due. Out: their parts, made by worker
 //! processes, and the runs that failed. SUMO runs once per process, and a crash ends one run only.
 //!
-//! The protocol: a worker writes an empty message when it has read the plan. It then reads numbers of runs, and writes for each an empty
-//! message or the reason of the failure. Each message is one line, a JSON string. The Python package's workers on a Ray cluster speak the
-//! same protocol and take the texts of failures from here.
+//! The protocol: a worker writes an empty answer when it has read the plan. It then reads numbers of runs, and writes for each an empty
+//! answer or the reason of the failure, and before it reports about the run's checkpoint. Each message is one line: an answer is a JSON
+//! string, a report is {"report": "text"}. The Python package's workers on a Ray cluster speak the same protocol and take the texts of
+//! failures from here.
 
-use super::{SweepError, SweepPlan, results::SweepFolder};
+use super::{
+    SweepError, SweepPlan,
+    results::{CheckpointFile, SweepFolder},
+};
+use serde::{Deserialize, Serialize};
 use std::{
     io::{BufRead, BufReader, Write},
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
@@ -45,12 +50,24 @@ pub struct FailedRun {
 }
 
 /// Progress of a sweep.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum SweepProgress {
     /// One more run is done.
     Done,
     /// All runs were tried; this number failed and is tried again.
     Retry(usize),
+    /// Report of a run about its checkpoint.
+    Report(String),
+}
+
+/// Message of a worker.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum WorkerMessage {
+    /// Answer to a run: empty if it is done, else the reason why it failed.
+    Answer(String),
+    /// Report about the run in progress.
+    Report { report: String },
 }
 
 /// Pool of worker processes.
@@ -124,9 +141,10 @@ impl WorkerPool<'_> {
             None => worker.insert(Worker::start(self)?),
         };
         let limit_s = self.plan.runs[number].limit_s;
-        let fault = match at_work.run(number, limit_s.map(Duration::from_secs_f64), stop)? {
-            WorkerAnswer::Message(answer) if answer.is_empty() => return Ok(Ok(())),
-            WorkerAnswer::Message(why) => return Ok(Err(why)),
+        let report = |text| (self.progress)(SweepProgress::Report(text));
+        let fault = match at_work.run(number, limit_s.map(Duration::from_secs_f64), stop, &report)? {
+            WorkerAnswer::Text(answer) if answer.is_empty() => return Ok(Ok(())),
+            WorkerAnswer::Text(why) => return Ok(Err(why)),
             WorkerAnswer::Ended => WorkerFault::Ended(worker.take().map(Worker::end).unwrap_or_default()),
             WorkerAnswer::TooLong => {
                 // Dropping the worker ends it.
@@ -142,14 +160,14 @@ impl WorkerPool<'_> {
 struct Worker {
     child: Child,
     stdin: ChildStdin,
-    answers: mpsc::Receiver<String>,
+    messages: mpsc::Receiver<WorkerMessage>,
     is_ready: bool,
 }
 
 /// Outcome of a run.
 enum WorkerAnswer {
-    /// Message of the worker: empty if the run is done, else the reason why it failed.
-    Message(String),
+    /// Answer of the worker: empty if the run is done, else the reason why it failed.
+    Text(String),
     /// End of the worker's process.
     Ended,
     /// Time limit exceeded; the worker is still running.
@@ -168,30 +186,41 @@ impl Worker {
         let (Some(stdin), Some(stdout)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(failed(&"the process has no standard input and output"));
         };
-        let (tell, answers) = mpsc::channel();
-        std::thread::spawn(move || read_answers(stdout, &tell));
-        Ok(Self { child, stdin, answers, is_ready: false })
+        let (tell, messages) = mpsc::channel();
+        std::thread::spawn(move || read_messages(stdout, &tell));
+        Ok(Self { child, stdin, messages, is_ready: false })
     }
 
-    /// Sends a run to the worker and waits for it. The limit starts when the plan has been read.
+    /// Sends a run to the worker and waits for it; `report` takes its reports. The limit starts when the plan has been read.
     ///
     /// # Errors
     /// The sweep was stopped.
-    fn run(&mut self, number: usize, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, SweepError> {
+    fn run(
+        &mut self,
+        number: usize,
+        limit: Option<Duration>,
+        stop: &AtomicBool,
+        report: &dyn Fn(String),
+    ) -> Result<WorkerAnswer, SweepError> {
         if !self.is_ready {
-            match self.answer(None, stop)? {
-                WorkerAnswer::Message(_) => self.is_ready = true,
+            match self.answer(None, stop, report)? {
+                WorkerAnswer::Text(_) => self.is_ready = true,
                 ended => return Ok(ended),
             }
         }
         // A worker that has ended is noticed by the closed channel, not by this write.
         let _ = writeln!(self.stdin, "{number}").and_then(|()| self.stdin.flush());
-        self.answer(limit, stop)
+        self.answer(limit, stop, report)
     }
 
-    /// Waits for the worker's next message.
+    /// Waits for the worker's next answer.
     #[allow(clippy::disallowed_methods, reason = "a limit is of the clock on the wall")]
-    fn answer(&mut self, limit: Option<Duration>, stop: &AtomicBool) -> Result<WorkerAnswer, SweepError> {
+    fn answer(
+        &mut self,
+        limit: Option<Duration>,
+        stop: &AtomicBool,
+        report: &dyn Fn(String),
+    ) -> Result<WorkerAnswer, SweepError> {
         let start = Instant::now();
         loop {
             if stop.load(Ordering::Relaxed) {
@@ -199,8 +228,9 @@ impl Worker {
                 return Err(SweepError::Run(STOPPED.into()));
             }
             let left = limit.map(|limit| limit.saturating_sub(start.elapsed()));
-            match self.answers.recv_timeout(left.map_or(LOOK, |left| left.min(LOOK))) {
-                Ok(answer) => return Ok(WorkerAnswer::Message(answer)),
+            match self.messages.recv_timeout(left.map_or(LOOK, |left| left.min(LOOK))) {
+                Ok(WorkerMessage::Answer(answer)) => return Ok(WorkerAnswer::Text(answer)),
+                Ok(WorkerMessage::Report { report: text }) => report(text),
                 Err(mpsc::RecvTimeoutError::Timeout) if left.is_some_and(|left| left.is_zero()) => {
                     return Ok(WorkerAnswer::TooLong);
                 }
@@ -225,16 +255,16 @@ impl Drop for Worker {
 }
 
 /// Forwards the worker's messages, one a line.
-fn read_answers(stdout: ChildStdout, tell: &mpsc::Sender<String>) {
+fn read_messages(stdout: ChildStdout, tell: &mpsc::Sender<WorkerMessage>) {
     for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-        let Ok(answer) = serde_json::from_str::<String>(&line) else { return };
-        if tell.send(answer).is_err() {
+        let Ok(message) = serde_json::from_str(&line) else { return };
+        if tell.send(message).is_err() {
             return;
         }
     }
 }
 
-/// Carries out the runs whose numbers come on the standard input, as a worker. `send` sends one message, a JSON string.
+/// Carries out the runs whose numbers come on the standard input, as a worker. `send` sends one message as JSON.
 ///
 /// # Errors
 /// `send` failed, or the input names no run of the plan.
@@ -243,13 +273,18 @@ pub fn serve<E: From<SweepError>>(
     folder: &SweepFolder,
     send: impl Fn(serde_json::Value) -> Result<(), E>,
 ) -> Result<(), E> {
-    send(String::new().into())?;
+    let message = |message: WorkerMessage| send(serde_json::to_value(message).unwrap_or_default());
+    let report = |report: &str| drop(message(WorkerMessage::Report { report: report.into() }));
+    message(WorkerMessage::Answer(String::new()))?;
     for line in std::io::stdin().lines() {
         let line = line.map_err(|why| SweepError::Run(format!("the standard input: {why}")))?;
         let run = line.trim().parse().ok().and_then(|number: usize| plan.runs.get(number));
         let run = run.ok_or_else(|| SweepError::Plan(format!("the standard input: no run has the number {line:?}")))?;
-        let made = run.execute().and_then(|bytes| folder.put(&run.part_name()?, &bytes));
-        send(made.map_or_else(|why| why.to_string(), |()| String::new()).into())?;
+        let made = run.part_name().and_then(|name| {
+            let part = run.execute(&CheckpointFile { path: folder.checkpoint(&name), report: &report })?;
+            folder.put(&run.part_name()?, &part)
+        });
+        message(WorkerMessage::Answer(made.map_or_else(|why| why.to_string(), |()| String::new())))?;
     }
     Ok(())
 }

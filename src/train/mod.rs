@@ -2,11 +2,12 @@
 //!
 //! [`ring`] simulates sixteen rings at once, [`inputs`] defines the policies' inputs, [`environment`] makes episodes and [`driver`] lets
 //! the advised vehicles follow the advice. [`net`] is the network, [`distribution`] the distribution of its actions, [`trpo`] the update and
-//! [`learner`] the training loop. [`evaluate()`] evaluates any policy over the horizon. `tuning` searches the parameters of a controller
+//! [`learner`] the training loop, [`checkpoint`] its state on disk. [`evaluate()`] evaluates any policy over the horizon. `tuning` searches the parameters of a controller
 //! (feature `tune`), `population_fit` the numbers of a population of drivers; [`silence`] learns when a policy should withhold advice.
 
 pub mod adam;
 mod advised_vehicle;
+pub mod checkpoint;
 pub mod config;
 mod config_check;
 mod corrected;
@@ -44,6 +45,7 @@ pub mod trpo;
 #[cfg(feature = "tune")]
 pub mod tuning;
 
+pub use checkpoint::{CHECKPOINT_BYTES, CheckpointClock};
 pub use config::{
     ActionKind, AdviceConfig, DriverConfig, FollowKind, NetworkConfig, OptimiserConfig, RewardConfig, RewardKind,
     RingConfig, RunConfig, Scaling, SilenceConfig, StudentConfig, TrainConfig,

@@ -159,6 +159,40 @@ fn a_sweep_resumes_after_a_stop_and_after_a_killed_worker() {
     assert!(parts(&out).len() == 8 && before.iter().all(|name| parts(&out).iter().any(|part| part.0 == *name)));
 }
 
+/// A plan of a training of some seconds.
+const TRAINING: &str = "[[trainings]]\n[trainings.settings]\niterations = 80\njudge_every = 80\nbatch = 600\nrings = 16\nhorizon_s = 10\nwarm_up_s = 5\n";
+
+#[cfg(unix)]
+#[test]
+#[allow(clippy::disallowed_methods, reason = "a user waits by the clock on the wall")]
+fn a_training_continues_after_ctrl_c_with_the_same_bytes() {
+    let (folder, plan) = plan(TRAINING);
+    let out = folder.path().join("out");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_codrive"));
+    command.arg("sweep").arg(&plan).arg("--out").arg(&out);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let checkpoints = || fs::read_dir(out.join("checkpoints")).map_or(0, |entries| entries.flatten().count());
+    while checkpoints() == 0 {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let stop = std::time::Instant::now();
+    assert!(std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let text = String::from_utf8_lossy(&child.wait_with_output().unwrap().stderr).into_owned();
+    // A second is promised; ten times as much are for a machine with other things to do.
+    assert!(text.contains("stopped; run the same command again") && stop.elapsed() < Duration::from_secs(10), "{text}");
+    assert!(parts(&out).is_empty() && checkpoints() > 0);
+
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&out));
+    // The first checkpoint follows the first update, the next one a minute later.
+    let report = "run 0, trainings 1: continues from its checkpoint after update 1 of 80";
+    assert!(code == 0 && text.contains(report), "{text}");
+    assert_eq!((checkpoints(), parts(&out).len()), (0, 1));
+    let whole = folder.path().join("whole");
+    let (code, text) = printed(codrive(&["sweep"]).arg(&plan).arg("--out").arg(&whole));
+    assert!(code == 0 && !text.contains("continues"), "{text}");
+    assert_eq!(fs::read(out.join("trainings.parquet")).unwrap(), fs::read(whole.join("trainings.parquet")).unwrap());
+}
+
 #[test]
 fn a_wrong_plan_is_refused_where_it_is_wrong() {
     let (folder, plan) = plan(&PLAN.replace("duration_s", "duration"));

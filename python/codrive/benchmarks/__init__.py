@@ -1,12 +1,12 @@
 """Benchmarks that the field cites, by their Gymnasium ids: Flow's (CoRL 2018) and networks of the Wu lab (T-ASE 2022). docs/benchmarks.md
-describes them. ``python -m codrive.benchmarks`` makes the table of results.
+describes them. ``python -m codrive.benchmarks`` makes the table of results, and ``python -m codrive.benchmarks train`` trains policies.
 """
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-
+from codrive._traffic_env import TrafficEnv
 from codrive.benchmarks._bottleneck import FlowBottleneck
 from codrive.benchmarks._figure_eight import FlowFigureEight
 from codrive.benchmarks._grid import FlowGrid
@@ -26,6 +26,7 @@ __all__ = [
     "WuLabBottleneck",
     "WuLabFigureEight",
     "WuLabRamp",
+    "named",
     "weight_count",
 ]
 
@@ -39,6 +40,11 @@ class Benchmark(NamedTuple):
     arguments: dict[str, Any]
     evaluation: str
     published: dict[str, float]
+
+    def make(self, **options: Any) -> TrafficEnv:
+        """Returns the environment, with these further arguments of its class."""
+        env: TrafficEnv = globals()[self.kind](**self.arguments, **options)
+        return env
 
 
 def _flow(name: str, version: int, evaluation: str, **published: float) -> Benchmark:
@@ -63,3 +69,15 @@ BENCHMARKS = (
     Benchmark("WuLab-Bottleneck-v0", "WuLabBottleneck", {}, _FLOW, {"human": 1476, "derived": 1787}),
     Benchmark("WuLab-Ramp-v0", "WuLabRamp", {}, _FLOW, {"human": 1500, "derived": 1675}),
 )
+
+
+def named(name: str) -> Benchmark:
+    """Returns the benchmark of a name, such as ``"Flow-Merge-v1"``.
+
+    Raises:
+        ValueError: There is no such benchmark.
+    """
+    for benchmark in BENCHMARKS:
+        if benchmark.name == name:
+            return benchmark
+    raise ValueError(f"no benchmark is called {name!r}; allowed: {', '.join(benchmark.name for benchmark in BENCHMARKS)}")

@@ -1,8 +1,8 @@
-"""``python -m codrive.benchmarks``: the table of results of the benchmarks."""
+"""``python -m codrive.benchmarks``: the table of results of the benchmarks, and trainings of their policies."""
 
 import sys
 
-from codrive.benchmarks._table import main
+from codrive.benchmarks._command import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -51,17 +51,16 @@ class SharedPolicy:
         return int(levels[0]) if isinstance(space, gymnasium.spaces.Discrete) else levels
 
 
-def read(file: pathlib.Path, env: TrafficEnv) -> SharedPolicy:
-    """Reads a policy for an environment.
+def read(file: pathlib.Path) -> list[float]:
+    """Returns the weights in the file of a policy.
 
     Raises:
-        ValueError: The file has no weights of this benchmark.
+        ValueError: The file is no policy of a benchmark.
     """
     try:
-        weights = json.loads(file.read_text())["weights"]
-    except (KeyError, TypeError, json.JSONDecodeError) as fault:
+        return [float(weight) for weight in json.loads(file.read_text())["weights"]]
+    except (KeyError, TypeError, ValueError) as fault:
         raise ValueError(f"{file}: this is no policy of a benchmark: {fault!r}") from None
-    return SharedPolicy(env, weights)
 
 
 def count(env: TrafficEnv) -> int:
