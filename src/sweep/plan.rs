@@ -10,7 +10,7 @@ use crate::{
     file::{SETTINGS_BYTES, read_text},
     policy::{self, PolicySource},
     scenario::{self, Scenario},
-    settings::{self, Field, Settings, fields_of},
+    settings::{self, Field, SettingKind, Settings, fields_of},
     study::Study,
     toml_text::{self, KeyPart, did_you_mean, did_you_mean_file, unknown_key},
     train::TrainConfig,
@@ -452,10 +452,15 @@ impl PlanReader<'_> {
                     fields.iter().map(|field| field.path.as_str()).chain(beside.iter().copied()).collect();
                 return Err(self.unknown(key, name, &known));
             };
-            if let Some(fault) = field.fault(value) {
+            // As in a scenario file, a text may be a number: advised = 3.
+            let value = match (&field.kind, value) {
+                (SettingKind::Text, Value::Number(number)) => Value::String(number.to_string()),
+                (_, value) => value.clone(),
+            };
+            if let Some(fault) = field.fault(&value) {
                 return Err(self.wrong(key, &fault));
             }
-            changes.push((field.clone(), value.clone()));
+            changes.push((field.clone(), value));
         }
         settings::changed(base, &changes).map_err(|why| {
             let set = combination.settings.iter().find(|setting| setting.0 == why.key);
