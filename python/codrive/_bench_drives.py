@@ -1,5 +1,5 @@
 """``python -m codrive._bench_drives NAME STEPS``: one measurement of whole drives for ``codrive.bench``, in a process of its own, which can
-hold one SUMO. It prints steps of agents per CPU-second.
+hold one SUMO. It prints steps of agents per CPU-second; of traffic without agents steps of SUMO; of the grid the times of real time.
 
 The references are environments as users of Flow write them on plain libsumo: at each step they read the advised vehicles and their leaders
 and set speeds, and at each step of SUMO they read the mean speed of all vehicles.
@@ -8,23 +8,34 @@ and set speeds, and at each step of SUMO they read the mean speed of all vehicle
 from __future__ import annotations
 
 import importlib.util
+import pathlib
+import random
 import subprocess
 import sys
+import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
 from typing import Any
 
 import numpy as np
+from gymnasium.spaces import Box, Discrete
+from numpy.typing import NDArray
 
-from codrive._codrive import data_folder
+from codrive._codrive import data_folder, sumo_home
+from codrive._drives import Order
 from codrive._register import make, make_parallel
+from codrive._traffic_env import Timing, TrafficEnv
 
-#: Share of advised vehicles on the merge.
-SHARE = 0.25
+#: Share of advised vehicles on the merge, and of those on the grid.
+SHARE, GRID_SHARE = 0.25, 0.1
 #: Step of SUMO, s.
 STEP_S = 0.1
 #: Vehicles on a ring.
 CARS = 22
+#: Junctions along a side of the grid, length of its streets, m, vehicles on it, and edges of the route of each.
+GRID_SIDE, GRID_STREET_M, GRID_CARS, GRID_EDGES = 10, 200, 1000, 100
+#: Time in which the vehicles enter the grid, s, and the merge without agents.
+GRID_FILLS_S, TRAFFIC_FILLS_S = 60, 60
 
 
 def ring(traffic: str, steps: int) -> float:
@@ -38,18 +49,87 @@ def ring(traffic: str, steps: int) -> float:
     return steps / (time.process_time() - begun)
 
 
-def merge(steps: int) -> float:
-    """Measures the agents of the merge with holds of 1 s."""
+def _agents(network: str, share: float, first: int, holds: int, **settings: Any) -> tuple[float, float]:
+    """Measures a network with holds of 1 s, after the ``first`` holds: steps of agents, and seconds of the drive, per CPU-second."""
     env = make_parallel(
-        "merge", advised=SHARE, participant=False, own_process=False, advice="acceleration", warm_up_s=0.0, horizon_s=float(max(steps, 60))
+        network, advised=share, participant=False, own_process=False, advice="acceleration", warm_up_s=0.0, horizon_s=float(first + holds), **settings
     )
     env.reset(seed=1)
     rng = np.random.default_rng(1)
-    begun, driven = time.process_time(), 0
+    begun, driven, hold = time.process_time(), 0, 0
     while env.agents:
-        driven += len(env.agents)
+        if hold == first:
+            begun, driven = time.process_time(), 0
+        driven, hold = driven + len(env.agents), hold + 1
         env.step({agent: rng.uniform(-1.0, 1.0, (1,)).astype(np.float32) for agent in env.agents})
-    return driven / (time.process_time() - begun)
+    used_s = time.process_time() - begun
+    return driven / used_s, (hold - first) / used_s
+
+
+def merge(holds: int) -> float:
+    """Measures the agents of the merge."""
+    return _agents("merge", SHARE, 0, max(holds, 60))[0]
+
+
+def grid(holds: int) -> float:
+    """Measures the grid, once all vehicles are there if the measurement is long enough."""
+    with tempfile.TemporaryDirectory() as folder:
+        net, routes = write_grid(pathlib.Path(folder))
+        return _agents(str(net), GRID_SHARE, min(GRID_FILLS_S, 3 * holds), holds, demand={"files": [str(routes)]})[1]
+
+
+def write_grid(folder: pathlib.Path) -> tuple[pathlib.Path, pathlib.Path]:
+    """Writes the network of the grid, signals at its junctions, and its demand: vehicles that drive about at random until after the end."""
+    net, routes = folder / "net.xml", folder / "demand.rou.xml"
+    home = sumo_home()
+    if home is None:
+        raise RuntimeError("SUMO was not found: run scripts/setup, or set SUMO_HOME")
+    side = ["--grid.number", str(GRID_SIDE), "--grid.length", str(GRID_STREET_M)]
+    command = [str(home / "bin/netgenerate"), "--grid", *side, "--default-junction-type", "traffic_light", "--no-turnarounds", "true"]
+    subprocess.run([*command, "--output-file", str(net)], check=True, stdout=subprocess.DEVNULL)
+    roads = [edge.attrib for edge in ElementTree.parse(net).getroot().iter("edge") if "from" in edge.attrib]
+    following = {road["id"]: [on["id"] for on in roads if on["from"] == road["to"] and on["to"] != road["from"]] for road in roads}
+    drawn = random.Random(1)
+    lines = []
+    for car in range(GRID_CARS):
+        edges = [drawn.choice(roads)["id"]]
+        while len(edges) < GRID_EDGES:
+            edges.append(drawn.choice(following[edges[-1]]))
+        depart_s = car * GRID_FILLS_S // 2 / GRID_CARS
+        lines.append(f'<vehicle id="{car}" depart="{depart_s}"><route edges="{" ".join(edges)}"/></vehicle>')
+    routes.write_text(f"<routes>{''.join(lines)}</routes>", encoding="utf-8")
+    return net, routes
+
+
+class _Traffic(TrafficEnv):
+    """Traffic of the merge without orders; an action is nothing."""
+
+    action_space = Discrete(1)
+    observation_space = Box(0.0, np.inf, (1,), np.float64)
+
+    def orders(self, action: Any) -> list[Order]:
+        return []
+
+    def observe(self) -> NDArray[Any]:
+        return np.array([self.measure()])
+
+    def reward(self, action: Any, has_failed: bool) -> float:
+        return self.measure()
+
+    def measure(self) -> float:
+        return float(self.now.vehicles.speed_mps.mean()) if len(self.now.vehicles.car) else 0.0
+
+
+def traffic(steps: int) -> float:
+    """Measures traffic of the merge without agents, by steps of SUMO, after the first minute."""
+    folder = data_folder() / "maps/merge"
+    timing = Timing(STEP_S, 1, TRAFFIC_FILLS_S * round(1.0 / STEP_S), steps + 1)
+    env = _Traffic(folder / "net.xml", {"files": [str(folder / "demand.rou.xml")]}, timing, own_process=False)
+    env.reset(seed=1)
+    begun = time.process_time()
+    for _ in range(steps):
+        env.step(0)
+    return steps / (time.process_time() - begun)
 
 
 def _libsumo(arguments: list[str]) -> Any:
@@ -94,23 +174,50 @@ def plain_ring(steps: int) -> float:
     return steps / (time.process_time() - begun)
 
 
-def plain_merge(steps: int) -> float:
-    """Measures the merge on plain libsumo."""
-    folder = data_folder() / "maps/merge"
-    sumo = _libsumo(["-n", str(folder / "net.xml"), "-r", str(folder / "demand.rou.xml")])
+def _plain_agents(net: pathlib.Path, routes: pathlib.Path, share: float, first: int, holds: int) -> tuple[float, float]:
+    """Does the same as ``_agents`` on plain libsumo."""
+    sumo = _libsumo(["-n", str(net), "-r", str(routes)])
     rng, vehicle, agents = np.random.default_rng(1), sumo.vehicle, set[str]()
     begun, driven = time.process_time(), 0
-    for _ in range(max(steps, 60)):
+    for hold in range(first + holds):
+        if hold == first:
+            begun, driven = time.process_time(), 0
         for agent in sorted(agents):
             seen = _seen(vehicle, agent)
             vehicle.setSpeed(agent, max(float(seen[0]) + float(rng.uniform(-0.5, 0.5)), 0.0))
             driven += 1
         for _ in range(round(1.0 / STEP_S)):
             sumo.simulationStep()
-            agents |= {one for one in sumo.simulation.getDepartedIDList() if rng.random() < SHARE}
+            agents |= {one for one in sumo.simulation.getDepartedIDList() if rng.random() < share}
             agents -= set(sumo.simulation.getArrivedIDList())
             _mean_mps(vehicle)
-    return driven / (time.process_time() - begun)
+    used_s = time.process_time() - begun
+    return driven / used_s, holds / used_s
+
+
+def plain_merge(holds: int) -> float:
+    """Measures the merge on plain libsumo."""
+    folder = data_folder() / "maps/merge"
+    return _plain_agents(folder / "net.xml", folder / "demand.rou.xml", SHARE, 0, max(holds, 60))[0]
+
+
+def plain_traffic(steps: int) -> float:
+    """Measures traffic of the merge without agents on plain libsumo."""
+    folder = data_folder() / "maps/merge"
+    sumo = _libsumo(["-n", str(folder / "net.xml"), "-r", str(folder / "demand.rou.xml")])
+    for _ in range(TRAFFIC_FILLS_S * round(1.0 / STEP_S)):
+        sumo.simulationStep()
+    begun = time.process_time()
+    for _ in range(steps):
+        sumo.simulationStep()
+        _mean_mps(sumo.vehicle)
+    return steps / (time.process_time() - begun)
+
+
+def plain_grid(holds: int) -> float:
+    """Measures the grid on plain libsumo."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _plain_agents(*write_grid(pathlib.Path(folder)), GRID_SHARE, min(GRID_FILLS_S, 3 * holds), holds)[1]
 
 
 #: Measurements by name, and the number of steps that take about a second.
@@ -120,11 +227,15 @@ MEASUREMENTS = {
     "ring, plain libsumo": (plain_ring, 8_000),
     "merge, SUMO": (merge, 150),
     "merge, plain libsumo": (plain_merge, 300),
+    "traffic, SUMO": (traffic, 2_000),
+    "traffic, plain libsumo": (plain_traffic, 3_000),
+    "grid, SUMO": (grid, 10),
+    "grid, plain libsumo": (plain_grid, 10),
 }
 
 
 def measure(seconds: float) -> dict[str, float | str]:
-    """Measures all, agent steps per CPU-second: the best of three in turns, because other load of the machine affects all."""
+    """Measures all in the units of the head of this file: the best of three in turns, because other load of the machine affects all."""
     rates: dict[str, float | str] = {}
     has_libsumo = importlib.util.find_spec("libsumo") is not None
     for _ in range(3):
@@ -132,7 +243,7 @@ def measure(seconds: float) -> dict[str, float | str]:
             if "plain" in name and not has_libsumo:
                 rates[name] = "not measured: pip install libsumo==1.28.0"
                 continue
-            command = [sys.executable, "-m", "codrive._bench_drives", name, str(max(int(per_s * seconds), 20))]
+            command = [sys.executable, "-m", "codrive._bench_drives", name, str(max(int(per_s * seconds), 2))]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 raise RuntimeError(f"{name}: {done.stderr.strip()}")

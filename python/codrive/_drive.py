@@ -84,7 +84,7 @@ class DriveEnv(OpenDrive, Picklable, AdviceMeaning, gymnasium.Env):
         self._series.check_step()
         levels = self.settings.levels
         actions = as_float32(action, levels, () if levels else (1,))
-        check_actions(actions, levels, [""])
+        check_actions(actions, levels, lambda _: "")
         result = self._series.hold(actions)
         terminated = bool(result.terminations[0])
         truncated = result.is_truncated and not terminated

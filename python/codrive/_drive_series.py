@@ -147,10 +147,10 @@ class DriveSeries:
             raise
 
     def traffic_step(
-        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float
-    ) -> tuple[HoldResult, Seen, Leaders]:
-        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m."""
-        result: tuple[HoldResult, Seen, Leaders] = self._told("traffic_step", actions, orders, reach_m)
+        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float | None
+    ) -> tuple[HoldResult, Seen, Leaders | None]:
+        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m, if there is one."""
+        result: tuple[HoldResult, Seen, Leaders | None] = self._told("traffic_step", actions, orders, reach_m)
         self._seen = result[1]
         self._show()
         return result

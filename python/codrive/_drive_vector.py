@@ -145,7 +145,7 @@ class DriveVectorEnv(Picklable, AdviceMeaning, gymnasium.vector.VectorEnv):
             raise ResetNeeded(NEVER)
         levels = self.settings.levels
         given = as_float32(actions, levels, (self.num_envs,) if levels else (self.num_envs, 1))
-        check_actions(given, levels, [f" of environment {number}" for number in range(self.num_envs)])
+        check_actions(given, levels, lambda number: f" of environment {number}")
         told = {number: (acted.copy(),) for number, acted in enumerate(self._rows(given))}
         results = self._all("hold", told)
         for number, arguments in told.items():

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from codrive._codrive import Drive, DriveConfiguration
 from codrive._runtime_folder import runtime_variables
-from codrive._words import in_words_of_python
+from codrive._words import InWordsOfPython
 
 
 class Arguments(NamedTuple):
@@ -88,7 +88,7 @@ class LocalDrive:
 
     def begin(self, seed: int) -> Observed:
         """Begins a drive of this seed, up to its first advice."""
-        with in_words_of_python():
+        with InWordsOfPython():
             self._drive.begin(seed)
         return self._observed()
 
@@ -102,22 +102,22 @@ class LocalDrive:
     def hold(self, actions: NDArray[np.float32], orders: list[Order] | None = None) -> HoldResult:
         """Drives one hold under these actions, float32, ``(agents,)``, after these orders."""
         drive = self._drive
-        with in_words_of_python():
+        with InWordsOfPython():
             for name, arguments in orders or []:
                 getattr(drive, name)(*arguments)
             rewards, terminations, final, is_truncated, measures, time_s, agents, observations = drive.hold(actions)
         return HoldResult(rewards, terminations, is_truncated, measures, time_s, final, Observed(agents, observations))
 
     def traffic_step(
-        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float
-    ) -> tuple[HoldResult, Seen, Leaders]:
-        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m."""
+        self, actions: NDArray[np.float32], orders: list[Order], reach_m: float | None
+    ) -> tuple[HoldResult, Seen, Leaders | None]:
+        """Drives one hold as ``hold``, and returns the traffic after it, too, with the vehicles ahead within a distance, m, if there is one."""
         result = self.hold(actions, orders)
-        return result, self.seen(), self.leaders(reach_m)
+        return result, self.seen(), None if reach_m is None else self.leaders(reach_m)
 
     def order(self, name: str, *arguments: Any) -> None:
         """Gives the traffic an order by the name of its method."""
-        with in_words_of_python():
+        with InWordsOfPython():
             getattr(self._drive, name)(*arguments)
 
     def seen(self) -> Seen:
@@ -127,12 +127,12 @@ class LocalDrive:
 
     def leaders(self, reach_m: float) -> Leaders:
         """Returns the vehicle ahead of each vehicle on its way, within a distance, m."""
-        with in_words_of_python():
+        with InWordsOfPython():
             return Leaders(*self._drive.leaders(reach_m))
 
     def names(self, cars: list[int]) -> list[tuple[str, str]]:
         """Returns the names of these vehicles in the demand, and those of their types."""
-        with in_words_of_python():
+        with InWordsOfPython():
             return [(name, kind) for name, kind in self._drive.names(cars)]
 
     def road(self) -> Road:

@@ -17,7 +17,7 @@ from codrive._evaluation_drives import EvaluationArguments, Job, results_of
 from codrive._frames import Frames, library
 from codrive._library_policies import MEANING, RESIDUAL, actions_of, label, trained_with
 from codrive._settings import advised_text, configuration, traffic_of
-from codrive._words import in_words_of_python
+from codrive._words import InWordsOfPython
 
 #: Columns before and after the measures, as in ``rings.csv`` of ``codrive evaluate``.
 _KEY = ("policy", "hold_s", "driver", "traffic", "seed", "ring", "window_from_s", "window_to_s")
@@ -148,7 +148,7 @@ class _RingCase:
         """Returns the name of the policy, a warning, and its result on each ring."""
         warning = None
         if isinstance(self.policy, (str, os.PathLike)):
-            with in_words_of_python():
+            with InWordsOfPython():
                 own, warning, text = evaluate_policy(
                     self.settings, os.fspath(self.policy), self.name, self.policy_speed, over, meter.at
                 )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from codrive._codrive import DriveConfiguration, EvaluationDrive
 from codrive._drives import Arguments
-from codrive._words import in_words_of_python
+from codrive._words import InWordsOfPython
 from codrive._workers import WorkerDrive
 
 #: Interval of checks for Ctrl-C during a wait, s.
@@ -38,7 +38,7 @@ class EvaluationArguments(NamedTuple):
         Raises:
             ValueError: There is no such policy, or the road allows no such drive.
         """
-        with in_words_of_python():
+        with InWordsOfPython():
             return EvaluationDrive(DriveConfiguration(*self.drive), *self[1:])
 
 
@@ -58,7 +58,7 @@ class LocalEvaluation:
 
     def begin(self, seed: int) -> dict[str, Any]:
         """Drives the drive of this seed to its end, and returns its result."""
-        with in_words_of_python():
+        with InWordsOfPython():
             return json.loads(self._drives.evaluate(seed, self._ask))
 
 

@@ -35,6 +35,21 @@ _FAST_RING = (
 _SIDE = 1.0 / 3.0
 
 
+def _all_as_float32(given: list[Any], levels: int, shape: tuple[int, ...], agents: list[str]) -> NDArray[np.float32]:
+    """Returns the actions of all agents, each of this shape, as the engines take them, float32, flat.
+
+    Raises:
+        TypeError: An action is not a number.
+        ValueError: An action has another shape.
+    """
+    try:
+        # All at once, as each array of one number costs as much as an array of all.
+        return as_float32(np.asarray(given), levels, (len(given), *shape))
+    except (TypeError, ValueError):
+        # One after the other for a message that names the agent.
+        return np.concatenate([as_float32(one, levels, shape, f" of {agent!r}") for one, agent in zip(given, agents)])
+
+
 def _check_lane_changes(settings: dict[str, Any], is_open: bool) -> None:
     """Refuses lane changes where there are none.
 
@@ -92,6 +107,7 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
             self.possible_agents = self.settings.possible_agents()
         self._hold_s = setup.hold_s
         self._lane_changes = bool(lane_changes)
+        self._shape = (2,) if lane_changes else () if setup.configuration.levels else (1,)
         if self._lane_changes:
             _check_lane_changes(json.loads(self.settings.json()), self.settings.is_open)
         self._observation_space, advice_space = spaces(self.settings, own.space)
@@ -152,8 +168,8 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
         acted = self.agents
         result = self._series.hold(*self._checked(actions))
         observations = dict(zip(acted, result.final_observations))
-        rewards = dict(zip(acted, map(float, result.rewards)))
-        terminations = dict(zip(acted, map(bool, result.terminations)))
+        rewards = dict(zip(acted, result.rewards.tolist()))
+        terminations = dict(zip(acted, result.terminations.tolist()))
         truncations = {agent: result.is_truncated and not terminations[agent] for agent in acted}
         info = hold_info(result)
         infos = {agent: dict(info) for agent in acted}
@@ -184,28 +200,37 @@ class DriveParallelEnv(OpenDrive, Picklable, AdviceMeaning, ParallelEnv):
         """Returns the checked actions in the order of ``agents``, and the orders to change lanes."""
         if not isinstance(actions, Mapping):
             raise TypeError(f"actions are {type(actions).__name__}; allowed: a dict with an action for each of env.agents")
-        missing = [agent for agent in self.agents if agent not in actions]
-        if missing:
-            raise ValueError(f"actions have no entry for {missing[0]!r}; allowed: one for each of env.agents, {len(self.agents)} now")
+        agents = self.agents
+        if len(actions) != len(agents) or not all(agent in actions for agent in agents):
+            self._refuse_owners(actions)
+        levels = self.settings.levels
+        array = _all_as_float32([actions[agent] for agent in agents], levels, self._shape, agents)
+        lanes = None
+        if self._lane_changes:
+            array, lanes = map(np.ascontiguousarray, array.reshape(-1, 2).T)
+
+        def owner(place: int) -> str:
+            return f" of {agents[place]!r}"
+
+        check_actions(array, levels, owner)
+        if lanes is None:
+            return array, None
+        check_actions(lanes, 3 if levels else 0, owner)
+        ways = lanes.astype(int) - 1 if levels else (lanes > _SIDE).astype(int) - (lanes < -_SIDE)
+        return array, [("change_lane", (car_of(agent), int(way), self._hold_s)) for agent, way in zip(self.agents, ways)]
+
+    def _refuse_owners(self, actions: Mapping[str, Any]) -> None:
+        """
+        Raises:
+            ValueError: An agent has no action, or an action is of none.
+        """
+        for agent in self.agents:
+            if agent not in actions:
+                raise ValueError(f"actions have no entry for {agent!r}; allowed: one for each of env.agents, {len(self.agents)} now")
         for agent in actions:
             if agent not in self.agents:
                 near = did_you_mean(agent, self.agents)
                 raise ValueError(f"actions have an entry for {agent!r}{near}, which is not among env.agents now")
-        levels = self.settings.levels
-        one = () if levels else (1,)
-        given = [as_float32(actions[agent], levels, (2,) if self._lane_changes else one, f" of {agent!r}") for agent in self.agents]
-        if self._lane_changes:
-            array, lanes = np.array(given, np.float32).reshape(-1, 2).T
-        else:
-            array, lanes = np.concatenate(given), None
-        array = np.ascontiguousarray(array)
-        owners = [f" of {agent!r}" for agent in self.agents]
-        check_actions(array, levels, owners)
-        if lanes is None:
-            return array, None
-        check_actions(np.ascontiguousarray(lanes), 3 if levels else 0, owners)
-        ways = lanes.astype(int) - 1 if levels else (lanes > _SIDE).astype(int) - (lanes < -_SIDE)
-        return array, [("change_lane", (car_of(agent), int(way), self._hold_s)) for agent, way in zip(self.agents, ways)]
 
     def _check_name(self, agent: str) -> None:
         known = getattr(self, "possible_agents", None)

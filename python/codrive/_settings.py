@@ -13,7 +13,7 @@ from gymnasium.error import DependencyNotInstalled
 
 from codrive._codrive import Configuration, DriveConfiguration, sumo_home
 from codrive._drives import Arguments
-from codrive._words import did_you_mean, in_words_of_python
+from codrive._words import InWordsOfPython, did_you_mean
 
 #: Names of the rings of training.
 RINGS = ("ring-250", "ring-641")
@@ -91,7 +91,7 @@ def configuration(
         settings = {**settings, "advised": advised_text(settings["advised"])}
     arguments = _arguments(name, hold, advice, driver, settings)
     try:
-        with in_words_of_python(_given(hold=hold, advice=advice)):
+        with InWordsOfPython(_given(hold=hold, advice=advice)):
             return Configuration(*arguments)
     except ValueError as fault:
         if is_ring(name):
@@ -114,7 +114,7 @@ def drive_configuration(
         ValueError: A value is not allowed.
     """
     arguments = _arguments(name, hold, advice, driver, {**settings, "traffic": traffic}, ("traffic",))
-    with in_words_of_python(_given(hold=hold, advice=advice)):
+    with InWordsOfPython(_given(hold=hold, advice=advice)):
         return DriveConfiguration(*arguments), arguments
 
 

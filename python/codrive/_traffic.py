@@ -110,7 +110,9 @@ _OF_SETTINGS = ("all", "ego")
 
 def hold_info(result: HoldResult) -> dict[str, Any]:
     """Returns the info of a hold: its measures, and the time since the episode began, s."""
-    return {**dict(zip(HOLD_MEASURES, result.measures.tolist())), "time_s": result.time_s}
+    info = dict(zip(HOLD_MEASURES, result.measures.tolist()))
+    info["time_s"] = result.time_s
+    return info
 
 
 class OwnFunctions:

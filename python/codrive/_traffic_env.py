@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import pathlib
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -38,11 +39,27 @@ class Timing(NamedTuple):
     horizon: int
 
 
-class TrafficNow(NamedTuple):
-    """Traffic at the end of a step: all vehicles as columns, and the vehicle ahead of each."""
+class TrafficNow:
+    """Traffic at the end of a step: ``vehicles``, all of them as columns, and ``leaders``, the vehicle ahead of each, which is looked up when
+    it is first asked for. ``vehicles, leaders = now`` asks for both."""
 
-    vehicles: Vehicles
-    leaders: Leaders
+    def __init__(self, vehicles: Vehicles, leaders: Leaders | None, look: Callable[[], Leaders]) -> None:
+        self.vehicles = vehicles
+        #: True if the leaders were asked for.
+        self.is_asked = False
+        self._leaders = leaders
+        self._look = look
+
+    @property
+    def leaders(self) -> Leaders:
+        """Returns the vehicle ahead of each vehicle."""
+        self.is_asked = True
+        if self._leaders is None:
+            self._leaders = self._look()
+        return self._leaders
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter((self.vehicles, self.leaders))
 
 
 class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
@@ -88,12 +105,13 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
         self._now: TrafficNow | None = None
         self._actions, self._total = 0, 0.0
         self._ids_of_lanes: list[str] | None = None
+        self._ways: dict[tuple[tuple[str, ...], ...], NDArray[np.intp]] = {}
 
     @property
     def now(self) -> TrafficNow:
         """Returns the traffic at the end of the last step."""
         if self._now is None:
-            self._now = TrafficNow(self.vehicles, self.leaders(self.reach_m))
+            self._now = TrafficNow(self.vehicles, None, self._look)
         return self._now
 
     def begin(self, seed: int) -> None:
@@ -177,13 +195,16 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
 
     def ways(self, *ways: list[str]) -> NDArray[np.intp]:
         """Returns the number of the way of each lane, as ``have_collided`` takes them; each way is a list of lanes."""
-        number = {lane: way for way, lanes in enumerate(ways) for lane in lanes}
-        return np.array([number.get(lane, -1) for lane in self.lane_ids], np.intp)
+        key = tuple(map(tuple, ways))
+        if key not in self._ways:
+            number = {lane: way for way, lanes in enumerate(ways) for lane in lanes}
+            self._ways[key] = np.array([number.get(lane, -1) for lane in self.lane_ids], np.intp)
+        return self._ways[key]
 
     def along_m(self, starts_m: dict[str, float]) -> NDArray[np.float64]:
         """Returns where each vehicle is, m, given where each lane begins; NaN on other lanes."""
         vehicles, ids = self.now.vehicles, self.lane_ids
-        return np.array([starts_m.get(ids[lane], np.nan) for lane in vehicles.lane]) + vehicles.lane_s_m
+        return np.array([starts_m.get(ids[lane], np.nan) for lane in vehicles.lane.tolist()]) + vehicles.lane_s_m
 
     def get_state(self) -> dict[str, Any]:
         """Returns the state: the drive's, and what the environment keeps beside it. It can be pickled."""
@@ -205,10 +226,16 @@ class TrafficEnv(OpenDrive, Picklable, gymnasium.Env):
         self.memory, self.types, self.called = copy.deepcopy(state["memory"]), dict(state["types"]), dict(state["called"])
         return self.observe()
 
+    def _look(self) -> Leaders:
+        return self.leaders(self.reach_m)
+
     def _step(self, action: Any) -> dict[str, Any]:
         """Drives one step of SUMO. Returns its measures."""
-        result, seen, leaders = self._series.traffic_step(_NO_ACTIONS, self.orders(action), self.reach_m)
-        self._now = TrafficNow(Vehicles.of(seen.columns), leaders)
+        orders = self.orders(action)
+        # Who asked for the leaders after the last step gets them with this one, as each call of another process takes a message.
+        is_asked = self._now is not None and self._now.is_asked
+        result, seen, leaders = self._series.traffic_step(_NO_ACTIONS, orders, self.reach_m if is_asked else None)
+        self._now = TrafficNow(Vehicles.of(seen.columns), leaders, self._look)
         new = [car for car in self._now.vehicles.car.tolist() if car not in self.types]
         if new:
             for car, (name, kind) in zip(new, self.names(new)):

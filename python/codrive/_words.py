@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
+from types import TracebackType
 
 #: Arguments of ``make`` that are shorter than their settings, with the names of the settings in messages. "action" means the setting only
 #: at the beginning of a line.
@@ -18,16 +18,21 @@ _COMMAND = re.compile(r"\bcodrive (map|run|policy|train) ?\w*")
 _PROGRAM = "; the program codrive has this command: scripts/drive of a checkout builds it"
 
 
-@contextlib.contextmanager
-def in_words_of_python(shorter: Iterable[str] = ()) -> Iterator[None]:
-    """Converts errors of the engines to terms of Python; ``shorter`` are the arguments of ``_LONGER`` that were given."""
-    try:
-        yield
-    except (TypeError, ValueError, RuntimeError) as fault:
-        own = of_python(str(fault), shorter)
-        if type(fault) not in (TypeError, ValueError, RuntimeError) or own == str(fault):
-            raise
-        raise type(fault)(own) from None
+class InWordsOfPython:
+    """Context that converts errors of the engines to terms of Python; ``shorter`` are the arguments of ``_LONGER`` that were given."""
+
+    def __init__(self, shorter: Iterable[str] = ()) -> None:
+        self._shorter = shorter
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, fault: BaseException | None, trace: TracebackType | None) -> None:
+        if kind not in (TypeError, ValueError, RuntimeError):
+            return
+        own = of_python(str(fault), self._shorter)
+        if own != str(fault):
+            raise kind(own) from None
 
 
 def of_python(message: str, shorter: Iterable[str] = ()) -> str:

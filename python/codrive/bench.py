@@ -3,7 +3,7 @@
 An environment step is one hold of one ring of 22 vehicles; an agent step is one hold of one of its advised vehicles, if it has several. The
 references are the same rings in Rust without Python, a ring with the same model in numpy, and SUMO by TraCI as Flow drove it (one ring, one
 decision per step of 0.1 s), if SUMO's Python package is found. ``--drives`` measures whole drives with light bodies beside environments on
-plain libsumo, if that is installed.
+plain libsumo, if that is installed; ``--scaling`` measures threads and processes on all cores beside one.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from codrive import _bench_drives
+from codrive import _bench_drives, _bench_scaling
 from codrive._codrive import data_folder, random_steps
 from codrive._numpy_ring import NumpyRing
 from codrive._register import make_vec
@@ -192,11 +192,24 @@ def _print_drives(rates: dict[str, float | str], as_json: bool) -> None:
     if as_json:
         print(json.dumps(rates, indent=1))
         return
-    print("whole drives with light bodies; agent steps per CPU-second")
+    print("whole drives with light bodies; agent steps per CPU-second, of traffic without agents steps of SUMO, of the grid times of real time")
     for name, rate in rates.items():
         plain = rates.get(f"{name.partition(',')[0]}, plain libsumo")
         ratio = f"; {rate / plain:.2f} x plain libsumo" if isinstance(rate, float) and isinstance(plain, float) else ""
         print(f"  {name}: {rate if isinstance(rate, str) else f'{rate:.4g}'}{ratio if 'plain' not in name else ''}")
+
+
+def _print_scaling(found: dict[str, Any], as_json: bool) -> None:
+    if as_json:
+        print(json.dumps(found, indent=1))
+        return
+    cores = found["cores"]
+    print(f"environment steps/s on one core and on all {cores}")
+    for name, of in found.items():
+        if isinstance(of, dict):
+            cpu = of["CPU-seconds per step, one / all"]
+            said = "" if cpu is None else f"; {cpu:.2f} by CPU-seconds"
+            print(f"  {name}: {of['one']:.3g}, {of['all']:.3g}: {of['all / (cores * one)']:.2f} x the cores{said}")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -205,10 +218,14 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--num-envs", type=int, default=1024, help="number of rings side by side (default 1024)")
     parser.add_argument("--seconds", type=float, default=2.0, help="approximate duration of each measurement, s (default 2)")
     parser.add_argument("--drives", action="store_true", help="measure whole drives, agent steps per CPU-second, instead of fast rings")
+    parser.add_argument("--scaling", action="store_true", help="measure threads and processes on all cores, instead of fast rings")
     parser.add_argument("--json", action="store_true", help="print as JSON")
     asked = parser.parse_args(arguments)
     if asked.drives:
         _print_drives(_bench_drives.measure(asked.seconds), asked.json)
+        return
+    if asked.scaling:
+        _print_scaling(_bench_scaling.measure(asked.seconds), asked.json)
         return
     if not (asked.num_envs >= 1 and 0.0 < asked.seconds <= 3600.0):
         parser.error("allowed: --num-envs at least 1, --seconds above 0 and at most 3600")

@@ -185,7 +185,8 @@ impl Episode {
             contacts: agent.contact_count(),
             way_mps: 0.0,
             steps: 0,
-            last_seen: self.world.complete_observation(agent),
+            // Set when the vehicle leaves or the hold ends.
+            last_seen: Observation::default(),
         };
         let mut agents: Vec<Advised> = self.world.agents().map(begin).collect();
         let (measures, has_crashed) = self.drive(&mut agents).inspect_err(|_| self.is_over = true)?;

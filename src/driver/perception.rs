@@ -106,9 +106,29 @@ impl DelayedPerception {
 pub(super) struct OrnsteinUhlenbeck {
     raw: f64,
     smooth: f64,
-    deviation: f64,
-    time_s: f64,
+    per_tick: PerTick,
     stream: Stream,
+}
+
+/// Factors of one tick, which follow from deviation and time constant.
+#[derive(Clone, Copy, Debug)]
+struct PerTick {
+    keeps: f64,
+    adds: f64,
+    approaches: f64,
+    deviation: f64,
+}
+
+impl PerTick {
+    fn new(deviation: f64, time_s: f64) -> Self {
+        let keeps = (-TICK_S / time_s).exp();
+        Self {
+            keeps,
+            adds: (1.0 - keeps * keeps).sqrt(),
+            approaches: 1.0 - (-TICK_S / (SMOOTH * time_s)).exp(),
+            deviation: deviation * (1.0 + SMOOTH).sqrt(),
+        }
+    }
 }
 
 /// Smoothing time as a share of the time constant; the deviation is scaled up to compensate.
@@ -117,20 +137,20 @@ const SMOOTH: f64 = 0.2;
 impl OrnsteinUhlenbeck {
     pub fn new(deviation: f64, time_s: f64, mut stream: Stream) -> Self {
         let raw = stream.normal();
-        Self { raw, smooth: raw / (1.0 + SMOOTH), deviation, time_s, stream }
+        Self { raw, smooth: raw / (1.0 + SMOOTH), per_tick: PerTick::new(deviation, time_s), stream }
     }
 
     /// Changes standard deviation and time constant, s.
     pub fn scale(&mut self, deviation: f64, time_s: f64) {
-        (self.deviation, self.time_s) = (deviation, time_s);
+        self.per_tick = PerTick::new(deviation, time_s);
     }
 
     /// Advances by one tick and returns the value.
     pub fn next(&mut self) -> f64 {
-        let keep = (-TICK_S / self.time_s).exp();
-        self.raw = self.raw * keep + (1.0 - keep * keep).sqrt() * self.stream.normal();
-        self.smooth += (self.raw - self.smooth) * (1.0 - (-TICK_S / (SMOOTH * self.time_s)).exp());
-        self.deviation * (1.0 + SMOOTH).sqrt() * self.smooth
+        let PerTick { keeps, adds, approaches, deviation } = self.per_tick;
+        self.raw = self.raw * keeps + adds * self.stream.normal();
+        self.smooth += (self.raw - self.smooth) * approaches;
+        deviation * self.smooth
     }
 }
 

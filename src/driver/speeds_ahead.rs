@@ -6,6 +6,8 @@ use crate::{ego::CarParams, map::Route, space::wrap_angle};
 
 /// Step of the look-ahead for bends, m.
 const LOOK_EVERY_M: f64 = 5.0;
+/// Rounding of positions along a route, m.
+const ROUNDING_M: f64 = 1e-6;
 
 /// Returns the highest speed at `s_m` of a route with which every bend ahead remains comfortable for this driver, m/s.
 /// The look-ahead is the way needed to stop at half the comfortable deceleration, plus 10 m.
@@ -14,18 +16,23 @@ pub fn bend_speed_mps(params: &DriverParams, route: &Route, s_m: f64, speed_mps:
     let far_m = 10.0 + speed_mps * speed_mps / (2.0 * decel);
     let looks = (far_m / LOOK_EVERY_M).ceil() as usize;
     let scale = route.drawn_scale(s_m);
-    (0..=looks)
-        .map(|i| {
-            let ahead_m = i as f64 * LOOK_EVERY_M;
-            let Bend { felt_per_m: bend, wheel_per_m } = bend_at(route, s_m + ahead_m / scale, scale);
-            let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
-            // The curvature of a corner is fully visible half a window after the corner begins, and the foot moves a
-            // little later.
-            let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
-            let corner_mps = corner_speed_mps(params, wheel_per_m);
-            comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
-        })
-        .fold(f64::INFINITY, f64::min)
+    let window_m = 2.0 * LOOK_EVERY_M / scale;
+    let (mut found_mps, mut look) = (f64::INFINITY, 0);
+    while look <= looks {
+        let ahead_m = look as f64 * LOOK_EVERY_M;
+        let at_m = s_m + ahead_m / scale;
+        let Bend { felt_per_m: bend, wheel_per_m } = bend_at(route, at_m, scale);
+        let comfortable = (params.lateral_accel_mps2 / bend + 2.0 * decel * ahead_m).sqrt();
+        // The curvature of a corner is fully visible half a window after the corner begins, and the foot moves a
+        // little later.
+        let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps.max(0.0) * params.speed_relaxation_s).max(0.0);
+        let corner_mps = corner_speed_mps(params, wheel_per_m);
+        found_mps = found_mps.min(comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt()));
+        // Of the looks whose windows are on one straight, the first allows the least.
+        let straight_m = route.straight_ahead_m(at_m - window_m / 2.0) - window_m - ROUNDING_M;
+        look += 1 + ((straight_m * scale / LOOK_EVERY_M) as usize).min(looks);
+    }
+    found_mps
 }
 
 /// Returns the highest speed at `s_m` of a route from which this driver reaches each lower limit ahead in time, m/s. As

@@ -75,6 +75,8 @@ struct ShapeSegment {
     yaw_rad: f64,
     /// Joint to the next segment; unused for the last segment of an open route.
     joint: Joint,
+    /// Way from the end of the segment to the next bend, declared metres; negative where the bend begins within the segment.
+    straight_on_m: f64,
 }
 
 /// Turn from one segment to the next, spread evenly over the given length of either.
@@ -83,6 +85,14 @@ struct Joint {
     turn_rad: f64,
     before_m: f64,
     after_m: f64,
+}
+
+impl Joint {
+    /// Returns true if the route turns here. Segments of a straight lane differ by rounding.
+    fn is_bend(&self) -> bool {
+        const STRAIGHT_RAD: f64 = 1e-9;
+        self.turn_rad.abs() > STRAIGHT_RAD
+    }
 }
 
 impl Route {
@@ -142,8 +152,19 @@ impl Route {
                 last.end_s_m = length_m;
             }
         }
-        for k in 0..segments.len() {
-            segments[k].joint = segments[k].joint_to(&segments[(k + 1) % segments.len()]);
+        let n = segments.len();
+        for k in 0..n {
+            segments[k].joint = segments[k].joint_to(&segments[(k + 1) % n]);
+        }
+        // Twice round, as a straight of a closed route can go over its end.
+        for k in (0..2 * n).rev().map(|k| k % n) {
+            let next = &segments[(k + 1) % n];
+            let next_m = next.end_s_m - next.start_s_m + next.straight_on_m;
+            segments[k].straight_on_m = match segments[k].joint {
+                _ if k + 1 == n && !closed => f64::INFINITY,
+                joint if joint.is_bend() => -joint.before_m,
+                _ => next_m,
+            };
         }
         let segments_per_m = segments.len() as f64 / length_m;
         if is_to_scale {
@@ -299,6 +320,16 @@ impl Route {
         wrap_angle(yaw_rad + turn_rad * fraction)
     }
 
+    /// Returns the distance from `s_m` within which [`Route::yaw_at`] stays the same up to rounding, metres; 0 in a bend.
+    pub fn straight_ahead_m(&self, s_m: f64) -> f64 {
+        let s_m = self.within(s_m);
+        let (n, k) = (self.segments.len(), self.segment_at(s_m));
+        let here = &self.segments[k];
+        let (before, from_start_m) = (self.segments[(k + n - 1) % n].joint, s_m - here.start_s_m);
+        let is_in_bend = (self.closed || k > 0) && before.is_bend() && from_start_m < before.after_m;
+        if is_in_bend { 0.0 } else { (here.end_s_m - s_m + here.straight_on_m).max(0.0) }
+    }
+
     /// Returns the curvature at `s_m`, 1/m, positive to the left, as the turn over `window_m` around it.
     pub fn curvature_at(&self, s_m: f64, window_m: f64) -> f64 {
         let half = window_m / 2.0;
@@ -409,7 +440,17 @@ impl ShapeSegment {
         let drawn_m = start.distance(end);
         let along = end - start;
         let (end_s_m, yaw_rad) = (start_s_m + drawn_m * scale, along.y.atan2(along.x));
-        Self { start, end, start_s_m, end_s_m, drawn_scale, drawn_m, yaw_rad, joint: Joint::default() }
+        Self {
+            start,
+            end,
+            start_s_m,
+            end_s_m,
+            drawn_scale,
+            drawn_m,
+            yaw_rad,
+            joint: Joint::default(),
+            straight_on_m: 0.0,
+        }
     }
 
     /// Returns the joint to the next segment: the turn takes half of either segment, but no more than the length of the other one and

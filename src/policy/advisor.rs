@@ -120,6 +120,11 @@ impl Advisor {
         Self { origin, hold, range_mps, steps: 0, history, standing: None }
     }
 
+    /// Returns true if actions come from [`Advisor::set_action`] alone; their advice depends on no road ahead.
+    pub fn is_from_outside(&self) -> bool {
+        matches!(self.origin, AdviceOrigin::Outside(_))
+    }
+
     /// Sets the action to advise from the next step on; no effect if a policy is asked.
     pub fn set_action(&mut self, action: Action) {
         if let AdviceOrigin::Outside(outside) = &mut self.origin {

@@ -140,6 +140,11 @@ impl VehicleAdvice {
         self.advisor.complete_observation(observation)
     }
 
+    /// Returns true if no policy is asked ([`Advisor::is_from_outside`]).
+    pub fn is_from_outside(&self) -> bool {
+        self.advisor.is_from_outside()
+    }
+
     /// Sets the action to advise from the next step on ([`Advisor::set_action`]).
     pub fn set_action(&mut self, action: Action) {
         self.advisor.set_action(action);

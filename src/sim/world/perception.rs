@@ -32,6 +32,11 @@ impl World {
 impl Agent {
     /// Returns what the policy observes now.
     pub(super) fn observe(&self, drive: &PlannedDrive) -> Observation {
+        Observation { road: self.road_ahead(), ..self.observe_traffic(drive) }
+    }
+
+    /// Returns what the policy observes now, without the road ahead.
+    pub(super) fn observe_traffic(&self, drive: &PlannedDrive) -> Observation {
         let speed_mps = self.view.ego.speed_mps;
         let length_m = self.map.route.length_m();
         let without_leader = self.advice.road.without_leader(length_m, speed_mps);
@@ -42,7 +47,6 @@ impl Agent {
             gap_m,
             circumference_m: length_m,
             vehicles: drive.scenario().vehicles,
-            road: self.road_ahead(),
             ..Observation::default()
         }
     }
