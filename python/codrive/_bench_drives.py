@@ -56,7 +56,7 @@ def _agents(network: str, share: float, first: int, holds: int, **settings: Any)
     )
     env.reset(seed=1)
     rng = np.random.default_rng(1)
-    begun, driven, hold = time.process_time(), 0, 0
+    begun, driven, hold = 0.0, 0, 0
     while env.agents:
         if hold == first:
             begun, driven = time.process_time(), 0
@@ -101,30 +101,37 @@ def write_grid(folder: pathlib.Path) -> tuple[pathlib.Path, pathlib.Path]:
     return net, routes
 
 
-class _Traffic(TrafficEnv):
+class MergeTraffic(TrafficEnv):
     """Traffic of the merge without orders; an action is nothing."""
 
     action_space = Discrete(1)
     observation_space = Box(0.0, np.inf, (1,), np.float64)
 
+    def __init__(self, timing: Timing, own_process: bool = True) -> None:
+        """Stores the times."""
+        folder = data_folder() / "maps/merge"
+        super().__init__(folder / "net.xml", {"files": [str(folder / "demand.rou.xml")]}, timing, own_process=own_process)
+
     def orders(self, action: Any) -> list[Order]:
+        """Returns no order."""
         return []
 
     def observe(self) -> NDArray[Any]:
+        """Returns the mean speed of all vehicles, m/s."""
         return np.array([self.measure()])
 
     def reward(self, action: Any, has_failed: bool) -> float:
+        """Returns the mean speed of all vehicles, m/s."""
         return self.measure()
 
     def measure(self) -> float:
+        """Returns the mean speed of all vehicles, m/s."""
         return float(self.now.vehicles.speed_mps.mean()) if len(self.now.vehicles.car) else 0.0
 
 
 def traffic(steps: int) -> float:
     """Measures traffic of the merge without agents, by steps of SUMO, after the first minute."""
-    folder = data_folder() / "maps/merge"
-    timing = Timing(STEP_S, 1, TRAFFIC_FILLS_S * round(1.0 / STEP_S), steps + 1)
-    env = _Traffic(folder / "net.xml", {"files": [str(folder / "demand.rou.xml")]}, timing, own_process=False)
+    env = MergeTraffic(Timing(STEP_S, 1, TRAFFIC_FILLS_S * round(1.0 / STEP_S), steps + 1), own_process=False)
     env.reset(seed=1)
     begun = time.process_time()
     for _ in range(steps):
@@ -178,7 +185,7 @@ def _plain_agents(net: pathlib.Path, routes: pathlib.Path, share: float, first: 
     """Does the same as ``_agents`` on plain libsumo."""
     sumo = _libsumo(["-n", str(net), "-r", str(routes)])
     rng, vehicle, agents = np.random.default_rng(1), sumo.vehicle, set[str]()
-    begun, driven = time.process_time(), 0
+    begun, driven = 0.0, 0
     for hold in range(first + holds):
         if hold == first:
             begun, driven = time.process_time(), 0
@@ -235,10 +242,11 @@ MEASUREMENTS = {
 
 
 def measure(seconds: float) -> dict[str, float | str]:
-    """Measures all in the units of the head of this file: the best of three in turns, because other load of the machine affects all."""
+    """Measures all in the units of the head of this file: the best of three in turns, because other load of the machine affects all.
+    A measurement below 1 s has one turn."""
     rates: dict[str, float | str] = {}
     has_libsumo = importlib.util.find_spec("libsumo") is not None
-    for _ in range(3):
+    for _ in range(3 if seconds >= 1.0 else 1):
         for name, (_, per_s) in MEASUREMENTS.items():
             if "plain" in name and not has_libsumo:
                 rates[name] = "not measured: pip install libsumo==1.28.0"

@@ -58,6 +58,8 @@ type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
 #[pyclass(frozen, module = "codrive._codrive")]
 pub struct Drive {
     config: EpisodeConfig,
+    /// Number of inputs of an observation.
+    inputs: usize,
     episode: Mutex<Option<Episode>>,
     #[cfg(feature = "desktop")]
     pictures: Mutex<Option<codrive::render::DrivePictures>>,
@@ -69,6 +71,7 @@ impl Drive {
     fn new(configuration: &DriveConfiguration) -> Self {
         Self {
             config: configuration.config.clone(),
+            inputs: configuration.config.inputs().len(),
             episode: Mutex::default(),
             #[cfg(feature = "desktop")]
             pictures: Mutex::default(),
@@ -293,9 +296,8 @@ impl Drive {
     }
 
     fn table<'py>(&self, py: Python<'py>, rows: Vec<f32>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-        let inputs = self.config.inputs().len();
-        let count = rows.len() / inputs.max(1);
-        PyArray1::from_vec(py, rows).reshape([count, inputs])
+        let count = rows.len() / self.inputs.max(1);
+        PyArray1::from_vec(py, rows).reshape([count, self.inputs])
     }
 }
 

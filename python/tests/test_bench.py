@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import codrive
-from codrive import bench
+from codrive import _bench_scaling, bench
 from codrive._numpy_ring import NumpyRing
 
 
@@ -76,3 +76,10 @@ def test_the_benchmark_of_drives_measures_each_of_them():
     roads = ["ring", "merge", "grid", "traffic"]
     assert set(rates) == {"ring, native engine", *(f"{road}, {by}" for road in roads for by in ("SUMO", "plain libsumo"))}
     assert all(rate > 0.0 if isinstance(rate, float) else "pip install libsumo" in rate for rate in rates.values())
+
+
+def test_the_scaling_of_threads_and_processes_is_measured():
+    for name in _bench_scaling.ENVIRONMENTS:
+        # Two environments' steps take some CPU of this process at least; that of others is told on Linux only.
+        per_s, cpu_s = _bench_scaling.rate(name, 2, 5)
+        assert per_s > 0.0 and cpu_s > 0.0

@@ -10,6 +10,8 @@ import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 
 import codrive
+from codrive._bench_drives import MergeTraffic
+from codrive._traffic_env import Timing
 
 NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
 GRID = str(NETWORKS / "grid-signals.net.xml")
@@ -369,3 +371,30 @@ def test_a_state_of_other_settings_is_refused():
         other.set_state({})
     with pytest.raises(gymnasium.error.ResetNeeded):
         other.get_state()
+
+
+def test_vehicles_ahead_are_looked_up_only_when_they_are_asked_for():
+    env = MergeTraffic(Timing(0.5, 1, 60, 20))
+    env.reset(seed=1)
+    told, call = [], env._series._drive.call
+
+    def noting(name, *arguments):
+        # The names of new vehicles are asked for as they come.
+        if name != "names":
+            told.append((name, *[one for one in arguments if isinstance(one, float)]))
+        return call(name, *arguments)
+
+    env._series._drive.call = noting
+    for _ in range(5):
+        env.step(0)
+    assert told == [("traffic_step",)] * 5
+    told.clear()
+    vehicles, leaders = env.now
+    assert told == [("leaders", env.reach_m)] and len(leaders.car) == len(vehicles.car) > 10
+    told.clear()
+    env.step(0)
+    gap_m = env.now.leaders.gap_m
+    # After they were asked for, they come with the next step, in one message.
+    assert told == [("traffic_step", env.reach_m)]
+    assert gap_m.tobytes() == env.leaders(env.reach_m).gap_m.tobytes()
+    env.close()

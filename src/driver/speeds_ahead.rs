@@ -116,3 +116,37 @@ fn corner_speed_mps(params: &DriverParams, bend_per_m: f64) -> f64 {
     let wheel_rad = (wheelbase_m * bend_per_m).atan() * f64::from(crate::controls::STEERING_RATIO);
     params.wheel_rad_s * WAY_M / wheel_rad
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RoadMap;
+
+    #[test]
+    fn looks_left_out_on_a_straight_change_no_bit() {
+        // Streets of 69 m with turns to the right and to the left between them, and a closed route that bends everywhere.
+        let grid = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1C1", "C1C2"]);
+        let maps = [grid.expect("a path"), RoadMap::load("ring-250").expect("a map that is shipped")];
+        assert!(maps[0].route.straight_ahead_m(1.0) > 60.0 && maps[1].route.straight_ahead_m(1.0) < 60.0);
+        let params = DriverParams::default();
+        for route in maps.iter().map(|map| &map.route) {
+            for (k, speed_mps) in (0..1200).zip([0.0, 3.7, 9.1, 30.0].into_iter().cycle()) {
+                let s_m = f64::from(k) * 0.273 - 20.0;
+                let (decel, scale) = (params.decel_mps2 / 2.0, route.drawn_scale(s_m));
+                let looks = ((10.0 + speed_mps * speed_mps / (2.0 * decel)) / LOOK_EVERY_M).ceil() as u32;
+                // Every look, as the least speed is defined.
+                let each = (0..=looks).map(|look| {
+                    let ahead_m = f64::from(look) * LOOK_EVERY_M;
+                    let bend = bend_at(route, s_m + ahead_m / scale, scale);
+                    let begins_m = (ahead_m - LOOK_EVERY_M - speed_mps * params.speed_relaxation_s).max(0.0);
+                    let corner_mps = corner_speed_mps(&params, bend.wheel_per_m);
+                    let comfortable = (params.lateral_accel_mps2 / bend.felt_per_m + 2.0 * decel * ahead_m).sqrt();
+                    comfortable.min((corner_mps * corner_mps + 2.0 * decel * begins_m).sqrt())
+                });
+                let least_mps = each.fold(f64::INFINITY, f64::min);
+                let found_mps = bend_speed_mps(&params, route, s_m, speed_mps);
+                assert_eq!(found_mps.to_bits(), least_mps.to_bits(), "at {s_m} m with {speed_mps} m/s");
+            }
+        }
+    }
+}

@@ -20,7 +20,7 @@ use crate::{
     },
     scenario::{AdvisedBody, PlanError, PlannedDrive},
     sim::{Leader, Snapshot, VehicleSnapshot},
-    space::{CAR_LENGTH_M, Pose},
+    space::{CAR_LENGTH_M, Pose, wrap_angle},
     time::TICK_S,
     traffic::{
         Articulation, Demand, EGO, ExternalVehicleState, LaneMotion, Traffic, TrafficError, TrafficOrder, TrafficStart,
@@ -301,17 +301,17 @@ impl TrafficCoupling {
             None => vehicle.s_on(map, lanes, ego_s_m),
         };
         // Both lists are sorted by id, so that one pass over them suffices.
-        let mut before = self.ways_before.iter().filter_map(|way| way.to).peekable();
+        let mut before = self.ways_before.iter().filter_map(|way| way.to.as_ref()).peekable();
         let is_of_participant = |id: VehicleId| self.has_participant && id == EGO;
         for vehicle in engine.vehicles().iter().filter(|vehicle| !is_of_participant(vehicle.id)) {
             while let Some(arrived) = before.next_if(|before| before.vehicle.id < vehicle.id) {
-                self.ways.push(Way::of(Some(arrived), None, &map.route, step_s));
+                self.ways.push(Way::of(Some(*arrived), None, &map.route, step_s));
             }
-            let from = before.next_if(|before| before.vehicle.id == vehicle.id);
+            let from = before.next_if(|before| before.vehicle.id == vehicle.id).copied();
             let to = PlacedVehicle { vehicle: *vehicle, s_m: s_of(vehicle) };
             self.ways.push(Way::of(from, Some(to), &map.route, step_s));
         }
-        self.ways.extend(before.map(|arrived| Way::of(Some(arrived), None, &map.route, step_s)));
+        self.ways.extend(before.map(|arrived| Way::of(Some(*arrived), None, &map.route, step_s)));
         let (letters, starts) = engine.signals();
         self.signals.set(letters, starts);
     }
@@ -328,11 +328,11 @@ impl TrafficCoupling {
         let mut before = self.before.iter().peekable();
         for way in &self.ways {
             let id = way.id;
-            let Some(here) = (if is_end { way.to } else { way.from }) else { continue };
-            let (from, to) = (way.from.unwrap_or(here), way.to.unwrap_or(here));
+            let Some(here) = (if is_end { &way.to } else { &way.from }) else { continue };
+            let (from, to) = (way.from.as_ref().unwrap_or(here), way.to.as_ref().unwrap_or(here));
             while before.next_if(|other| other.id < id).is_some() {}
             let before = before.next_if(|other| other.id == id);
-            let mut at = way.between(&from, &to, &self.map.route, fraction);
+            let mut at = way.between(from, to, &self.map.route, fraction);
             if way.to.is_none() {
                 // A vehicle that has arrived goes on until the step's end.
                 at.pose.position += at.pose.forward() * (from.vehicle.speed_mps * fraction * self.step_s);
@@ -405,9 +405,11 @@ impl Way {
         let id = from.or(to).map_or(EGO, |placed| placed.vehicle.id);
         let Some((a, b)) = from.zip(to) else { return Self { id, from, to, jumps: false, route_way_m: None } };
         let farthest_m = 2.0 * a.vehicle.speed_mps.max(b.vehicle.speed_mps) * step_s + JUMP_M;
-        let [begin, end] =
-            [&a.vehicle, &b.vehicle].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
-        let jumps = is_jump(&begin, &end, farthest_m);
+        let jumps = !is_short(&a.vehicle, &b.vehicle) && {
+            let [begin, end] =
+                [&a.vehicle, &b.vehicle].map(|at| Pose::new(at.pose.front(at.body.length_m), at.pose.yaw_rad));
+            is_jump(&begin, &end, farthest_m)
+        };
         let ends = a.s_m.zip(b.s_m).filter(|_| !jumps);
         Self { id, from, to, jumps, route_way_m: ends.and_then(|ends| driven_m(route, ends, farthest_m)) }
     }
@@ -438,6 +440,12 @@ impl Way {
             speed_mps: mix(a.speed_mps, b.speed_mps),
         }
     }
+}
+
+/// Returns true if the front has moved by less than [`JUMP_M`] less rounding: no jump in any direction, and found without sines.
+fn is_short(from: &VehicleState, to: &VehicleState) -> bool {
+    let turn_rad = wrap_angle(to.pose.yaw_rad - from.pose.yaw_rad).abs();
+    from.pose.position.distance(to.pose.position) + to.body.length_m / 2.0 * turn_rad < 0.99 * JUMP_M
 }
 
 /// Returns true if a front bumper cannot have driven from one pose to the other: the distance is too long, or too far sideways of its
