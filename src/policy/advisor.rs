@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_share_of_advised_vehicles_that_a_policy_was_not_made_for_is_warned_of() {
+    fn a_share_that_a_policy_was_not_made_for_is_warned_of() {
         let warned = |made_for, share, vehicles| untrained_share(&Shared(made_for), share, vehicles);
         // One of 22 vehicles is what all policies are made for; a share is rounded to whole vehicles.
         assert_eq!(

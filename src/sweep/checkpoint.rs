@@ -9,13 +9,13 @@ pub trait RunCheckpoint {
     /// Returns the stored checkpoint, if there is one.
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The store cannot be read.
     fn load(&self) -> Result<Option<Vec<u8>>, SweepError>;
 
     /// Replaces the stored checkpoint as a whole.
     ///
     /// # Errors
-    /// It cannot be written.
+    /// The store cannot be written.
     fn save(&self, checkpoint: &[u8]) -> Result<(), SweepError>;
 
     /// Reports that the run continues from its checkpoint, or why it does not.

@@ -281,7 +281,7 @@ mod tests {
         assert_eq!(table(&here[0]).words("policy"), ["calm.toml"]);
     }
 
-    /// Checkpoint in memory.
+    /// Store that keeps every state of a test in memory.
     #[derive(Default)]
     struct Kept {
         checkpoint: RefCell<Option<Vec<u8>>>,
