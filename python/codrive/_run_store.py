@@ -64,9 +64,10 @@ class Store:
         for name in names:
             self._fs.get_file(self._place(f"{PARTS}/{name}"), str(folder / name))
 
-    def upload(self, path: pathlib.Path) -> None:
+    def upload(self, path: pathlib.Path, name: str) -> None:
         """Copies a file of this machine to the store's address."""
-        self._fs.put_file(str(path), self._place(path.name))
+        self._fs.makedirs(self._place(name).rpartition("/")[0], exist_ok=True)
+        self._fs.put_file(str(path), self._place(name))
 
     def write(self, name: str, content: bytes) -> None:
         """Writes a file completely or not at all.

@@ -132,7 +132,11 @@ def sweep(
 
 
 def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
-    """Joins the existing runs of a plan into one table per kind, beside the parts. Returns (file, runs, rows) of each."""
+    """Joins the existing runs of a plan into one table per kind, beside the parts, and writes the policies of trainings.
+
+    Returns:
+        (file, runs, rows) of each table.
+    """
     runs, store = Plan(plan), Store(out)
     if store.folder is not None:
         return [(str(path), count, rows) for path, count, rows in runs.collect(str(store.folder))]
@@ -142,8 +146,9 @@ def collect(plan: str, out: str) -> list[tuple[str, int, int]]:
         there = store.names()
         store.get((name for name in dict.fromkeys(runs.part_names()) if name in there), root / PARTS)
         tables = runs.collect(folder)
-        for path, _, _ in tables:
-            store.upload(pathlib.Path(path))
+        made = (path for path in root.rglob("*") if path.is_file() and path.parent.name != PARTS)
+        for path in made:
+            store.upload(path, path.relative_to(root).as_posix())
         return [(f"{out.rstrip('/')}/{pathlib.Path(path).name}", count, rows) for path, count, rows in tables]
 
 

@@ -138,9 +138,11 @@ pub fn evaluate_actions(
 /// Error of an evaluation whose policy has stopped responding.
 struct Unanswered;
 
-/// Returns the measures of a drive with `vehicles` vehicles as one flat table, with the number and the share of advised vehicles.
-pub fn row(result: &EvaluationResult, advised: AdvisedVehicles, vehicles: u32) -> Value {
-    let mut row = json!({ "advised_vehicles": advised.of(vehicles), "advised_share": advised.share_of(vehicles) });
+/// Returns the measures of a drive with `vehicles` vehicles as one flat table, with the number and the planned share of the vehicles that a
+/// policy of this name advises.
+pub fn row(result: &EvaluationResult, advised: AdvisedVehicles, policy: &str, vehicles: u32) -> Value {
+    let number = advised.by_policy(policy).of(vehicles);
+    let mut row = json!({ "advised_vehicles": number, "advised_share": advised.share_of(vehicles) });
     let Value::Object(mut measures) = serde_json::to_value(result).unwrap_or_default() else { return row };
     let of_network = measures.remove("network");
     for (name, value) in measures.into_iter().chain(of_network.iter().filter_map(Value::as_object).flatten().map(owned))
@@ -154,10 +156,10 @@ fn owned((name, value): (&String, &Value)) -> (String, Value) {
     (name.clone(), value.clone())
 }
 
-/// Returns the results of rings, of which a policy of this name advises vehicles.
+/// Returns the results of rings with a policy of this name.
 fn json(config: &TrainConfig, policy: &str, results: &[EvaluationResult]) -> String {
-    let advised = config.ring.advised.by_policy(policy);
-    let rows: Vec<Value> = results.iter().map(|result| row(result, advised, config.ring.vehicles_min)).collect();
+    let of_one = |result| row(result, config.ring.advised, policy, config.ring.vehicles_min);
+    let rows: Vec<Value> = results.iter().map(of_one).collect();
     Value::Array(rows).to_string()
 }
 

@@ -86,7 +86,7 @@ impl EvaluationDrive {
         }
         let result = result.map_err(PyRuntimeError::new_err)?;
         let scenario = self.drive.scenario();
-        Ok(row(&result, scenario.advised.by_policy(&scenario.policy), scenario.vehicles).to_string())
+        Ok(row(&result, scenario.advised, &scenario.policy, scenario.vehicles).to_string())
     }
 }
 

@@ -320,6 +320,8 @@ def test_a_checkpoint_is_used_or_ignored_aloud_wherever_it_is(tmp_path, address)
     ]
     store.put(name, part)
     assert checkpoint.load() is None and store.read(f"parts/{name}") == part
+    assert [table[1:] for table in codrive.sweep.collect(str(path), store.out)] == [(1, 3)]
+    assert b'action = "' in store.read(f"policies/{name.removeprefix('trainings-').removesuffix('.parquet')}.toml")
 
 
 def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):

@@ -27,7 +27,7 @@ pub fn manifest(world: &World, driver: String, graphics: Option<String>) -> Mani
         lateral_accel_mps2: scenario.lateral_accel_bound_mps2(&world.map().route),
         hand_over: world.hand_over(),
         network_tables: world.drive().is_open(),
-        advised_table: world.advises_others(),
+        advised_table: world.has_other_agents(),
         driver,
         participant: None,
         began: now(),

@@ -99,7 +99,7 @@ impl TableComparison {
             advice: cursor(Table::Advice)?,
             events: cursor(Table::Events)?,
             network: network_tables.then(|| NetworkCursors::open(recording)).transpose()?,
-            advised: world.advises_others().then(|| cursor(Table::Advised)).transpose()?,
+            advised: world.has_other_agents().then(|| cursor(Table::Advised)).transpose()?,
             observer: NetworkObserver::default(),
             hash: HASH_START,
             found: Differences::default(),

@@ -100,6 +100,18 @@ impl Field {
         };
         (!fits).then(|| format!("{} is {shown}{near}; allowed: {}", self.path, self.allowed()))
     }
+
+    /// Returns the value that a file of changed settings gives this one. A text may be a number, as in a scenario file: `advised = 3`.
+    ///
+    /// # Errors
+    /// The value is not allowed; the message says what is.
+    pub fn written(&self, value: &Value) -> Result<Value, String> {
+        let value = match (&self.kind, value) {
+            (SettingKind::Text, Value::Number(number)) => Value::String(number.to_string()),
+            (_, value) => value.clone(),
+        };
+        self.fault(&value).map_or(Ok(value), Err)
+    }
 }
 
 fn flag_of(path: &str) -> String {

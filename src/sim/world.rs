@@ -66,7 +66,7 @@ pub struct World {
     /// Others that have left since the last step began.
     left: Vec<Agent>,
     /// Ids of all vehicles other than the participant's that have been agents, ascending.
-    advised: Vec<VehicleId>,
+    agents: Vec<VehicleId>,
     /// Contacts of agents that have left.
     contacts_before: u32,
     /// Source of drivers for the other agents; `None` uses the scenario's driver.
@@ -143,7 +143,7 @@ impl World {
             observer,
             others: Vec::new(),
             left: Vec::new(),
-            advised: Vec::new(),
+            agents: Vec::new(),
             contacts_before: 0,
             drivers,
             touchable: Touchable::default(),
@@ -253,9 +253,6 @@ impl World {
     /// step.
     fn sync_agents(&mut self) -> Result<(), WorldError> {
         self.remove_others(|agent, traffic| agent.is_at_end() || traffic.has_arrived(agent.id()));
-        if !self.advice.advises() {
-            return Ok(());
-        }
         let (scenario, bodies, known) = (self.drive.scenario(), self.traffic.bodies(), self.others.len());
         let body = scenario.advised_body;
         for new in self.traffic.new_agents(body)? {
@@ -266,7 +263,7 @@ impl World {
             let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, body, bodies)?;
             let mut agent = agent.driven_by(&driver, new.id, &self.drive)?;
             agent.view.tick = self.observer.view().tick;
-            self.advised.push(new.id);
+            self.agents.push(new.id);
             self.others.push(agent);
         }
         let new = &mut self.others[known..];
@@ -408,9 +405,9 @@ impl World {
         &self.left
     }
 
-    /// Returns the ids of all vehicles other than the participant's that have been advised, ascending.
+    /// Returns the ids of all vehicles other than the participant's that have been advised, ascending; none without a policy.
     pub fn ever_advised(&self) -> &[VehicleId] {
-        &self.advised
+        if self.advice.advises() { &self.agents } else { &[] }
     }
 
     /// Returns the number of contacts of all of these vehicles so far.
@@ -418,10 +415,11 @@ impl World {
         self.contacts_before + self.advised_others().iter().map(Agent::contact_count).sum::<u32>()
     }
 
-    /// Returns true if vehicles other than the participant's are or can become advised.
-    pub fn advises_others(&self) -> bool {
+    /// Returns true if vehicles other than the participant's are or can become agents: those that are advised, or that a policy `none` leaves to
+    /// the same drivers without advice.
+    pub fn has_other_agents(&self) -> bool {
         let can_come = matches!(self.drive.advised(), AdvisedVehicles::Share(share) if share > 0.0);
-        self.advice.advises() && (can_come || !self.advised.is_empty())
+        can_come || !self.agents.is_empty()
     }
 
     /// Returns the policy in use; the scenario has the policy that was requested.

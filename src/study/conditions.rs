@@ -201,12 +201,9 @@ pub(super) fn changed(
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
                 return Err(wrong(KeyPart::Key, toml_text::unknown_key(&path, &names)));
             };
-            if let Some(fault) = field.fault(value) {
-                return Err(wrong(KeyPart::Value, fault));
-            }
-            let value = match value {
-                Value::String(word) => scenario::path_from(folder, &field.path, word).into(),
-                value => value.clone(),
+            let value = match field.written(value).map_err(|fault| wrong(KeyPart::Value, fault))? {
+                Value::String(word) => scenario::path_from(folder, &field.path, &word).into(),
+                value => value,
             };
             list.push((field.clone(), value));
         }

@@ -134,7 +134,7 @@ fn conditions_are_all_combinations_and_later_settings_win() {
         "{}{}",
         GOOD.replacen("duration_s = 10.0", "duration_s = 10.0\nhold_s = 2.0\nrange_mph = 1.0", 1),
         "[[segment]]\nkind = \"trials\"\nname = \"trial\"\nset = { hold_s = 4.0, range_mph = 3.0 }\n\
-         [factors]\na = [{ name = \"x\" }, { name = \"y\", set = { hold_s = 6.0 } }]\nb = [{ name = \"z\", set = { vehicles = 9 } }]\n"
+         [factors]\na = [{ name = \"x\" }, { name = \"y\", set = { hold_s = 6.0, advised = 3 } }]\nb = [{ name = \"z\", set = { vehicles = 9 } }]\n"
     );
     let study = Study::parse(text, Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
     let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
@@ -146,6 +146,11 @@ fn conditions_are_all_combinations_and_later_settings_win() {
         let scenario = study.drive(segment, condition.map(|i| &study.conditions[i])).unwrap();
         (scenario.hold_s, scenario.range_mph, scenario.vehicles)
     };
+    assert_eq!(
+        study.drive(4, Some(&study.conditions[1])).unwrap().advised,
+        crate::scenario::AdvisedVehicles::Count(3),
+        "a text may be a number"
+    );
     let usual = Scenario::default().vehicles;
     assert_eq!(drive(0, None), (2.0, 1.0, usual), "the base");
     assert_eq!(drive(4, None), (4.0, 3.0, usual), "the segment's own");

@@ -10,7 +10,7 @@ use crate::{
     file::{SETTINGS_BYTES, read_text},
     policy::{self, PolicySource},
     scenario::{self, Scenario},
-    settings::{self, Field, SettingKind, Settings, fields_of},
+    settings::{self, Field, Settings, fields_of},
     study::Study,
     toml_text::{self, KeyPart, did_you_mean, did_you_mean_file, unknown_key},
     train::TrainConfig,
@@ -452,14 +452,7 @@ impl PlanReader<'_> {
                     fields.iter().map(|field| field.path.as_str()).chain(beside.iter().copied()).collect();
                 return Err(self.unknown(key, name, &known));
             };
-            // As in a scenario file, a text may be a number: advised = 3.
-            let value = match (&field.kind, value) {
-                (SettingKind::Text, Value::Number(number)) => Value::String(number.to_string()),
-                (_, value) => value.clone(),
-            };
-            if let Some(fault) = field.fault(&value) {
-                return Err(self.wrong(key, &fault));
-            }
+            let value = field.written(value).map_err(|fault| self.wrong(key, &fault))?;
             changes.push((field.clone(), value));
         }
         settings::changed(base, &changes).map_err(|why| {

@@ -41,7 +41,7 @@ pub struct DriveRow {
     pub hold_s: f64,
     /// Number of advised vehicles of each ring or drive; on a network of those that entered.
     pub advised_vehicles: u32,
-    /// Planned share of advised vehicles, 0 to 1; on a network of those that enter.
+    /// Planned share of advised vehicles, 0 to 1, also in a drive without advice; on a network of those that enter.
     pub advised_share: f64,
     /// Evaluation of the drive.
     pub result: EvaluationResult,

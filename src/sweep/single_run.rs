@@ -80,7 +80,7 @@ fn rings(task: &RingsTask, head: &RowHead) -> Result<Vec<DriveRow>, SweepError> 
         driver: if task.driver.is_empty() { "configured".into() } else { task.driver.clone() },
         hold_s: config.advice.hold_s,
         advised_vehicles: advised.of(config.ring.vehicles_max),
-        advised_share: advised.share_of(config.ring.vehicles_max),
+        advised_share: config.ring.advised.share_of(config.ring.vehicles_max),
         result,
     };
     Ok((0..).zip(results).map(row).collect())
@@ -104,7 +104,10 @@ fn drive(scenario: &Scenario, head: RowHead) -> Result<DriveRow, SweepError> {
             (_, Some(network)) => network.advised_vehicles,
             (vehicles, None) => advised.of(vehicles.unwrap_or_default()),
         },
-        advised_share: advisable.map_or_else(|| advised.among(None).share_of(1), |vehicles| advised.share_of(vehicles)),
+        advised_share: match advisable {
+            Some(vehicles) => scenario.advised.share_of(vehicles),
+            None => scenario.advised.among(None).share_of(1),
+        },
         result,
     })
 }
@@ -364,10 +367,21 @@ mod tests {
                 (read.wholes("advised_vehicles")[0], read.numbers("advised_share")[0].expect("a share"))
             })
             .collect();
-        // Of the 22 vehicles of the ring 1.1 and 4.4, rounded; behind the leader 2.2 of 11.
+        // Of the 22 vehicles of the ring 1.1 and 4.4, rounded; behind the leader 2.2 of 11. A drive without advice has the share that it is
+        // compared with.
         assert_eq!(
             advised,
-            [(1, 0.05), (0, 0.0), (4, 0.2), (0, 0.0), (3, 3.0 / 22.0), (0, 0.0), (4, 0.2), (1, 1.0 / 22.0), (2, 0.2)]
+            [
+                (1, 0.05),
+                (0, 0.05),
+                (4, 0.2),
+                (0, 0.2),
+                (3, 3.0 / 22.0),
+                (0, 3.0 / 22.0),
+                (4, 0.2),
+                (1, 1.0 / 22.0),
+                (2, 0.2)
+            ]
         );
     }
 

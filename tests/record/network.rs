@@ -358,22 +358,17 @@ fn a_killed_network_drive_keeps_its_tables_and_replays() {
 #[test]
 fn advised_vehicles_of_a_network_are_in_their_table_and_replay_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
-    let (scenario, drive) = (town(folder.path()), folder.path().join("advised"));
-    let out = drive.to_str().unwrap();
-    let (code, text) = printed(&mut codrive(&[
-        "run",
-        "--scenario",
-        scenario.to_str().unwrap(),
-        "--policy",
-        "pi",
-        "--advised",
-        "50%",
-        "--duration",
-        "60",
-        "--out",
-        out,
-    ]));
-    assert!(code == 0 && text.contains(" vehicles, in order of entry\n"), "{text}");
+    let scenario = town(folder.path());
+    let recorded = |policy: &str, duration: &str| {
+        let drive = folder.path().join(policy);
+        let words = format!("run --policy {policy} --advised 50% --duration {duration}");
+        let mut command = codrive(&words.split(' ').collect::<Vec<_>>());
+        let (code, text) = printed(command.arg("--scenario").arg(&scenario).arg("--out").arg(&drive));
+        assert_eq!(code, 0, "{text}");
+        (drive, text)
+    };
+    let (drive, text) = recorded("pi", "60");
+    assert!(text.contains(" vehicles, in order of entry\n"), "{text}");
     let read = |table: Table| TableReader::parquet(&table.parquet(&drive)).unwrap();
     let rows: Vec<(u64, u32)> = read(Table::Advised)
         .wholes("tick")
@@ -390,6 +385,13 @@ fn advised_vehicles_of_a_network_are_in_their_table_and_replay_to_the_bit() {
     let last = rows.last().unwrap().0;
     let at_end: BTreeSet<u32> = rows.iter().filter(|(tick, _)| *tick == last).map(|(_, id)| *id).collect();
     assert!(at_end.len() < ids.len(), "some have left: {at_end:?} of {ids:?}");
-    let (code, text) = replayed(&drive);
-    assert!(code == 0 && text.contains("the same to the bit; every file agrees"), "{text}");
+    // Without a policy the same drivers drive, without advice.
+    let (without, text) = recorded("none", "20");
+    let table = TableReader::parquet(&Table::Advised.parquet(&without)).unwrap();
+    assert!(!text.contains("in order of entry") && table.numbers("target_mps").iter().all(Option::is_none), "{text}");
+    assert!(table.rows() > 0, "the step of each agent");
+    for drive in [drive, without] {
+        let (code, text) = replayed(&drive);
+        assert!(code == 0 && text.contains("the same to the bit; every file agrees"), "{text}");
+    }
 }

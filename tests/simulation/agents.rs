@@ -201,11 +201,24 @@ fn a_contact_of_two_advised_vehicles_is_reported_for_both() {
 }
 
 #[test]
-fn no_vehicle_is_taken_over_without_a_policy_or_advised_vehicles() {
-    let none = drive(&Scenario { policy: "none".into(), ..scenario("native", 4) }, 0.1, |_| ());
-    assert!(none.advised_others().is_empty());
+fn a_drive_without_a_policy_keeps_the_drivers_and_share_0_has_none() {
+    // A driver who ignores advice drives the same with a policy and without one.
+    let of = |policy: &str, advised: u32| Scenario {
+        policy: policy.into(),
+        driver: "idm".into(),
+        ..scenario("native", advised)
+    };
+    let driven = |scenario: &Scenario| {
+        let world = drive(scenario, 20.0, |_| ());
+        let speeds_mps: Vec<(u32, f64)> = world.snapshot().numbered_speeds_mps().collect();
+        (numbers(&world), world.ever_advised().len(), speeds_mps)
+    };
+    let (with, without, alone) = (driven(&of("pi", 4)), driven(&of("none", 4)), driven(&of("none", 0)));
+    assert_eq!((&with.0, with.1), (&vec![5, 11, 16], 3));
+    assert_eq!((&without.0, without.1), (&vec![5, 11, 16], 0), "no vehicle had advice");
+    assert_eq!(without.2, with.2, "as with advice that is ignored");
+    assert!(alone.0.is_empty() && alone.2 != without.2, "the engine drives otherwise");
     let unadvised = drive(&scenario("native", 0), 1.0, |world| assert_eq!(world.snapshot().advice, None));
     assert_eq!(unadvised.policy().name, "none");
     assert!(unadvised.policy().to_string().contains("no vehicle is advised"), "{}", unadvised.policy());
-    assert!(unadvised.advised_others().is_empty());
 }

@@ -318,20 +318,25 @@ fn personal_advice_does_no_harm_to_drivers_whom_generic_advice_harms() {
     assert!(generic < without && personal >= without, "none {without}, generic {generic}, personal {personal}");
 }
 
+/// Drivers of the other vehicles of a world, and the vehicles on its ring of 260 m, as in the benchmark `worlds`.
+const WORLDS: [(&str, u32); 3] = [("ring-study", 21), ("safe-followers", 20), ("gap-closers", 21)];
+
+/// Returns the ring of a world with people in the advised vehicles.
+fn people_among(traffic_drivers: &str, vehicles: u32, hold_s: f64) -> TrainConfig {
+    let mut config = ring_of(260.0, vehicles, driven(hold_s, 1.0, 0.35)).driven_by_some_of(Population::People);
+    config.ring.traffic_drivers = traffic_drivers.into();
+    config
+}
+
 #[test]
 fn advice_for_people_halves_the_waves_of_gap_closers_and_costs_no_speed() {
     // `ring-250-speed`, trained among the ring study's vehicles, takes a tenth of the mean speed of people who close the gap. A policy for
     // people halves the deviation over the vehicles in both worlds with strong waves, and takes no speed there. Among people who follow safely,
     // where no advice gains, it may take 2 % (0.06 m/s): a third of the smallest effect that the study with it asks for.
-    let people = |traffic_drivers: &str, vehicles: u32| {
-        let mut config = ring_of(260.0, vehicles, driven(5.0, 1.0, 0.35)).driven_by_some_of(Population::People);
-        config.ring.traffic_drivers = traffic_drivers.into();
-        config
-    };
-    for (traffic_drivers, vehicles, [most_sd, least_mean]) in
-        [("ring-study", 21, [0.5, 1.0]), ("safe-followers", 20, [1.0, 0.98]), ("gap-closers", 21, [0.5, 1.0])]
+    for ((traffic_drivers, vehicles), [most_sd, least_mean]) in
+        WORLDS.into_iter().zip([[0.5, 1.0], [1.0, 0.98], [0.5, 1.0]])
     {
-        let config = people(traffic_drivers, vehicles);
+        let config = people_among(traffic_drivers, vehicles, 5.0);
         let without = evaluate(&config, "shipped", 64, || None);
         let with = driven_on("ring-260-people", &config, 64);
         let share = |of: fn(&EvaluationResult) -> f64| mean(&with, of) / mean(&without, of);
@@ -345,18 +350,19 @@ fn at_no_share_is_a_policy_that_was_made_for_it_worse_than_none() {
     // Where many have it, a policy for one vehicle can take three quarters of the mean speed (docs/results.md: several advised vehicles). A
     // loss below 0.01 m/s is less than fifty rings can tell from none.
     let folder = assets().join("../benchmarks/shares");
-    for percent in [5, 10, 25, 50, 100] {
-        let network = Network::from_file(&folder.join(format!("ring-study-{percent}.toml"))).unwrap();
+    let shares = [5, 10, 25, 50, 100];
+    for ((world, vehicles), percent) in WORLDS.into_iter().flat_map(|world| shares.map(|percent| (world, percent))) {
+        let network = Network::from_file(&folder.join(format!("{world}-{percent}.toml"))).unwrap();
         assert_eq!(network.advised_share, f64::from(percent) / 100.0);
-        let mut config = ring_of(260.0, 21, driven(1.0, 1.0, 0.35)).driven_by_some_of(Population::People);
+        let mut config = people_among(world, vehicles, 1.0);
         config.ring.advised = AdvisedVehicles::Share(network.advised_share);
         let without = evaluate(&config, "shipped", 16, || None);
         let with = evaluate(&config, "shipped", 16, || Some(network.clone().policy(0.1)));
-        assert!(with.iter().all(|drive| !drive.crashed), "{percent} %");
+        assert!(with.iter().all(|drive| !drive.crashed), "{world}, {percent} %");
         let gains: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a.mean_speed_mps - b.mean_speed_mps).collect();
         let gain = gains.iter().sum::<f64>() / 16.0;
         let variance = gains.iter().map(|one| (one - gain).powi(2)).sum::<f64>() / 15.0;
         // Two standard errors below the mean.
-        assert!(gain - 2.0 * (variance / 16.0).sqrt() > -0.01, "{percent} %: {gains:?}");
+        assert!(gain - 2.0 * (variance / 16.0).sqrt() > -0.01, "{world}, {percent} %: {gains:?}");
     }
 }

@@ -352,9 +352,10 @@ impl EvaluationPlan {
         case.advised.by_policy(&case.policy).of(self.most_advised())
     }
 
-    /// Returns the share of vehicles that a case advises, 0 to 1; on a network, of the vehicles that enter.
-    pub fn share_advised_by(&self, case: &EvaluationCase) -> f64 {
-        case.advised.by_policy(&case.policy).share_of(self.most_advised())
+    /// Returns the planned share of advised vehicles of a case, 0 to 1; on a network, of the vehicles that enter. A case without advice has the
+    /// share of those with which it is compared.
+    pub fn advised_share(&self, case: &EvaluationCase) -> f64 {
+        case.advised.share_of(self.most_advised())
     }
 
     /// Returns the number of vehicles that can be advised, where it is fixed.

@@ -83,8 +83,8 @@ pub fn table(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
 fn advised_text(plan: &EvaluationPlan, row: &EvaluationRow) -> String {
     let vehicles = plan.most_advised();
     match row.case.advised {
-        AdvisedVehicles::Count(_) => format!("{}/{vehicles}", plan.advised_by(&row.case)),
-        AdvisedVehicles::Share(_) => format!("{:.1} %", 100.0 * plan.share_advised_by(&row.case)),
+        AdvisedVehicles::Count(_) => format!("{}/{vehicles}", row.case.advised.of(vehicles)),
+        AdvisedVehicles::Share(_) => format!("{:.1} %", 100.0 * plan.advised_share(&row.case)),
     }
 }
 
@@ -148,7 +148,7 @@ fn row_text(row: &EvaluationRow) -> String {
 pub fn json(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]) -> Value {
     let row = |row: &EvaluationRow| {
         json!({
-            "advised_vehicles": row.results.iter().map(|result| advised_in(plan, row, result)).max(), "advised_share": plan.share_advised_by(&row.case),
+            "advised_vehicles": row.results.iter().map(|result| advised_in(plan, row, result)).max(), "advised_share": plan.advised_share(&row.case),
             "ignores_advice": row.case.ignores_advice, "policy": if row.case.ignores_advice { row.case.label() } else { row.case.policy.clone() }, "hold_s": row.case.hold_s, "driver": row.case.driver.label(), "crashes": row.crashes(),
             "mean_speed_mps": estimate(row, evaluated("mean_speed_mps")), "rings": row.results,
         })
@@ -252,7 +252,7 @@ fn rings_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRow]
                 config.ring.horizon_s,
                 values.join(","),
                 advised_in(plan, row, result),
-                plan.share_advised_by(&row.case)
+                plan.advised_share(&row.case)
             );
         }
     }
@@ -278,7 +278,7 @@ fn summary_csv(plan: &EvaluationPlan, config: &TrainConfig, rows: &[EvaluationRo
             config.ring.horizon_s,
             values.join(","),
             advised,
-            plan.share_advised_by(&row.case)
+            plan.advised_share(&row.case)
         );
     }
     text
@@ -387,14 +387,14 @@ fn by_share(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> Vec<figures::Serie
         let driver = (plan.drivers.len() > 1).then(|| format!(", {}", row.case.driver.label()));
         row.case.label() + &hold.unwrap_or_default() + &driver.unwrap_or_default()
     };
-    series(plan, rows, name, |row| 100.0 * plan.share_advised_by(&row.case))
+    series(plan, rows, name, |row| 100.0 * plan.advised_share(&row.case))
 }
 
 /// Returns the outflow of a network for the foot of a figure; empty on a ring. A high speed of few vehicles is no gain.
 fn outflows(plan: &EvaluationPlan, rows: &[EvaluationRow]) -> String {
     let of_row = |row: &EvaluationRow| {
         let out = estimate(row, |v| Some(v.network?.outflow_per_h))?;
-        let (label, share) = (row.case.label(), 100.0 * plan.share_advised_by(&row.case));
+        let (label, share) = (row.case.label(), 100.0 * plan.advised_share(&row.case));
         Some(format!("{label} {share:.0} %: {:.0}", out.mean))
     };
     let rows: Vec<String> = rows.iter().filter_map(of_row).collect();

@@ -113,7 +113,8 @@ pub(super) const MEASURES: &[Measure] = &[
         "advised_share",
         "Share of advised vehicles",
         "",
-        "planned share of advised vehicles among all vehicles; on a network, among the vehicles that enter",
+        "planned share of advised vehicles among all vehicles; on a network, among the vehicles that enter; without advice, the share whose drivers \
+         drive as in the drives with advice",
     ),
     all_vehicles("calm_rings", "Calm rings", "", "rings on which the last disturbance ended before the horizon"),
     all_vehicles("crashes", "Crashes", "", "drives or episodes that ended in a crash"),

@@ -2,7 +2,8 @@
 //! columns `time_s` and `speed_mps`. Out: the vehicles with their positions, the last of the platoon first, or the fault with its line.
 //!
 //! The positions of a vehicle are, in this order: its column `s_m`; those of its leader, less a vehicle's length and its gap; the integral
-//! of its speeds, linear between the steps. Metres, m/s, seconds.
+//! of its speeds, linear between the steps. A ring of vehicles is cut behind the first vehicle of the file, which becomes the last on the
+//! lane. Metres, m/s, seconds.
 
 use super::{
     trajectories::VehicleTrajectories,
@@ -45,9 +46,12 @@ fn log_of(from: &mut dyn BufRead) -> Result<VehicleTrajectories, ReadFault> {
 fn place(vehicles: &mut [VehicleRows], step_s: f64) -> Result<(), LineFault> {
     let is_placed = |rows: &VehicleRows| rows.trajectory.s_m.len() == rows.lines.len();
     let has_gaps = |rows: &VehicleRows| rows.trajectory.gap_m.len() == rows.lines.len();
-    let heads: Vec<usize> = (0..vehicles.len())
+    let mut heads: Vec<usize> = (0..vehicles.len())
         .filter(|k| !is_placed(&vehicles[*k]) && (vehicles[*k].trajectory.leader.is_none() || !has_gaps(&vehicles[*k])))
         .collect();
+    if heads.is_empty() && !vehicles.iter().any(is_placed) {
+        heads.extend(vehicles.iter().position(|rows| rows.trajectory.leader == Some(0)));
+    }
     if let Some(second) = heads.get(1).or(heads.first().filter(|_| vehicles.iter().any(is_placed))) {
         let rows = &vehicles[*second];
         let what = format!("vehicle \"{}\" has neither positions nor a leader with gaps", rows.trajectory.name);
@@ -65,8 +69,11 @@ fn place(vehicles: &mut [VehicleRows], step_s: f64) -> Result<(), LineFault> {
         });
         let Some((next, leader)) = next.and_then(|next| Some((next, vehicles[next].trajectory.leader?))) else {
             let rows = &vehicles[left];
-            let what = format!("vehicle \"{}\" and its leaders follow each other round a ring", rows.trajectory.name);
-            let remedy = "keep the rows of one vehicle alone, as the leader of the drive";
+            let what = format!(
+                "vehicle \"{}\" and its leaders follow each other round a ring of their own",
+                rows.trajectory.name
+            );
+            let remedy = "keep the rows of one ring, or of one vehicle alone, as the leader of the drive";
             return Err((rows.lines[0], what, remedy.into()));
         };
         let ahead_m = vehicles[leader].trajectory.s_m.clone();

@@ -47,6 +47,15 @@ fn a_platoon_has_positions_behind_its_first_vehicle() {
 }
 
 #[test]
+fn a_ring_is_cut_behind_the_first_vehicle_of_the_file() {
+    // b leads a, c leads b, a leads c. So c, whose leader is the first vehicle of the file, is the first on the lane.
+    let rows = |t: &str, gap_m: f64| format!("{t},a,b,5,{gap_m}\n{t},b,c,5,7\n{t},c,a,5,9\n");
+    let log = read(&format!("time_s,vehicle,leader,speed_mps,gap_m\n{}{}", rows("0", 6.0), rows("1", 5.5))).unwrap();
+    let found: Vec<_> = log.vehicles.iter().map(|own| (own.name.as_str(), own.s_m.clone())).collect();
+    assert_eq!(found, [("a", vec![-23.0, -17.5]), ("b", vec![-12.0, -7.0]), ("c", vec![0.0, 5.0])]);
+}
+
+#[test]
 fn positions_of_the_file_go_before_gaps_and_speeds() {
     let log = read("time_s,vehicle,s_m,speed_mps\n0,b,10,5\n0,a,40,5\n1,b,15.2,5\n1,a,44.9,5\n").unwrap();
     assert_eq!([&log.vehicles[0].s_m, &log.vehicles[1].s_m], [&[10.0, 15.2], &[40.0, 44.9]]);
@@ -74,10 +83,10 @@ fn every_fault_of_a_log_has_its_line_and_remedy() {
         ),
         ("time_s,vehicle,speed_mps\n0,a,5\n0,b,5\n1,a,5\n1,b,5\n", 3, "neither positions nor a leader", "column s_m"),
         (
-            "time_s,vehicle,leader,speed_mps,gap_m\n0,a,b,5,9\n0,b,a,5,9\n1,a,b,5,9\n1,b,a,5,9\n",
-            2,
-            "follow each other round a ring",
-            "rows of one vehicle alone",
+            "time_s,vehicle,leader,speed_mps,gap_m\n0,a,b,5,9\n0,b,a,5,9\n0,c,d,5,9\n0,d,c,5,9\n1,a,b,5,9\n1,b,a,5,9\n1,c,d,5,9\n1,d,c,5,9\n",
+            4,
+            "\"c\" and its leaders follow each other round a ring of their own",
+            "rows of one ring, or of one vehicle alone",
         ),
     ];
     for (text, line, what, remedy) in cases {
