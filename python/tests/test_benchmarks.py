@@ -253,7 +253,8 @@ def test_drives_of_a_table_are_made_once(tmp_path):
     # The same as without a folder, and without the command's name.
     assert code == 0 and (0, text, errors) == table("Flow-Merge-v0", "--drives", "2", "--actions", "20")
     made = {part: part.stat().st_mtime_ns for part in (tmp_path / "parts").iterdir()}
-    assert len(made) == 4 and len((tmp_path / "drives.csv").read_text().splitlines()) == 5
+    # Two drives without control, and two with each of the three policies.
+    assert len(made) == 8 and len((tmp_path / "drives.csv").read_text().splitlines()) == 9
     lost = sorted(made)[1]
     lost.unlink()
     assert table(*arguments) == (0, text, errors)
