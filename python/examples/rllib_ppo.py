@@ -6,8 +6,8 @@
 Each env runner is a process with its own rings; on a cluster Ray places them on free cores.
 
 Training ends when the mean speed of all vehicles on 20 unseen rings reaches ``--goal`` (3.0 m/s without advice), or after ``--updates``.
-With two runners of 512 rings, on two shared cores, all of three seeds reached 4.0 m/s after 63 to 78 s and 1.6 million holds, and at most
-4.03 to 4.07 m/s in 125 s; one of them fell back to 3.07 m/s in between. None reached 4.1.
+With two runners of 512 rings, on two shared cores, all of three seeds reached 4.0 m/s after 63 to 78 s (150 s in a later run) and 1.6 million
+holds, and at most 4.03 to 4.07 m/s in 125 s; one of them fell back to 3.07 m/s in between. None reached 4.1.
 """
 
 from __future__ import annotations

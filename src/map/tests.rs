@@ -141,7 +141,12 @@ fn every_shipped_map_loads_closes_and_round_trips() {
         assert!(!info.title.is_empty() && !info.description.is_empty(), "{info:?}");
         let route = &map.route;
         let lanes = route.lanes();
-        assert_eq!(route.is_closed(), !["grid", "lane-10km", "merge"].contains(&info.name.as_str()), "{}", info.name);
+        assert_eq!(
+            route.is_closed(),
+            !["bottleneck", "grid", "lane-10km", "merge"].contains(&info.name.as_str()),
+            "{}",
+            info.name
+        );
         let joints = lanes.len() - usize::from(!route.is_closed());
         for (k, lane) in lanes.iter().enumerate().take(joints) {
             let next = &lanes[(k + 1) % lanes.len()];
@@ -153,7 +158,8 @@ fn every_shipped_map_loads_closes_and_round_trips() {
                 lane.id(&map.network),
                 next.id(&map.network)
             );
-            assert_eq!(route.s_on(lane.lane.unwrap(), 1.0), Some(lane.start_s_m + 1.0));
+            let on_m = (lane.length_m / 2.0).min(1.0);
+            assert_eq!(route.s_on(lane.lane.unwrap(), on_m), Some(lane.start_s_m + on_m));
         }
         for i in 0..2000 {
             let s_m = route.length_m() * f64::from(i) / 2000.0;
@@ -198,7 +204,8 @@ fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
     let sumo = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo");
     assert!(sumo.join("bin/sumo").is_file(), "{}: run scripts/setup first", sumo.display());
     let folder = tempfile::tempdir().unwrap();
-    let written_here = list().into_iter().filter(|map| !["grid", "merge"].contains(&map.name.as_str()));
+    let written_here =
+        list().into_iter().filter(|map| !["bottleneck", "figure-eight", "grid", "merge"].contains(&map.name.as_str()));
     let mut nets: Vec<PathBuf> = written_here.map(|map| map.folder.join("net.xml")).collect();
     for circumference_m in [150.0, 5000.0] {
         let ring = RingShape { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };

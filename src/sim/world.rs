@@ -27,6 +27,7 @@ mod sham;
 mod time_to_collision;
 mod traffic_coupling;
 mod traffic_start;
+mod vehicles_across;
 
 pub use advice::{CostlyInputs, ExpectedSpeeds, policy_of, policy_settings, road_kind};
 pub use agent::Agent;

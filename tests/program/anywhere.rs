@@ -69,7 +69,10 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     let elsewhere = Elsewhere::new();
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert!(listed.status.success(), "{}", printed(&listed));
-    assert_eq!(maps(&printed(&listed)), ["grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]);
+    assert_eq!(
+        maps(&printed(&listed)),
+        ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]
+    );
     let out = elsewhere.at("work/über alles");
     let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
     assert!(drove.status.success() && printed(&drove).contains("policy ring-250-speed (auto"), "{}", printed(&drove));
@@ -90,7 +93,18 @@ fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert_eq!(
         maps(&printed(&listed)),
-        ["grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-300", "ring-641"]
+        [
+            "bottleneck",
+            "figure-eight",
+            "grid",
+            "lane-10km",
+            "merge",
+            "practice",
+            "ring-250",
+            "ring-260",
+            "ring-300",
+            "ring-641"
+        ]
     );
     let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
     assert!(drove.status.success() && printed(&drove).contains("22 vehicles on ring-300"), "{}", printed(&drove));
@@ -254,5 +268,8 @@ fn maps_of_the_working_folder_or_above_are_not_the_programs() {
         }
     }
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(maps(&printed(&listed)), ["grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]);
+    assert_eq!(
+        maps(&printed(&listed)),
+        ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]
+    );
 }

@@ -109,3 +109,22 @@ fn a_priority_road_is_crossed_and_entered_in_gaps_of_sufficient_size() {
     }
     assert!((1..9).contains(&waited), "{waited} of 9 waited: neither always nor never");
 }
+
+#[test]
+fn a_driver_with_right_of_way_brakes_for_a_vehicle_within_the_crossing() {
+    let _alone = one_at_a_time();
+    // One of the 14 starts within the crossing and slowly goes through it, while the ego comes from the side with right of way.
+    let scenario = Scenario { map: "figure-eight".into(), vehicles: 14, policy: "none".into(), ..Scenario::default() };
+    let summary = drive(&Scenario { duration_s: 30.0, warm_up_s: 0.0, ..scenario }, |_| {});
+    assert_eq!(summary.contact_count, 0);
+}
+
+#[test]
+fn simulated_drivers_pass_two_zippers_among_2500_vehicles_an_hour() {
+    let _alone = one_at_a_time();
+    for seed in [1, 2] {
+        let scenario = Scenario { map: "bottleneck".into(), policy: "none".into(), seed, ..Scenario::default() };
+        let summary = drive(&Scenario { duration_s: 180.0, warm_up_s: 60.0, ..scenario }, |_| {});
+        check_peace(&summary, &format!("seed {seed}"));
+    }
+}

@@ -1,13 +1,19 @@
-//! The decision to wait at a line where others have right of way. In: the lines of the ego's path and the snapshot of a tick. Out: the
-//! distance to the next line if the ego must not cross it now. Metres, seconds, m/s.
+//! The decision to wait at a line where others have right of way, or to merge behind another vehicle. In: the lines of the ego's path and the
+//! snapshot of a tick. Out: the distance to the next line if the ego must not cross it now, and the vehicle behind which it merges. Metres,
+//! seconds, m/s.
 //!
 //! The rule is SUMO's (docs/references.md: yield). The ego goes if it leaves the junction [`GAP_S`] before a vehicle with right of way
 //! arrives, or arrives [`GAP_S`] after that vehicle has left. Where both paths merge, the other vehicle must also not need more than
 //! comfortable braking. At a red signal no vehicle has right of way.
+//!
+//! At a zipper nobody waits: who is nearer to the end of the junction goes first, and the other follows (SUMO's rule, too).
 
 use crate::{
-    driver::{DriverParams, bend_speed_mps},
-    map::{RoadMap, StopRule, YieldLine, network::SignalLight},
+    driver::{DriverParams, SeenLeader, bend_speed_mps},
+    map::{
+        RoadMap, Route, StopRule, YieldLine,
+        network::{JunctionId, SignalLight},
+    },
     snapshot::{Snapshot, VehicleSnapshot},
     space::CAR_LENGTH_M,
     traffic::VehicleId,
@@ -28,6 +34,12 @@ const BEFORE_LINE_M: f64 = 0.5;
 const PATIENCE_S: f64 = 5.0;
 /// Look-ahead beyond the comfortable braking distance, metres.
 const SEEN_EARLIER_M: f64 = 20.0;
+/// Distance from a line within which all of its junction before the line is, metres.
+const JUNCTION_M: f64 = 30.0;
+/// Distance from a zipper's line at which a driver looks for the vehicle to merge behind, metres.
+const SEES_ZIPPER_M: f64 = 60.0;
+/// Part of the way to a zipper's line by which the gap to the vehicle ahead in the other lane may still be short: it opens on that way.
+const OPENS: f64 = 0.5;
 
 /// Motion of the ego from a line on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,6 +157,9 @@ impl RightOfWay {
     pub fn must_yield_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap, driver: &DriverParams) -> Option<f64> {
         let (k, ahead_m) = self.next?;
         let line = &self.lines[k];
+        if line.is_zipper {
+            return None;
+        }
         let speed_mps = snapshot.ego.speed_mps.max(0.0);
         let braking_m = |decel_mps2: f64| speed_mps * speed_mps / (2.0 * decel_mps2);
         let is_near = (braking_m(STOPS_MPS2)..=braking_m(driver.idm.b) + SEEN_EARLIER_M).contains(&ahead_m);
@@ -152,6 +167,30 @@ impl RightOfWay {
         // At a line inside a junction the driver stops nearer than behind a vehicle.
         let nearer_m = if line.waits_inside { driver.idm.s0 - BEFORE_LINE_M } else { 0.0 };
         (is_near && waits()).then_some(ahead_m + nearer_m.max(0.0))
+    }
+
+    /// Returns true if the path has a line at a junction around `s_m`, where the driver judges the vehicles in it. A path may pass a junction
+    /// twice and have right of way once.
+    pub fn yields_at(&self, junction: JunctionId, s_m: f64, route: &Route) -> bool {
+        let is_near = |line: &YieldLine| route.difference(line.s_m, s_m).abs() < line.inside_m + JUNCTION_M;
+        self.lines.iter().any(|line| line.junction == junction && is_near(line))
+    }
+
+    /// Returns the vehicle of another lane behind which the ego merges at a zipper, with the gap that it still has to open.
+    pub fn merges_behind(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
+        let zippers = self.lines.iter().filter(|line| line.is_zipper);
+        let leaders = zippers.flat_map(|line| {
+            let to_end_m = map.route.drawn_ahead_m(snapshot.ego_s_m, map.route.wrap(line.s_m + line.inside_m));
+            let ahead_m = to_end_m - line.inside_m;
+            let is_near = to_end_m >= 0.0 && ahead_m <= SEES_ZIPPER_M;
+            foes(line, snapshot).filter(move |_| is_near).filter_map(move |foe| {
+                let link = &line.foes[foe.link];
+                let lead_m = to_end_m - (foe.ahead_m + link.length_m);
+                let gap_m = lead_m - foe.car.body.length_m + OPENS * ahead_m.max(0.0);
+                (link.joins && lead_m > 0.0).then_some(SeenLeader { gap_m, speed_mps: foe.car.speed_mps })
+            })
+        });
+        leaders.min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 
     /// Returns the distance from the ego's front bumper to the next line of the path, metres: if `stops`, to a line with a mandatory stop,

@@ -247,3 +247,27 @@ fn inside_a_junction_a_driver_stops_nearer_to_a_line_than_to_a_vehicle() {
     // The model keeps 2 m (s0) to a vehicle and half a metre to the line, so the reported vehicle is 1.5 m beyond the line.
     assert_eq!(case.right_of_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver), Some(5.5));
 }
+
+#[test]
+fn at_a_zipper_the_ego_follows_who_is_nearer_to_the_end_and_never_waits() {
+    let mut case = Case::new("maps/bottleneck/net.xml", &["3", "4"], 20.0);
+    assert_eq!(case.map.route.lanes()[0].id(&case.map.network), "3_0");
+    let behind = |case: &Case| case.right_of_way.merges_behind(&case.snapshot, &case.map).map(|seen| seen.gap_m);
+    let mut with = |lane: &str, s_m: f64| {
+        case.snapshot.cars.clear();
+        case.put(1, lane, s_m, 9.0);
+        case.right_of_way.update(&case.snapshot, &case.map);
+        let driver = DriverParams::default();
+        assert_eq!(case.right_of_way.must_yield_ahead_m(&case.snapshot, &case.map, &driver), None);
+        behind(&case)
+    };
+    // The lanes end at 100 m. The other vehicle is 5 m nearer and 5 m long; half of the ego's way of 20 m to its line is left to open the gap.
+    // The ways through the junction have a mean length of 80.03 m in the file and differ by 0.06 m.
+    let seen_m = with("3_1", 85.0).expect("a vehicle to merge behind");
+    assert!((seen_m - 10.0).abs() < 0.15, "{seen_m}");
+    // 10 m into the junction it is 30 m ahead.
+    let seen_m = with(":first_zipper_0_1", 10.0).expect("a vehicle to merge behind");
+    assert!((seen_m - (30.0 - 5.0 + 10.0)).abs() < 0.15, "{seen_m}");
+    assert_eq!(with("3_1", 75.0), None, "it is further away than the ego");
+    assert_eq!((with("3_0", 85.0), with("3_2", 85.0)), (None, None), "a leader, and a vehicle of the other zipper");
+}

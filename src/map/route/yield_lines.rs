@@ -52,12 +52,16 @@ pub struct FoeLane {
 /// A line where the path yields or stops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct YieldLine {
+    /// Junction behind the line, or around it.
+    pub junction: JunctionId,
     /// Position on the route, metres.
     pub s_m: f64,
     /// Length from the line to the end of the junction, metres.
     pub inside_m: f64,
     /// Rule for stopping at the line.
     pub stop: StopRule,
+    /// True if vehicles of this link and of its foes merge alternately, so that the ego follows the one ahead of it instead of waiting.
+    pub is_zipper: bool,
     /// True if the line is inside the junction.
     pub waits_inside: bool,
     /// Signal of the ego's link, and the index of the link's letter in it.
@@ -130,7 +134,18 @@ fn yield_line(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Yield
         true => (here.start_s_m + here.length_m + length_m(&through[0]), inside_m - length_m(&through[0])),
         false => (here.start_s_m + here.length_m - net.lane(from).end_offset_m, inside_m),
     };
-    Some(YieldLine { s_m: route.wrap(s_m), inside_m, stop, waits_inside, signal: letter(way), foes, foe_lanes })
+    let is_zipper = way.state == LinkState::Zipper;
+    Some(YieldLine {
+        junction,
+        s_m: route.wrap(s_m),
+        inside_m,
+        stop,
+        is_zipper,
+        waits_inside,
+        signal: letter(way),
+        foes,
+        foe_lanes,
+    })
 }
 
 /// Returns the distance from the end of one lane to the start of the next, metres.

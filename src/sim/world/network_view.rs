@@ -1,11 +1,11 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::persons_ahead::PersonsAhead;
+use super::{persons_ahead::PersonsAhead, vehicles_across};
 use crate::{
     controls::Indicator,
     driver::{
-        DriverParams,
+        DriverParams, SeenLeader,
         manoeuvres::{LaneChanging, RightOfWay},
     },
     map::{
@@ -134,6 +134,16 @@ impl NetworkView {
         let yield_m = self.right_of_way.must_yield_ahead_m(snapshot, map, driver);
         let change_m = self.changing.wait_ahead_m(snapshot, driver);
         [signal_m, yield_m, change_m].into_iter().flatten().min_by(f64::total_cmp)
+    }
+
+    /// Returns the vehicle of another lane behind which a driver on the path merges at a zipper.
+    pub fn merges_behind(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
+        self.right_of_way.merges_behind(snapshot, map)
+    }
+
+    /// Returns the nearest vehicle across the way within a junction where the path has right of way.
+    pub fn across(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
+        vehicles_across::nearest(snapshot, map, &self.right_of_way)
     }
 
     /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are, metres.

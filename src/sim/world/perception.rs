@@ -87,12 +87,15 @@ impl Agent {
         }
     }
 
-    /// Returns the leader, or what is nearer: persons in the way, for whom a driver stops as behind a vehicle that stands.
+    /// Returns the leader, or what is nearer: persons in the way, for whom a driver stops as behind a vehicle that stands, a vehicle across the
+    /// way in a junction, or the vehicle of another lane behind which the driver merges.
     fn nearest_ahead(&self) -> Option<SeenLeader> {
         let leader = self.view.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps });
         let person_m = self.network.person_ahead_m(&self.view, &self.map);
         let person = person_m.map(|gap_m| SeenLeader { gap_m, speed_mps: 0.0 });
-        [leader, person].into_iter().flatten().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
+        let merging = self.network.merges_behind(&self.view, &self.map);
+        let crossing = self.network.across(&self.view, &self.map);
+        [leader, person, merging, crossing].into_iter().flatten().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 
     /// Returns the offset and heading error at this vehicle's centre and the curvature `LANE_HINT_AHEAD_S` ahead.

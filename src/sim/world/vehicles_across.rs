@@ -1,0 +1,118 @@
+//! Vehicles within a junction that are across an ego's way, or soon will be, where the ego has right of way. In: a map and snapshots. Out: the
+//! nearest such vehicle as a driver sees it. Metres, m/s, seconds.
+//!
+//! A driver with right of way looks for nobody at a line, but brakes for who is already in the junction and will not have left it in time.
+//! At a line to yield the driver judges the vehicles within the junction, too (`manoeuvres::RightOfWay`).
+
+use crate::{
+    driver::{SeenLeader, manoeuvres::RightOfWay},
+    map::RoadMap,
+    sim::{Snapshot, VehicleSnapshot},
+    space::{CAR_WIDTH_M, is_one_road},
+};
+use glam::DVec2;
+
+/// Distance up to which a driver looks for such vehicles: the stopping distance at 100 km/h.
+const AHEAD_M: f64 = 100.0;
+/// Smallest distance at which a car passes another.
+const BESIDE_M: f64 = 0.3;
+/// Time for which a driver foresees the way of another vehicle, s.
+const LOOKS_AHEAD_S: f64 = 2.0;
+/// Time before and after the ego at which another vehicle must not be in its way, s.
+const APART_S: f64 = 0.5;
+
+/// Returns the nearest vehicle across the way of an ego within a junction where it has right of way.
+pub(super) fn nearest(snapshot: &Snapshot, map: &RoadMap, rules: &RightOfWay) -> Option<SeenLeader> {
+    let ego = snapshot.ego.position.truncate();
+    let near = snapshot.vehicles().filter(|car| car.pose.position.distance(ego) < AHEAD_M);
+    near.filter_map(|car| across_ahead(car, snapshot, map, rules)).min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
+}
+
+/// Returns a vehicle as what is ahead, if it is in the ego's way when the ego is there.
+fn across_ahead(car: &VehicleSnapshot, snapshot: &Snapshot, map: &RoadMap, rules: &RightOfWay) -> Option<SeenLeader> {
+    let route = &map.route;
+    let lane = car.lane?.lane;
+    let junction = map.network.edge_of(lane).junction?;
+    let away_m = car.pose.position.distance(snapshot.ego.position.truncate());
+    let at = route.project(car.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
+    // A vehicle that follows the ego's way is a leader. A way that crosses itself has the lanes of both ways, so only those around it count.
+    let lanes = route.lanes();
+    let [first, last] = [-1.0, 1.0].map(|side| route.lane_at(route.wrap(at.s_m + side * car.body.length_m)).0);
+    let around = (0..=(last + lanes.len() - first) % lanes.len()).map(|k| &lanes[(first + k) % lanes.len()]);
+    if around.into_iter().any(|on| on.lane == Some(lane)) || !is_one_road(car.height_m, route.height_m(at.s_m)) {
+        return None;
+    }
+    if rules.yields_at(junction, at.s_m, route) {
+        return None;
+    }
+    // Its body in the frame of the route there: along it and to the left.
+    let turned = DVec2::from_angle(car.pose.yaw_rad - route.yaw_at(at.s_m));
+    let half = DVec2::new(car.body.length_m, car.body.width_m) / 2.0;
+    let reach = DVec2::new(
+        turned.x.abs() * half.x + turned.y.abs() * half.y,
+        turned.y.abs() * half.x + turned.x.abs() * half.y,
+    );
+    let gap_m = route.difference(snapshot.ego_s_m, at.s_m) - reach.x;
+    let speed_mps = car.speed_mps.max(0.0);
+    let is_in_way = |time_s: f64| {
+        let way_m = speed_mps * time_s + car.accel_mps2.max(0.0) * time_s * time_s / 2.0;
+        (at.offset_m + turned.y * way_m).abs() < reach.y + CAR_WIDTH_M / 2.0 + BESIDE_M
+    };
+    let will_be = [0.0, 0.25, 0.5, 0.75, 1.0].iter().any(|part| is_in_way(part * LOOKS_AHEAD_S));
+    let arrives_s = gap_m / snapshot.ego.speed_mps.max(1.0);
+    let stays = [-APART_S, 0.0, APART_S].iter().any(|more_s| is_in_way((arrives_s + more_s).max(0.0)));
+    (gap_m > 0.0 && will_be && stays).then_some(SeenLeader { gap_m, speed_mps: (turned.x * speed_mps).max(0.0) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        ego::EgoState,
+        map::{PathLanes, network::LanePosition},
+        space::{CAR_LENGTH_M, Pose},
+        traffic::VehicleBody,
+    };
+    use glam::dvec2;
+
+    /// Returns the gap to a vehicle that goes west, `before_m` before the middle of the crossing, for an ego that comes from the south with
+    /// `ahead_m` to that middle. The ways are at x = 61.6 and y = 61.6.
+    fn seen_m(ahead_m: f64, ego_mps: f64, lane: &str, before_m: f64, speed_mps: f64) -> Option<f64> {
+        let map = RoadMap::load("figure-eight").expect("a map that ships");
+        let named = |lane: &str| map.network.lane_named(lane).expect("a lane");
+        let start_m = map.route.s_on(named("bottom_0"), 0.0).expect("a lane of the route");
+        let ego = EgoState {
+            position: dvec2(61.6, 61.6 - ahead_m - CAR_LENGTH_M / 2.0).extend(0.0),
+            speed_mps: ego_mps,
+            ..EgoState::default()
+        };
+        let car = VehicleSnapshot {
+            pose: Pose::new(dvec2(61.6 + before_m, 61.6), std::f64::consts::PI),
+            lane: Some(LanePosition { lane: named(lane), s_m: 0.0, offset_m: 0.0 }),
+            speed_mps,
+            body: VehicleBody::CAR,
+            ..VehicleSnapshot::default()
+        };
+        // bottom_0 begins at y = 30.13.
+        let ego_s_m = start_m + 61.6 - ahead_m - 30.13;
+        let snapshot = Snapshot { ego, ego_s_m, cars: vec![car], ..Snapshot::default() };
+        nearest(&snapshot, &map, &RightOfWay::new(PathLanes::new(&map).yield_lines(&map))).map(|seen| seen.gap_m)
+    }
+
+    #[test]
+    fn a_driver_brakes_for_who_is_in_the_crossing_and_stays_in_the_way() {
+        // Its near side is half a width of 1.8 m before the middle.
+        let near = |seen: Option<f64>| seen.is_some_and(|gap_m| (gap_m - (20.0 - 0.9)).abs() < 0.05);
+        assert!(near(seen_m(20.0, 8.0, ":center_1_0", 0.0, 0.0)), "it stands across the way");
+        assert_eq!(seen_m(20.0, 8.0, ":center_1_0", 0.0, 10.0), None, "3.7 m take it 0.4 s, and the ego needs 2.4 s");
+        // Way from the middle at which the body is clear: half a length, half a car's width and 0.3 m, 3.7 m.
+        assert_eq!(seen_m(20.0, 8.0, ":center_1_0", 3.8, 0.0), None, "it waits beside the way");
+        assert!(
+            near(seen_m(20.0, 8.0, ":center_1_0", 5.0, 1.0)),
+            "in 2 s it is at 3 m, and at 2.6 m when the ego comes"
+        );
+        assert_eq!(seen_m(20.0, 8.0, ":center_1_0", 5.0, 5.0), None, "when the ego comes, after 2.4 s, it is at -7 m");
+        assert_eq!(seen_m(20.0, 8.0, "right_0", 0.0, 0.0), None, "on a street others see to it");
+        assert_eq!(seen_m(20.0, 8.0, ":center_2_0", 0.0, 0.0), None, "a vehicle in the ego's lane is its leader");
+    }
+}
