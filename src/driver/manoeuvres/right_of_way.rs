@@ -6,7 +6,7 @@
 //! arrives, or arrives [`GAP_S`] after that vehicle has left. Where both paths merge, the other vehicle must also not need more than
 //! comfortable braking. At a red signal no vehicle has right of way.
 //!
-//! At a zipper nobody waits: who is nearer to the end of the junction goes first, and the other follows (SUMO's rule, too).
+//! At a zipper nobody waits: who is nearer to the end of the junction goes first, and the other follows.
 
 use crate::{
     driver::{DriverParams, SeenLeader, bend_speed_mps},
