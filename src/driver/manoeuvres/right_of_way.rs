@@ -34,11 +34,11 @@ const BEFORE_LINE_M: f64 = 0.5;
 const PATIENCE_S: f64 = 5.0;
 /// Look-ahead beyond the comfortable braking distance, metres.
 const SEEN_EARLIER_M: f64 = 20.0;
-/// Distance from a line within which all of its junction before the line is, metres.
+/// Longest part of a junction that is before its line, metres: a line inside a junction has such a part.
 const JUNCTION_M: f64 = 30.0;
 /// Distance from a zipper's line at which a driver looks for the vehicle to merge behind, metres.
 const SEES_ZIPPER_M: f64 = 60.0;
-/// Part of the way to a zipper's line by which the gap to the vehicle ahead in the other lane may still be short: it opens on that way.
+/// Share of the way to a zipper's line that is added to the gap, because the gap opens on that way.
 const OPENS: f64 = 0.5;
 
 /// Motion of the ego from a line on.
@@ -179,14 +179,18 @@ impl RightOfWay {
     /// Returns the vehicle of another lane behind which the ego merges at a zipper, with the gap that it still has to open.
     pub fn merges_behind(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
         let zippers = self.lines.iter().filter(|line| line.is_zipper);
-        let leaders = zippers.flat_map(|line| {
-            let to_end_m = map.route.drawn_ahead_m(snapshot.ego_s_m, map.route.wrap(line.s_m + line.inside_m));
-            let ahead_m = to_end_m - line.inside_m;
-            let is_near = to_end_m >= 0.0 && ahead_m <= SEES_ZIPPER_M;
-            foes(line, snapshot).filter(move |_| is_near).filter_map(move |foe| {
+        let to_end_m = |line: &YieldLine| {
+            let end_s_m = map.route.wrap(line.s_m + line.inside_m);
+            map.route.drawn_ahead_m(snapshot.ego_s_m, end_s_m)
+        };
+        let reach_m = |line: &YieldLine| 0.0..=line.inside_m + SEES_ZIPPER_M;
+        let near =
+            zippers.map(|line| (line, to_end_m(line))).filter(|(line, to_end_m)| reach_m(line).contains(to_end_m));
+        let leaders = near.flat_map(|(line, to_end_m)| {
+            foes(line, snapshot).filter_map(move |foe| {
                 let link = &line.foes[foe.link];
                 let lead_m = to_end_m - (foe.ahead_m + link.length_m);
-                let gap_m = lead_m - foe.car.body.length_m + OPENS * ahead_m.max(0.0);
+                let gap_m = lead_m - foe.car.body.length_m + OPENS * (to_end_m - line.inside_m).max(0.0);
                 (link.joins && lead_m > 0.0).then_some(SeenLeader { gap_m, speed_mps: foe.car.speed_mps })
             })
         });

@@ -8,8 +8,8 @@ use crate::{
 };
 use glam::DVec2;
 
-/// Distance up to which a driver looks for persons: the stopping distance at 100 km/h.
-const AHEAD_M: f64 = 100.0;
+/// Distance up to which a driver looks for persons, and for vehicles across the way: the stopping distance at 100 km/h.
+pub(super) const AHEAD_M: f64 = 100.0;
 /// Distance into a crossing up to which a driver still stops for persons on it.
 const INTO_CROSSING_M: f64 = 1.0;
 /// Smallest distance at which a car passes a person.
@@ -96,17 +96,17 @@ impl Crossing {
     }
 }
 
-/// Position of a person beside the ego's route.
-struct BesideRoute {
-    s_m: f64,
+/// Position of a person or vehicle beside the ego's route.
+pub(super) struct BesideRoute {
+    pub s_m: f64,
     /// Lateral offset from the route, positive to the left.
-    offset_m: f64,
+    pub offset_m: f64,
     /// Speed at which the person comes nearer to the route's line; negative for one who walks away.
     nearing_mps: f64,
 }
 
 impl BesideRoute {
-    fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Self {
+    pub fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Self {
         let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
         let at = route.project(person.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
         let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());

@@ -1,9 +1,10 @@
 //! Vehicles within a junction that are across an ego's way, or soon will be, where the ego has right of way. In: a map and snapshots. Out: the
 //! nearest such vehicle as a driver sees it. Metres, m/s, seconds.
 //!
-//! A driver with right of way looks for nobody at a line, but brakes for who is already in the junction and will not have left it in time.
+//! A driver with right of way waits at no line, but brakes for a vehicle that is already in the junction and will not have left it in time.
 //! At a line to yield the driver judges the vehicles within the junction, too (`manoeuvres::RightOfWay`).
 
+use super::persons_ahead::{AHEAD_M, BesideRoute};
 use crate::{
     driver::{SeenLeader, manoeuvres::RightOfWay},
     map::RoadMap,
@@ -12,8 +13,6 @@ use crate::{
 };
 use glam::DVec2;
 
-/// Distance up to which a driver looks for such vehicles: the stopping distance at 100 km/h.
-const AHEAD_M: f64 = 100.0;
 /// Smallest distance at which a car passes another.
 const BESIDE_M: f64 = 0.3;
 /// Time for which a driver foresees the way of another vehicle, s.
@@ -28,21 +27,18 @@ pub(super) fn nearest(snapshot: &Snapshot, map: &RoadMap, rules: &RightOfWay) ->
     near.filter_map(|car| across_ahead(car, snapshot, map, rules)).min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
 }
 
-/// Returns a vehicle as what is ahead, if it is in the ego's way when the ego is there.
+/// Returns what a driver sees of a vehicle that is in the ego's way when the ego is there; `None` for any other.
 fn across_ahead(car: &VehicleSnapshot, snapshot: &Snapshot, map: &RoadMap, rules: &RightOfWay) -> Option<SeenLeader> {
     let route = &map.route;
     let lane = car.lane?.lane;
     let junction = map.network.edge_of(lane).junction?;
-    let away_m = car.pose.position.distance(snapshot.ego.position.truncate());
-    let at = route.project(car.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
+    let at = BesideRoute::of(car, snapshot, route);
     // A vehicle that follows the ego's way is a leader. A way that crosses itself has the lanes of both ways, so only those around it count.
     let lanes = route.lanes();
     let [first, last] = [-1.0, 1.0].map(|side| route.lane_at(route.wrap(at.s_m + side * car.body.length_m)).0);
-    let around = (0..=(last + lanes.len() - first) % lanes.len()).map(|k| &lanes[(first + k) % lanes.len()]);
-    if around.into_iter().any(|on| on.lane == Some(lane)) || !is_one_road(car.height_m, route.height_m(at.s_m)) {
-        return None;
-    }
-    if rules.yields_at(junction, at.s_m, route) {
+    let mut around = (0..=(last + lanes.len() - first) % lanes.len()).map(|k| &lanes[(first + k) % lanes.len()]);
+    let is_leader = around.any(|on| on.lane == Some(lane));
+    if is_leader || !is_one_road(car.height_m, route.height_m(at.s_m)) || rules.yields_at(junction, at.s_m, route) {
         return None;
     }
     // Its body in the frame of the route there: along it and to the left.
@@ -112,7 +108,7 @@ mod tests {
             "in 2 s it is at 3 m, and at 2.6 m when the ego comes"
         );
         assert_eq!(seen_m(20.0, 8.0, ":center_1_0", 5.0, 5.0), None, "when the ego comes, after 2.4 s, it is at -7 m");
-        assert_eq!(seen_m(20.0, 8.0, "right_0", 0.0, 0.0), None, "on a street others see to it");
+        assert_eq!(seen_m(20.0, 8.0, "right_0", 0.0, 0.0), None, "within a street it is no vehicle across");
         assert_eq!(seen_m(20.0, 8.0, ":center_2_0", 0.0, 0.0), None, "a vehicle in the ego's lane is its leader");
     }
 }
