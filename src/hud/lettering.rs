@@ -1,4 +1,4 @@
-//! Lettering of the instrument and of number plates: digits, the letters of units and some capitals as strokes of one
+//! Lettering of the instrument, of number plates and of road signs: digits, the letters of units and some capitals as strokes of one
 //! width, so that no font and no glyph atlas is needed. The forms are legible at a distance (open forms, tabular
 //! digits). In: text, height. Out: polylines, to be drawn with a round pen of [`PEN`] times the height.
 
@@ -64,7 +64,7 @@ fn sign_strokes(sign: char) -> Option<(f32, Vec<Stroke>)> {
     // All digits are 0.52 wide and 1 high; small letters are 0.66 high.
     let bowl = |y: f32| arc([0.26, y], [0.26, 0.27], 0.0, 360.0);
     Some(match sign {
-        '0' => {
+        '0' | 'O' => {
             let upper = arc([0.26, 0.72], [0.26, 0.28], 0.0, 180.0);
             let lower = arc([0.26, 0.28], [0.26, 0.28], 180.0, 360.0);
             (DIGIT, vec![join(&[&upper, &lower, &[[0.52, 0.72]]])])
@@ -119,6 +119,22 @@ fn sign_strokes(sign: char) -> Option<(f32, Vec<Stroke>)> {
         'N' => (DIGIT, vec![vec![[0.0, 0.0], [0.0, 1.0], [0.52, 0.0], [0.52, 1.0]]]),
         'T' => (0.54, vec![vec![[0.0, 1.0], [0.54, 1.0]], vec![[0.27, 1.0], [0.27, 0.0]]]),
         'E' => (0.46, vec![vec![[0.46, 1.0], [0.0, 1.0], [0.0, 0.0], [0.46, 0.0]], vec![[0.0, 0.53], [0.40, 0.53]]]),
+        // Further capitals of STOP and BUS.
+        'S' => {
+            let upper = arc([0.26, 0.755], [0.24, 0.245], 35.0, 270.0);
+            let lower = arc([0.26, 0.255], [0.26, 0.255], 90.0, -145.0);
+            (DIGIT, vec![join(&[&upper, &lower])])
+        }
+        'P' => {
+            let bow = join(&[&[[0.0, 0.0], [0.0, 1.0]], &arc([0.25, 0.74], [0.27, 0.26], 90.0, -90.0)]);
+            (DIGIT, vec![join(&[&bow, &[[0.0, 0.48]]])])
+        }
+        'B' => {
+            let upper = join(&[&[[0.0, 0.0], [0.0, 1.0]], &arc([0.24, 0.76], [0.25, 0.24], 90.0, -90.0)]);
+            let lower = join(&[&[[0.0, 0.52]], &arc([0.25, 0.26], [0.27, 0.26], 90.0, -90.0), &[[0.0, 0.0]]]);
+            (DIGIT, vec![join(&[&upper, &[[0.0, 0.52]]]), lower])
+        }
+        'U' => (DIGIT, vec![join(&[&[[0.0, 1.0]], &arc([0.26, 0.27], [0.26, 0.27], 180.0, 360.0), &[[0.52, 1.0]]])]),
         _ => return None,
     })
 }

@@ -4,7 +4,7 @@ use super::{
     CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
     car::{self, wheel},
     land::{self, tufts},
-    network::{self, posts, signals},
+    network::{self, posts, signals, signs},
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
 };
@@ -43,6 +43,7 @@ impl StaticScene {
         let paved = || {
             let (mut posts, heads) = signals::heads(&network, &roads);
             posts.append(&posts::posts(&network, &roads));
+            posts.append(&signs::signs(&network, &roads));
             (network::road(&network, &roads, &relief, seed), posts, heads)
         };
         let ground = || rayon::join(paved, || land::land(&relief));

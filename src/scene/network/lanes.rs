@@ -40,7 +40,7 @@ const SEAM_M: f64 = 0.15;
 
 /// Returns dash and gap of a broken line, metres. They depend on the speed limit: towns, rural roads, motorways
 /// (`docs/references.md: roads`).
-fn dashes_m(lane: &Lane) -> (f64, f64) {
+pub(super) fn dashes_m(lane: &Lane) -> (f64, f64) {
     match lane.speed_limit_mps {
         // Limits of 50 and 100 km/h, with a margin for rounding.
         limit if limit < 15.0 => (3.0, 6.0),

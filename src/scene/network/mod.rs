@@ -2,8 +2,8 @@
 //! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
-//! crossings, `verge` the roadside, `signals` the signal heads, `posts` the reflector posts. `road_surfaces` keeps land, grass and trees
-//! off the pavement.
+//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road
+//! signs, `posts` the reflector posts. `road_surfaces` keeps land, grass and trees off the pavement.
 
 mod junctions;
 mod lanes;
@@ -12,7 +12,9 @@ mod paint;
 pub(super) mod posts;
 pub(super) mod road_surfaces;
 pub(super) mod signals;
+pub(super) mod signs;
 mod strips;
+mod symbols;
 #[cfg(test)]
 mod tests;
 mod triangulation;
@@ -56,5 +58,6 @@ pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed
     }
     paint::stop_lines(net, &mut paver);
     paint::crossings(net, &mut paver);
+    symbols::paint(net, &mut paver);
     paver.mesh
 }

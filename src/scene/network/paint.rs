@@ -2,12 +2,12 @@
 //! the asphalt. Widths are from `docs/references.md: roads`.
 
 use super::{lanes::LaneLine, strips::Paver};
-use crate::map::network::{EdgeKind, Lane, LaneId, LinkState, Network};
+use crate::map::network::{Connection, EdgeKind, Lane, LaneId, LinkState, Network};
 
 /// Width of stop lines and yield lines, metres.
 const STOP_WIDTH_M: f64 = 0.5;
 /// Distance of the line's middle from the end of the lane, metres: SUMO's vehicles stop before the end.
-const BEFORE_END_M: f64 = 0.55;
+pub(super) const BEFORE_END_M: f64 = 0.55;
 /// Dash and gap of a yield line, metres.
 const YIELD_M: (f64, f64) = (0.5, 0.25);
 /// Dash and gap of the two lines of a signalised crossing, metres.
@@ -19,20 +19,39 @@ const ZEBRA_M: f64 = 0.5;
 
 /// Kind of a line across the end of a lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum StopLine {
+pub(super) enum StopLine {
     /// Solid line of a signal or a stop sign.
     Solid,
     /// Broken line of a yield sign.
     Broken,
 }
 
+/// Returns true if a connection yields to vehicles, not only to those who walk across the road. Without rules in the file, a connection
+/// that yields does so to vehicles.
+fn yields_to_vehicles(net: &Network, way: &Connection) -> bool {
+    let Some(junction) = net.junction_after(way.from).map(|junction| net.junction(junction)) else { return true };
+    let Some(rule) = way.link.and_then(|link| junction.links.get(link as usize)) else { return true };
+    let is_walker = |link: usize| {
+        let foe = junction.links.get(link).and_then(|link| link.connection).map(|foe| net.connection(foe).from);
+        foe.is_some_and(|from| net.edge_of(from).kind == EdgeKind::WalkingArea)
+    };
+    rule.yields_to.iter().next().is_none() || rule.yields_to.iter().any(|link| !is_walker(link))
+}
+
+/// Returns true if all who leave a lane yield, and only to those who walk across the road: before a zebra crossing.
+pub(super) fn yields_to_walkers_alone(net: &Network, lane: LaneId) -> bool {
+    let mut ways = net.connections_from(lane).iter().filter(|way| !way.is_turnaround()).peekable();
+    ways.peek().is_some() && ways.all(|way| way.state == LinkState::Minor && !yields_to_vehicles(net, way))
+}
+
 /// Returns the line across the end of a lane; `None` if vehicles there have right of way.
-fn stop_line(net: &Network, lane: LaneId) -> Option<StopLine> {
+pub(super) fn stop_line(net: &Network, lane: LaneId) -> Option<StopLine> {
     let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
     let ruled = ways().any(|way| way.signal.is_some_and(|signal| signal.index.is_some()));
     let stops = ways().any(|way| matches!(way.state, LinkState::Stop | LinkState::AllwayStop));
     // A lane has a yield line only if all its connections yield, not if only a left turn yields to oncoming traffic.
-    let yields = ways().next().is_some() && ways().all(|way| way.state == LinkState::Minor);
+    let yields =
+        ways().next().is_some() && ways().all(|way| way.state == LinkState::Minor && yields_to_vehicles(net, way));
     match (ruled || stops, yields) {
         (true, _) => Some(StopLine::Solid),
         (false, true) => Some(StopLine::Broken),

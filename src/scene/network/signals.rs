@@ -27,13 +27,13 @@ const ARM_HEAD_M: f32 = 5.6;
 /// Height of the arm above the middle lamps of its heads, metres.
 const ARM_OVER_M: f32 = 0.85;
 /// Distance between a pole and the edge of the outermost lane, metres: beyond the shoulder.
-const BESIDE_M: f64 = 0.95;
+pub(super) const BESIDE_M: f64 = 0.95;
 /// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
 const BEFORE_END_M: f64 = 0.15;
 /// Maximum distance of a head across the junction from the stop line, metres.
 const ACROSS_M: f32 = 45.0;
 
-const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.22);
+pub(super) const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.22);
 const HOUSING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
 const RIM: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.62);
 /// Colours of unlit lamps, from the top: red, yellow, green; linear albedo.
@@ -171,12 +171,13 @@ fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &R
     (0..60).map(foot).find(|foot| surfaces.border_m(foot.truncate()) > 0.7).filter(near)
 }
 
-fn direction(pose: &Pose3) -> Vec3 {
+/// Returns the direction of a pose on the ground, a unit vector.
+pub(super) fn direction(pose: &Pose3) -> Vec3 {
     Vec2::from_angle(pose.yaw_rad as f32).extend(0.0)
 }
 
 /// Adds a pole, with 0.5 m of it in the ground.
-fn pole(triangles: &mut TriangleList, foot: Vec3, height_m: f32) {
+pub(super) fn pole(triangles: &mut TriangleList, foot: Vec3, height_m: f32) {
     bar(triangles, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
 }
 

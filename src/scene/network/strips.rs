@@ -136,6 +136,24 @@ impl<'a> Paver<'a> {
         self.ribbon(&[0.0, 1.0], &place, columns, Ground::Painted, None);
     }
 
+    /// Adds a convex area of paint. `corners` lie on the ground, in either order.
+    pub fn painted_area(&mut self, corners: &[Vec3]) {
+        let doubled = corners.windows(2).map(|pair| (pair[0] - corners[0]).cross(pair[1] - corners[0])).sum::<Vec3>();
+        if doubled.length() < 1e-4 {
+            return;
+        }
+        let (normal, faces_up) = (doubled.normalize() * doubled.z.signum(), doubled.z > 0.0);
+        let first = self.mesh.vertices.len() as u32;
+        let column = Column::painted(0.0, Layer::Paint, 0.0, LINE_HALF_M.into());
+        for corner in corners {
+            self.vertex(*corner + Vec3::Z * column.z_m, normal, &column, Ground::Painted, None);
+        }
+        for k in 1..corners.len() as u32 - 1 {
+            let [b, c] = if faces_up { [k, k + 1] } else { [k + 1, k] };
+            self.mesh.indices.extend([first, first + b, first + c]);
+        }
+    }
+
     fn vertex(&mut self, at: Vec3, normal: Vec3, column: &Column, ground: Ground, uv: Option<Vec2>) {
         let point = at.truncate();
         let patch = || noise::fractal(self.seed ^ 0x0a5f, point / 9.0);
