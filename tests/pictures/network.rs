@@ -120,17 +120,29 @@ fn lanes_and_junctions_have_asphalt_and_all_else_grass() {
     }
 }
 
+/// Returns the share of paint on the line between two points of the plan.
+fn painted(from: Vec2, to: Vec2) -> f32 {
+    let n = (from.distance(to) * 10.0) as u32;
+    let is_painted = |k: &u32| {
+        let at = from.lerp(to, *k as f32 / n as f32);
+        let pixel = ((at - Vec2::new(60.0, 120.0)) * Vec2::new(10.0, -10.0)).as_uvec2();
+        is_paint(rgb(plan().get_pixel(pixel.x.min(599), pixel.y.min(599))))
+    };
+    (0..n).filter(is_painted).count() as f32 / n as f32
+}
+
+#[test]
+fn an_arrow_points_to_the_right_on_the_lane_that_turns_right() {
+    // The right lane of A1B1 leads straight on and to the right. Its arrow is 5 m long, with its tip 4.55 m before x = 79.6: a shaft in the
+    // middle of the lane, and a head on its right. On its left is asphalt. Paint is worn in places.
+    let shaft = painted(Vec2::new(70.3, 85.2), Vec2::new(73.2, 85.2));
+    assert!(shaft > 0.6, "{shaft} of the shaft");
+    let [right, left] = [84.7, 85.7].map(|y| painted(Vec2::new(71.9, y), Vec2::new(72.6, y)));
+    assert!(right > 0.6 && left == 0.0, "{right} of the head on the right, {left} on the left");
+}
+
 #[test]
 fn lines_separate_directions_and_lanes_and_end_before_the_crossing() {
-    let painted = |from: Vec2, to: Vec2| {
-        let n = (from.distance(to) * 10.0) as u32;
-        let is_painted = |k: &u32| {
-            let at = from.lerp(to, *k as f32 / n as f32);
-            let pixel = ((at - Vec2::new(60.0, 120.0)) * Vec2::new(10.0, -10.0)).as_uvec2();
-            is_paint(rgb(plan().get_pixel(pixel.x.min(599), pixel.y.min(599))))
-        };
-        (0..n).filter(is_painted).count() as f32 / n as f32
-    };
     // Lines are 12 cm wide, so each has one fully painted pixel across. Paint is worn in places.
     let centre = painted(Vec2::new(62.0, 90.0), Vec2::new(78.0, 90.0));
     assert!(centre > 0.6, "{centre} of the line between directions");

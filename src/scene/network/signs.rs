@@ -114,7 +114,8 @@ pub(in crate::scene) fn signs(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
     triangles.into_mesh(0.3)
 }
 
-/// Returns the sign of right of way at the end of a lane; `None` at signals and where nobody yields, or the right goes before the left.
+/// Returns the sign of right of way at the end of a lane; `None` at signals, and where no road goes before
+/// the others.
 fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<u32>) -> Option<SignKind> {
     let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
     if ways().any(|way| way.signal.is_some()) {
@@ -378,7 +379,7 @@ mod tests {
             }
             assert_eq!(signs.len(), counts.iter().map(|(_, count)| count).sum::<usize>(), "{name}: {signs:?}");
         }
-        // Signals rule there, nobody comes from outside, and 13.9 m/s is the limit everywhere.
+        // Signals rule there, no vehicle enters the network, and 13.9 m/s is the limit everywhere.
         let net = network("grid-signals");
         assert!(placed(&net, &network::surfaces(&net)).is_empty());
     }

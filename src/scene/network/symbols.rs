@@ -7,7 +7,7 @@ use super::{
     strips::Paver,
 };
 use crate::hud::lettering;
-use crate::map::network::{Connection, Lane, LaneId, LinkState, Network, Side, TurnDirection, VehicleClasses};
+use crate::map::network::{Connection, Lane, LaneId, Network, Side, TurnDirection, VehicleClasses};
 
 /// Speed limit above which arrows are longer, m/s: 70 km/h, with a margin for rounding.
 const FAST_MPS: f64 = 20.0;
@@ -41,7 +41,7 @@ pub(super) enum Symbol {
     /// Arrow from a lane that ends to the lane beside it.
     Merge(Side),
     Bicycle,
-    /// The word BUS.
+    /// Word on lanes for buses.
     Bus,
 }
 
@@ -138,8 +138,8 @@ fn turns(net: &Network, id: LaneId) -> Turns {
     turns
 }
 
-/// Returns the side of the lane that continues where this one ends; `None` if this one continues. Of two lanes that merge alternately into
-/// one, the outer one ends.
+/// Returns the side of the lane that continues where this one ends; `None` if this one continues. Of two lanes that lead into one, the
+/// outer one ends.
 fn ends_towards(net: &Network, id: LaneId) -> Option<Side> {
     let [inwards, outwards] = if net.is_left_hand() { [Side::Right, Side::Left] } else { [Side::Left, Side::Right] };
     let beside = |side: Side| net.neighbour(id, side).filter(|beside| net.lane(*beside).admits_cars());
@@ -147,11 +147,10 @@ fn ends_towards(net: &Network, id: LaneId) -> Option<Side> {
         let continues = |side: &Side| beside(*side).is_some_and(|beside| ways(net, beside).next().is_some());
         return [inwards, outwards].into_iter().find(continues);
     }
-    let joins = |way: &Connection| {
-        let others = beside(inwards).into_iter().flat_map(|beside| ways(net, beside));
-        way.state == LinkState::Zipper && others.into_iter().any(|other| other.to == way.to)
-    };
-    ways(net, id).all(joins).then_some(inwards)
+    let inner: Vec<LaneId> =
+        beside(inwards).into_iter().flat_map(|beside| ways(net, beside)).map(|way| way.to).collect();
+    let joined = ways(net, id).filter(|way| inner.contains(&way.to)).count();
+    (joined > 0 && joined == ways(net, id).count()).then_some(inwards)
 }
 
 impl Symbol {
@@ -255,7 +254,8 @@ fn bus() -> Vec<Area> {
     const HALF: f64 = 0.06;
     let strokes = lettering::set("BUS").strokes;
     let point = |[right, down]: [f32; 2]| [0.5 - f64::from(down) * (1.0 - 2.0 * HALF), -f64::from(right) * WIDTH];
-    let bars = strokes.iter().flat_map(|stroke| stroke.windows(2));
+    // Strokes are joined of parts that share a point.
+    let bars = strokes.iter().flat_map(|stroke| stroke.windows(2)).filter(|pair| pair[0] != pair[1]);
     bars.map(|pair| stroke(point(pair[0]), point(pair[1]), HALF)).collect()
 }
 
