@@ -173,8 +173,10 @@ def test_ctrl_c_ends_an_evaluation(policy, horizon_s):
         time.sleep(1.0)
         assert done.poll() is None, done.stderr.read()
         done.send_signal(signal.SIGINT)
+        start = time.monotonic()
         try:
             _, said = done.communicate(timeout=120)
         finally:
             done.kill()
-    assert said.rstrip().endswith("KeyboardInterrupt")
+    # A second is promised; ten times as much are for a machine with other things to do.
+    assert said.rstrip().endswith("KeyboardInterrupt") and time.monotonic() - start < 10.0
