@@ -2,7 +2,7 @@
 //! normals, sharp where the surface bends more than its crease angle. Metres; counter-clockwise seen from outside.
 
 use super::{Material, Mesh, Vertex, point_key::PointKey};
-use glam::{Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Colour and material of a triangle.
@@ -208,6 +208,17 @@ impl Mesh {
     pub fn append(&mut self, other: &Self) {
         let first = self.vertices.len() as u32;
         self.vertices.extend(&other.vertices);
+        self.indices.extend(other.indices.iter().map(|i| i + first));
+    }
+
+    /// Adds a copy of another mesh, turned about its origin, which is moved to `at`.
+    pub fn append_placed(&mut self, other: &Self, turn: Quat, at: Vec3) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(other.vertices.iter().map(|v| Vertex {
+            position: (at + turn * Vec3::from(v.position)).into(),
+            normal: (turn * Vec3::from(v.normal)).into(),
+            ..*v
+        }));
         self.indices.extend(other.indices.iter().map(|i| i + first));
     }
 

@@ -110,7 +110,7 @@ fn draw(mesh: &mut Mesh, stroke: &[Vec2], coarse: f32, place: impl Fn(Vec2) -> V
 }
 
 /// Returns the stroke without the points that lie within `off` of a straight line between others (Douglas and Peucker 1973).
-fn thinned(points: &[Vec2], off: f32) -> Vec<Vec2> {
+pub(in crate::scene) fn thinned(points: &[Vec2], off: f32) -> Vec<Vec2> {
     let (first, last) = (points[0], points[points.len() - 1]);
     let along = (last - first).normalize_or_zero();
     let from_line = |p: Vec2| if along == Vec2::ZERO { p.distance(first) } else { along.perp_dot(p - first).abs() };

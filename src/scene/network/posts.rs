@@ -4,7 +4,7 @@ use super::{lanes::no_one_meets, layer::SHOULDER_M, paint::is_driven, road_surfa
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
     scene::{
-        Material, Mesh, Vertex,
+        Material, Mesh,
         mesh::{SurfaceFinish, TriangleList},
     },
 };
@@ -56,13 +56,7 @@ pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
             }
             let turn =
                 Quat::from_rotation_z(road.yaw_rad as f32 + if outwards > 0.0 { std::f32::consts::PI } else { 0.0 });
-            let first = mesh.vertices.len() as u32;
-            mesh.vertices.extend(post.vertices.iter().map(|v| Vertex {
-                position: (foot - Vec3::Z * FOOT_M + turn * Vec3::from(v.position)).into(),
-                normal: (turn * Vec3::from(v.normal)).into(),
-                ..*v
-            }));
-            mesh.indices.extend(post.indices.iter().map(|i| first + i));
+            mesh.append_placed(&post, turn, foot - Vec3::Z * FOOT_M);
         }
     }
     mesh

@@ -1,5 +1,5 @@
-//! Road signs beside the ends and starts of streets: stop, yield, zebra crossing, priority, speed limit. In: right of way and speed limits of the network.
-//! Out: one mesh of plates and poles. Signs and their sizes are German (`docs/references.md: roads`).
+//! Road signs beside the ends and starts of streets: stop, yield, zebra crossing, priority, speed limit. In: right of way and speed limits
+//! of the network. Out: one mesh of plates and poles. Signs and their sizes are German (`docs/references.md: roads`).
 
 use super::{
     paint::{StopLine, is_driven, stop_line, yields_to_walkers_alone},
@@ -11,11 +11,12 @@ use crate::{
     map::network::{EdgeId, LaneId, LanePosition, LinkState, Network},
     scene::{
         Material, Mesh,
+        car::number_plate::thinned,
         mesh::{SurfaceFinish, TriangleList},
     },
     units::MPS_PER_KMH,
 };
-use glam::{Mat3, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use std::{
     collections::{BTreeMap, BTreeSet},
     f32::consts::{PI, SQRT_2, TAU},
@@ -39,6 +40,8 @@ const ROUNDED_KMH: f64 = 0.6;
 const MOTORWAY_MPS: f64 = 28.0;
 /// Distance between plate and lettering, metres: at 80 m the depth buffer still tells them apart.
 const RAISED_M: f32 = 0.015;
+/// Tolerance for omitted points of letters, as a share of their height.
+const COARSE: f32 = 0.02;
 
 const RED: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.42, 0.012, 0.012]);
 const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.72);
@@ -47,7 +50,7 @@ const BLUE: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.012, 0.07, 0.3
 const BLACK: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
 
 /// Kind of a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum SignKind {
     /// Sign 206: stop and yield.
     Stop,
@@ -102,20 +105,26 @@ pub(super) fn placed(net: &Network, surfaces: &RoadSurfaces) -> Vec<Sign> {
 
 /// Returns the mesh of all signs of a network.
 pub(in crate::scene) fn signs(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
-    let mut triangles = TriangleList::default();
+    // Welding corners takes most of the time, so it is done once for equal signs.
+    let mut models: BTreeMap<(SignKind, bool), Mesh> = BTreeMap::new();
+    let mut mesh = Mesh::default();
     for sign in placed(net, surfaces) {
-        let size_m = size_m(sign.kind, net.lane(sign.lane).speed_limit_mps);
-        let (plate, half_height_m) = plate(sign.kind, size_m);
-        let middle = sign.foot + Vec3::Z * (LOWER_EDGE_M + half_height_m);
-        let turn = Mat3::from_cols(sign.facing, Vec3::Z.cross(sign.facing), Vec3::Z);
-        triangles.append(plate.moved(|p| middle + turn * p));
-        pole(&mut triangles, sign.foot - sign.facing * 0.08, LOWER_EDGE_M + 2.0 * half_height_m);
+        let is_large = is_large(sign.kind, net.lane(sign.lane).speed_limit_mps);
+        let model = models.entry((sign.kind, is_large)).or_insert_with(|| model(sign.kind, is_large));
+        mesh.append_placed(model, Quat::from_rotation_z(sign.facing.y.atan2(sign.facing.x)), sign.foot);
     }
+    mesh
+}
+
+/// Returns a sign with its pole. It stands at the origin and faces along +x.
+fn model(kind: SignKind, is_large: bool) -> Mesh {
+    let (plate, half_height_m) = plate(kind, size_m(kind, is_large));
+    let mut triangles = plate.moved(|p| p + Vec3::Z * (LOWER_EDGE_M + half_height_m));
+    pole(&mut triangles, Vec3::NEG_X * 0.08, LOWER_EDGE_M + 2.0 * half_height_m);
     triangles.into_mesh(0.3)
 }
 
-/// Returns the sign of right of way at the end of a lane; `None` at signals, and where no road goes before
-/// the others.
+/// Returns the sign of right of way at the end of a lane; `None` at signals, and where no road goes before the others.
 fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<u32>) -> Option<SignKind> {
     let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
     if ways().any(|way| way.signal.is_some()) {
@@ -177,33 +186,23 @@ fn sign(net: &Network, kind: SignKind, lane: LaneId, row: f64, surfaces: &RoadSu
     is_free.then_some(Sign { kind, lane, foot: position, facing: -direction(&foot) })
 }
 
-/// Returns the size of a sign: the diameter of discs and octagons, the side of triangles and squares, metres.
-fn size_m(kind: SignKind, limit_mps: f64) -> f32 {
-    // Signs are larger above 80 km/h, triangles and squares above 100 km/h, with a margin for rounding.
-    let (round, cornered) = (limit_mps > 22.5, limit_mps > MOTORWAY_MPS);
+/// Returns true for the larger signs of fast roads: discs above 80 km/h, triangles and squares above 100 km/h, with a margin for rounding.
+fn is_large(kind: SignKind, limit_mps: f64) -> bool {
     match kind {
-        SignKind::Stop => 0.9,
-        SignKind::Yield => {
-            if cornered {
-                1.26
-            } else {
-                0.9
-            }
-        }
-        SignKind::Zebra | SignKind::Priority => {
-            if cornered {
-                0.84
-            } else {
-                0.6
-            }
-        }
-        SignKind::SpeedLimit(_) => {
-            if round {
-                0.75
-            } else {
-                0.6
-            }
-        }
+        SignKind::Stop => false,
+        SignKind::SpeedLimit(_) => limit_mps > 22.5,
+        SignKind::Yield | SignKind::Zebra | SignKind::Priority => limit_mps > MOTORWAY_MPS,
+    }
+}
+
+/// Returns the size of a sign: the diameter of discs and octagons, the side of triangles and squares, metres.
+fn size_m(kind: SignKind, is_large: bool) -> f32 {
+    match (kind, is_large) {
+        (SignKind::Stop, _) | (SignKind::Yield, false) => 0.9,
+        (SignKind::Yield, true) => 1.26,
+        (SignKind::Zebra | SignKind::Priority, true) => 0.84,
+        (SignKind::SpeedLimit(_), true) => 0.75,
+        (SignKind::Zebra | SignKind::Priority | SignKind::SpeedLimit(_), false) => 0.6,
     }
 }
 
@@ -331,9 +330,10 @@ impl Plate {
     fn text(&mut self, text: &str, height_m: f32, finish: SurfaceFinish) {
         let half_m = lettering::PEN / 2.0 * height_m;
         for stroke in lettering::set(text).strokes {
-            for pair in stroke.windows(2) {
-                let [from, to] = [pair[0], pair[1]].map(|[right, down]| Vec2::new(right, -down) * height_m);
-                self.stroke([from, to], half_m, finish);
+            let points: Vec<Vec2> =
+                stroke.into_iter().map(|[right, down]| Vec2::new(right, -down) * height_m).collect();
+            for pair in thinned(&points, COARSE * height_m).windows(2) {
+                self.stroke([pair[0], pair[1]], half_m, finish);
             }
         }
     }

@@ -6,8 +6,10 @@ use super::{
     paint::{BEFORE_END_M, is_driven},
     strips::Paver,
 };
-use crate::hud::lettering;
-use crate::map::network::{Connection, Lane, LaneId, Network, Side, TurnDirection, VehicleClasses};
+use crate::{
+    hud::lettering,
+    map::network::{Connection, Lane, LaneId, Network, Side, TurnDirection, VehicleClasses},
+};
 
 /// Speed limit above which arrows are longer, m/s: 70 km/h, with a margin for rounding.
 const FAST_MPS: f64 = 20.0;
