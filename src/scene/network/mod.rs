@@ -2,8 +2,8 @@
 //! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
-//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road
-//! signs, `posts` the reflector posts. `road_surfaces` keeps land, grass and trees off the pavement.
+//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
+//! reflector posts. `road_surfaces` keeps land, grass and trees off the pavement.
 
 mod junctions;
 mod lanes;

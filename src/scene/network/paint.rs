@@ -7,7 +7,7 @@ use crate::map::network::{Connection, EdgeKind, Lane, LaneId, LinkState, Network
 /// Width of stop lines and yield lines, metres.
 const STOP_WIDTH_M: f64 = 0.5;
 /// Distance of the line's middle from the end of the lane, metres: SUMO's vehicles stop before the end.
-pub(super) const BEFORE_END_M: f64 = 0.55;
+const BEFORE_END_M: f64 = 0.55;
 /// Dash and gap of a yield line, metres.
 const YIELD_M: (f64, f64) = (0.5, 0.25);
 /// Dash and gap of the two lines of a signalised crossing, metres.

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     hud::lettering,
-    map::network::{EdgeId, LaneId, LanePosition, LinkState, Network},
+    map::network::{EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
     scene::{
         Material, Mesh,
         car::number_plate::thinned,
@@ -125,7 +125,7 @@ fn model(kind: SignKind, is_large: bool) -> Mesh {
 }
 
 /// Returns the sign of right of way at the end of a lane; `None` at signals, and where no road goes before the others.
-fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<u32>) -> Option<SignKind> {
+fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<JunctionId>) -> Option<SignKind> {
     let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
     if ways().any(|way| way.signal.is_some()) {
         return None;
@@ -136,20 +136,19 @@ fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<u32>) -> Option<SignKin
         None if yields_to_walkers_alone(net, lane) => return Some(SignKind::Zebra),
         None => {}
     }
-    let junction = net.junction_after(lane)?;
-    let goes_first = ways().any(|way| way.state == LinkState::Major)
+    let goes_first = yielding.contains(&net.junction_after(lane)?)
+        && ways().any(|way| way.state == LinkState::Major)
         && ways().all(|way| matches!(way.state, LinkState::Major | LinkState::Minor));
     let is_motorway = net.lane(lane).speed_limit_mps > MOTORWAY_MPS;
     // Those within a roundabout know that they go first.
-    let goes_round = net.roundabouts().iter().any(|roundabout| roundabout.edges.contains(&net.lane(lane).edge));
-    (goes_first && !is_motorway && !goes_round && yielding.contains(&(junction.index() as u32)))
-        .then_some(SignKind::Priority)
+    let goes_round = || net.roundabouts().iter().any(|roundabout| roundabout.edges.contains(&net.lane(lane).edge));
+    (goes_first && !is_motorway && !goes_round()).then_some(SignKind::Priority)
 }
 
-/// Returns the indices of the junctions at which all who come from some lane yield or stop.
-fn yielding_junctions(net: &Network) -> BTreeSet<u32> {
+/// Returns the junctions at which all who come from some lane yield or stop.
+fn yielding_junctions(net: &Network) -> BTreeSet<JunctionId> {
     let lanes = net.lane_ids().filter(|lane| is_driven(net, *lane) && stop_line(net, *lane).is_some());
-    lanes.filter_map(|lane| net.junction_after(lane)).map(|junction| junction.index() as u32).collect()
+    lanes.filter_map(|lane| net.junction_after(lane)).collect()
 }
 
 /// Returns the speed limit of a street as signs state it, km/h; `None` if it is not a multiple of ten.
@@ -301,9 +300,8 @@ impl Plate {
         for [from_y, from_z, to_y, to_z, half] in strokes {
             self.stroke([Vec2::new(from_y, from_z), Vec2::new(to_y, to_z)].map(|p| p * half_m), half * half_m, BLACK);
         }
-        let head: Vec<Vec2> =
-            (0..8).map(|k| Vec2::from_angle(TAU * k as f32 / 8.0) * 0.085 + Vec2::new(0.02, 0.38)).collect();
-        let head: Vec<Vec2> = head.into_iter().map(|p| p * half_m).collect();
+        let head = |k: u8| Vec2::from_angle(TAU * f32::from(k) / 8.0) * 0.085 + Vec2::new(0.02, 0.38);
+        let head: Vec<Vec2> = (0..8).map(|k| head(k) * half_m).collect();
         self.raised_area(&head, 2.0 * RAISED_M, BLACK);
     }
 

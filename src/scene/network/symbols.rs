@@ -3,7 +3,7 @@
 
 use super::{
     lanes::{LaneLine, dashes_m},
-    paint::{BEFORE_END_M, is_driven},
+    paint::is_driven,
     strips::Paver,
 };
 use crate::{
@@ -14,7 +14,7 @@ use crate::{
 /// Speed limit above which arrows are longer, m/s: 70 km/h, with a margin for rounding.
 const FAST_MPS: f64 = 20.0;
 /// Distance of the first arrow's tip from the end of the lane, metres.
-const TIP_TO_END_M: f64 = 4.0;
+const TIP_TO_END_M: f64 = 4.55;
 /// Maximum number of equal arrows, one behind the other.
 const ARROWS: usize = 3;
 /// Distance of the first bicycle or word from the start of the lane, and from each to the next, metres.
@@ -63,15 +63,15 @@ type Area = Vec<[f64; 2]>;
 pub(super) fn placed(net: &Network) -> Vec<PlacedSymbol> {
     let mut symbols = Vec::new();
     for id in net.lane_ids().filter(|id| is_driven(net, *id)) {
-        let lane = net.lane(id);
-        let drawn_m = LaneLine::new(lane).drawn_m;
         let Some(symbol) = symbol(net, id) else { continue };
+        let lane = net.lane(id);
+        let drawn_m = lane.line.drawn_m();
         let length_m = symbol.length_m(lane);
         let rows: Vec<f64> = match symbol {
             Symbol::Turns(_) | Symbol::Merge(_) => {
                 let (dash_m, gap_m) = dashes_m(lane);
                 let tip = |k: usize| drawn_m - lane.end_offset_m - TIP_TO_END_M - k as f64 * 3.0 * (dash_m + gap_m);
-                (0..ARROWS).map(|k| tip(k) - BEFORE_END_M - length_m).filter(|row| *row > 0.0).collect()
+                (0..ARROWS).map(|k| tip(k) - length_m).filter(|row| *row > 0.0).collect()
             }
             Symbol::Bicycle | Symbol::Bus => {
                 let n = ((drawn_m - FROM_START_M - length_m) / REPEATED_M).floor() as i64;
@@ -115,10 +115,10 @@ fn symbol(net: &Network, id: LaneId) -> Option<Symbol> {
     if let Some(side) = ends_towards(net, id) {
         return Some(Symbol::Merge(side));
     }
-    let lanes: Vec<LaneId> = net.edge_of(id).lanes().filter(|beside| net.lane(*beside).admits_cars()).collect();
     let own = turns(net, id);
+    let leads_on = |beside: &LaneId| net.lane(*beside).admits_cars() && ways(net, *beside).next().is_some();
     // Arrows say which lane to take. Where all lanes lead to the same roads, they would say nothing.
-    let differ = lanes.iter().any(|beside| ways(net, *beside).next().is_some() && turns(net, *beside) != own);
+    let differ = net.edge_of(id).lanes().filter(leads_on).any(|beside| turns(net, beside) != own);
     (differ && own != Turns::default()).then_some(Symbol::Turns(own))
 }
 
