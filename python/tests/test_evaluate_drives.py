@@ -176,19 +176,20 @@ def test_what_is_refused(arguments, error, words):
         codrive.evaluate(**{"policy": "pi", "over": 2, **SHORT, **arguments})
 
 
-def test_policies_for_shares_on_the_merge_are_no_worse_than_none():
+@pytest.mark.parametrize("network, share", [("merge", "25%"), ("grid", "100%")])
+def test_policies_for_shares_on_networks_are_no_worse_than_none(network, share):
     # A loss below 0.01 m/s is less than ten drives can tell from none, and no gain may cost vehicles out. These policies advise a speed above
-    # what any driver wants (docs/results.md: several advised vehicles), and their drives are those of none.
+    # what any driver wants or the limit allows (docs/results.md: several advised vehicles), and their drives are those of none.
     for world in ["ring-study", "safe-followers", "gap-closers"]:
-        files = [ROOT / f"assets/benchmarks/shares/merge-{world}-{percent}.toml" for percent in [5, 10, 25, 50, 100]]
-        shares = [tomllib.loads(file.read_text(encoding="utf-8"))["advised_share"] for file in files]
+        files = {f"{percent}%": ROOT / f"assets/benchmarks/shares/{network}-{world}-{percent}.toml" for percent in [5, 10, 25, 50, 100]}
+        shares = [tomllib.loads(file.read_text(encoding="utf-8"))["advised_share"] for file in files.values()]
         assert shares == [0.05, 0.1, 0.25, 0.5, 1.0]
-        settings = {"driver": "follow", "traffic_drivers": world, "advised": "25%", "over": 2, "seed": 41, "warm_up_s": 0.0, "horizon_s": 60.0}
-        rows = codrive.evaluate(["none", str(files[2])], "merge", progress=False, **settings)
+        settings = {"driver": "follow", "traffic_drivers": world, "advised": share, "over": 2, "seed": 41, "warm_up_s": 0.0, "horizon_s": 60.0}
+        rows = codrive.evaluate(["none", str(files[share])], network, progress=False, **settings)
         plain, advised = [rows[rows.policy == policy] for policy in rows.policy.unique()]
         assert advised.mean_speed_mps.mean() - plain.mean_speed_mps.mean() > -0.01
         assert advised.outflow_per_h.mean() >= plain.outflow_per_h.mean()
-        assert set(advised.advised_share) == {0.25} and not advised.crashed.any()
+        assert set(advised.advised_share) == {float(share.rstrip("%")) / 100} and not advised.crashed.any()
 
 
 def test_progress_counts_the_drives(capfd):

@@ -100,6 +100,17 @@ impl RoadMap {
         let centre = (low + high) / 2.0;
         (centre, points().map(|point| point.distance(centre)).fold(0.0, f64::max))
     }
+
+    /// Returns the speed limit of the street at `s_m` of the route, m/s. A junction's lanes have no limit but the speed of their bend: there
+    /// the lower limit of the streets before and after counts.
+    pub fn street_limit_mps(&self, s_m: f64) -> f64 {
+        let (lanes, (here, _)) = (self.route.lanes(), self.route.lane_at(s_m));
+        let is_street = |lane: &&RouteLane| lane.is_street(&self.network);
+        let before = lanes[..=here].iter().rev().find(is_street);
+        let after = lanes[here..].iter().find(is_street);
+        let limits_mps = before.into_iter().chain(after).map(|lane| lane.speed_limit_mps);
+        limits_mps.reduce(f64::min).unwrap_or(lanes[here].speed_limit_mps)
+    }
 }
 
 /// Joins names for a message: the first twenty, and the number of the others.

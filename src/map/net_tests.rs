@@ -66,6 +66,26 @@ fn the_longest_loop_is_found_with_and_without_internal_lanes() {
 }
 
 #[test]
+fn in_a_junction_the_limit_of_its_streets_counts() {
+    // Its streets have 13.90 m/s, the lanes within its junctions 7.24 to 8.45 m/s.
+    let map = load_loop(FIXTURES[0]);
+    let mids = map.route.lanes().iter().map(|lane| lane.start_s_m + lane.length_m / 2.0);
+    let [slowest, street] = mids.fold([f64::INFINITY; 2], |[slowest, street], s_m| {
+        [slowest.min(map.route.speed_limit_mps(s_m)), street.min(map.street_limit_mps(s_m))]
+    });
+    assert_eq!([slowest, street], [7.24, 13.9]);
+    // The faster street does not count.
+    let text = fs::read_to_string(fixture(FIXTURES[0])).unwrap();
+    let (before, after) = text.split_once("<lane id=\"bc_0\"").unwrap();
+    let slow = format!("{before}<lane id=\"bc_0\"{}", after.replacen("speed=\"13.90\"", "speed=\"10.00\"", 1));
+    let edges = ["ab", "bc", "cd", "da"].map(str::to_owned);
+    let chosen = loop_search::ChosenEdges { edges: &edges, closed: true };
+    let map = RoadMap::read(&fixture(FIXTURES[0]), &slow, Some(chosen)).unwrap();
+    let at = |lane: &str| map.street_limit_mps(map.route.s_on(map.network.lane_named(lane).unwrap(), 1.0).unwrap());
+    assert_eq!(["ab_0", ":b_0_0", "bc_0", ":c_0_0", "cd_0"].map(at), [13.9, 10.0, 10.0, 10.0, 13.9]);
+}
+
+#[test]
 fn a_chosen_route_is_driven_and_mistakes_in_it_are_named() {
     let folder = tempfile::tempdir().unwrap();
     fs::copy(fixture(FIXTURES[0]), folder.path().join("net.xml")).unwrap();

@@ -195,7 +195,7 @@ impl Agent {
 
     /// Asks the policy for the step that begins at this tick.
     pub(super) fn ask_policy(&mut self, drive: &PlannedDrive) {
-        let limit_mps = self.map.route.speed_limit_mps(self.view.ego_s_m);
+        let limit_mps = self.map.street_limit_mps(self.view.ego_s_m);
         // Advice from outside needs the history of an observation only.
         let observation = if self.advice.is_from_outside() { self.observe_traffic(drive) } else { self.observe(drive) };
         self.advice.ask(self.view.tick, &observation, limit_mps);
