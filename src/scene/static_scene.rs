@@ -4,7 +4,7 @@ use super::{
     CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
     car::{self, wheel},
     land::{self, tufts},
-    network::{self, posts, signals, signs},
+    network::{self, posts, road_ends, signals, signs},
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
 };
@@ -29,27 +29,32 @@ impl StaticScene {
         let (low, high) = network.bounds();
         let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
         let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
-        let roads = network::surfaces(&network);
-        let relief = land::Relief::new(&roads, seed);
+        // Views from above show the network's own roads, not what runs on beyond them.
+        let own = network::surfaces(&network);
+        let longer = road_ends::running_on(&network, &own);
+        let drawn = longer.as_ref().unwrap_or(&network);
+        let longer_roads = longer.as_ref().map(network::surfaces);
+        let roads = longer_roads.as_ref().unwrap_or(&own);
+        let relief = land::Relief::new(roads, seed);
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
-            let places = forest::plant(&roads, &relief, &trees, seed, most_trees);
-            let distant = forest::horizon(&roads, &relief, seed, most_trees - places.len());
+            let places = forest::plant(roads, &relief, &trees, seed, most_trees);
+            let distant = forest::horizon(roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };
         // Parts are independent and have their own random numbers, so building them in parallel does not change them.
         let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
         let paved = || {
-            let (mut posts, heads) = signals::heads(&network, &roads);
-            posts.append(&posts::posts(&network, &roads));
-            posts.append(&signs::signs(&network, &roads));
-            (network::road(&network, &roads, &relief, seed), posts, heads)
+            let (mut posts, heads) = signals::heads(&network, roads);
+            posts.append(&posts::posts(drawn, roads));
+            posts.append(&signs::signs(&network, roads));
+            (network::road(drawn, roads, &relief, seed), posts, heads)
         };
-        let ground = || rayon::join(paved, || land::land(&relief));
+        let ground = || rayon::join(paved, || land::land(&relief, &own));
         let growth = || {
             rayon::join(
-                || rayon::join(woods, || tufts::sow(&roads, &relief, seed)),
+                || rayon::join(woods, || tufts::sow(roads, &relief, seed)),
                 || rayon::join(grown(ModelDetail::Mid), grown(ModelDetail::Shade)),
             )
         };
@@ -77,8 +82,8 @@ impl StaticScene {
             cockpit,
             wheels,
             hubs: car::hubs(),
-            centre: roads.centre(),
-            radius_m: roads.radius_m(),
+            centre: own.centre(),
+            radius_m: own.radius_m(),
             highest_m: roads.highest_m(),
             level_m: roads.level_m(),
             network,

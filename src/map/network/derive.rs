@@ -38,6 +38,20 @@ impl Network {
         moved
     }
 
+    /// Returns a copy in which some lanes have other centre lines, with lengths in proportion: for the picture. SUMO's text is left out.
+    pub fn with_lines(&self, lines: impl IntoIterator<Item = (LaneId, Vec<DVec3>)>) -> Self {
+        let mut changed = Self { sumo: SumoText::default(), ..self.clone() };
+        for (id, points) in lines {
+            let lane = &mut changed.lanes[id.index()];
+            let drawn_m: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+            lane.length_m *= drawn_m / lane.line.drawn_m();
+            lane.line = CentreLine::new(&points, lane.length_m, lane.line.end_direction());
+            lane.drawn = None;
+        }
+        changed.grid = SegmentGrid::new(&changed);
+        changed
+    }
+
     fn order_ids(&mut self) {
         let mut lanes: Vec<LaneId> = self.lane_ids().collect();
         lanes.sort_by_key(|lane| &self.lane(*lane).id);

@@ -76,9 +76,10 @@ impl<'a> Relief<'a> {
     }
 }
 
-/// Returns the mesh of the ground and the hills on the horizon.
-pub(in crate::scene) fn land(relief: &Relief) -> Mesh {
-    let mut mesh = ground(relief);
+/// Returns the mesh of the ground and the hills on the horizon; its cells are as fine as `own`, the roads of the network, needs, and lie
+/// around its centre.
+pub(in crate::scene) fn land(relief: &Relief, own: &RoadSurfaces) -> Mesh {
+    let mut mesh = ground(relief, own);
     ranges(&mut mesh, relief);
     mesh
 }
@@ -104,12 +105,13 @@ fn cell_m(roads: &RoadSurfaces) -> f32 {
 
 /// Returns a grid of squares, each split while it is large for its distance from the road. Squares next to smaller ones include
 /// the corners on their edges, so that there are no cracks.
-fn ground(relief: &Relief) -> Mesh {
+fn ground(relief: &Relief, own: &RoadSurfaces) -> Mesh {
     let half = relief.roads.radius_m() + REACH_M;
-    let cell_m = cell_m(relief.roads);
-    let levels = (2.0 * half / cell_m).log2().ceil() as u32;
+    let cell_m = cell_m(own);
+    let off_m = own.centre().distance(relief.roads.centre());
+    let levels = (2.0 * (half + off_m) / cell_m).log2().ceil() as u32;
     let size = 1i32 << levels;
-    let origin = relief.roads.centre() - Vec2::splat(cell_m * size as f32 / 2.0);
+    let origin = own.centre() - Vec2::splat(cell_m * size as f32 / 2.0);
     let place = |at: IVec2| origin + at.as_vec2() * cell_m;
     let mut squares = Vec::new();
     let mut open = vec![(IVec2::ZERO, size)];
@@ -200,7 +202,7 @@ mod tests {
     fn the_land_never_covers_the_road() {
         for map in [ring(250.0), ring(1500.0), circuit()] {
             let roads = network::surfaces(&map.network);
-            let mesh = ground(&Relief::new(&roads, 5));
+            let mesh = ground(&Relief::new(&roads, 5), &roads);
             check(&mesh, "land");
             for (corners, face) in faces(&mesh) {
                 assert!(face.z > 0.0, "faces up");
@@ -218,7 +220,7 @@ mod tests {
     fn the_ground_has_no_cracks_and_reaches_the_horizon() {
         let map = ring(250.0);
         let roads = network::surfaces(&map.network);
-        let mesh = ground(&Relief::new(&roads, 5));
+        let mesh = ground(&Relief::new(&roads, 5), &roads);
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
         // Inside, every edge belongs to two triangles: open edges are on the rim only.
         let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();

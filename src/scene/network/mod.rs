@@ -3,13 +3,14 @@
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
 //! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
-//! reflector posts. `road_surfaces` keeps land, grass and trees off the pavement.
+//! reflector posts. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's edge.
 
 mod junctions;
 mod lanes;
 pub(super) mod layer;
 mod paint;
 pub(super) mod posts;
+pub(super) mod road_ends;
 pub(super) mod road_surfaces;
 pub(super) mod signals;
 pub(super) mod signs;
