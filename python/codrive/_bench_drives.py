@@ -161,7 +161,8 @@ def plain_ring(steps: int) -> float:
     """Measures a ring on plain libsumo."""
     net = data_folder() / "maps/ring-250/net.xml"
     edges = [edge.attrib["id"] for edge in ElementTree.parse(net).getroot().iter("edge") if not edge.attrib["id"].startswith(":")]
-    sumo = _libsumo(["-n", str(net)])
+    # The model of the vehicles on codrive's ring.
+    sumo = _libsumo(["-n", str(net), "--default.carfollowmodel", "IDM"])
     sumo.route.add("round", edges * 1000)
     lengths_m = [sumo.lane.getLength(f"{edge}_0") for edge in edges]
     ends_m = np.cumsum(lengths_m)
