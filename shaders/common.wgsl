@@ -23,6 +23,8 @@ struct Frame {
 struct Air {
     // rgb: extinction of a view along the ground, 1/m
     extinction: vec4f,
+    // rgb: radiance of thick fog at the zenith; w 1 in thick fog, 0 without fog
+    fog: vec4f,
     // Spherical harmonics of the light on a white sheet by its normal, without the sun.
     harmonics: array<vec4f, 9>,
 }
@@ -78,4 +80,9 @@ fn to_eye(world: vec3f) -> vec3f {
         return -frame.forward.xyz;
     }
     return normalize(mix(-frame.forward.xyz, frame.eye.xyz - world, frame.eye.w));
+}
+
+// Returns the share of light that comes through the air from a surface at this distance, m.
+fn through_air_from(distance: f32) -> vec3f {
+    return exp(-air.extinction.rgb * (distance * frame.eye.w));
 }

@@ -61,7 +61,7 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * 0.85);
     let ray = world - frame.eye.xyz;
     let far_m = length(ray);
-    let left = exp(-air.extinction.rgb * (far_m * frame.eye.w));
+    let left = through_air_from(far_m);
     out.light = light * left;
     out.veil = sky_light(vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * far_m) / max(far_m, 0.01)) * (1.0 - left);
     out.clip = frame.clip_from_world * vec4f(world, 1.0);

@@ -151,7 +151,7 @@ fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     }
     let ray = world - frame.eye.xyz;
     let distance = length(ray);
-    let left = exp(-air.extinction.rgb * (distance * frame.eye.w));
+    let left = through_air_from(distance);
     let way = vec3f(ray.xy, max(ray.z, 0.0) + 0.01 * distance) / max(distance, 0.01);
     var veil: vec3f;
     if SOFT > 0.5 {
@@ -159,6 +159,8 @@ fn through_air(colour: vec3f, world: vec3f) -> vec3f {
     } else {
         // One unfiltered texel: in haze the borders of texels are invisible, and each texel costs time in software rendering.
         veil = textureLoad(sky, vec2i(sky_place(way) * vec2f(textureDimensions(sky))), 0).rgb;
+        // In thick fog they would be visible, but there its light is known (`Fog` in `render/sky/atmosphere.rs`).
+        veil = mix(veil, air.fog.rgb * ((1.0 + 2.0 * way.z) / 3.0), air.fog.w);
     }
     return mix(veil, colour, left);
 }

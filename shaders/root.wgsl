@@ -4,7 +4,7 @@ struct Patch {
     @builtin(position) clip: vec4f,
     // Place in the patch, -1..1.
     @location(0) at: vec2f,
-    // Radius of the patch, metres; strength.
+    // Radius of the patch, metres; strength, as it comes through the air.
     @location(1) @interpolate(flat) reach: vec2f,
 }
 
@@ -13,7 +13,8 @@ fn vertex(@builtin(vertex_index) index: u32, at: Placed) -> Patch {
     let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
     let p = corners[index];
     let world = place(at, vec3f(p, 0.0));
-    return Patch(frame.clip_from_world * vec4f(world, 1.0), p, vec2f(length(at.x.xyz), at.colour_brake.w));
+    let left = through_air_from(distance(place(at, vec3f(0.0)), frame.eye.xyz)).g;
+    return Patch(frame.clip_from_world * vec4f(world, 1.0), p, vec2f(length(at.x.xyz), at.colour_brake.w * left));
 }
 
 @fragment

@@ -137,8 +137,8 @@ flat_settings! {
             /// Solar time of day in late summer; the sun is highest at 12
             #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
             time_h: f64 = 9.75,
-            /// Range of sight in haze
-            #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "km"))]
+            /// Range of sight; below 1 km there is fog
+            #[schemars(range(min = 0.05, max = 100.0), extend("unit" = "km"))]
             visibility_km: f64 = 30.0,
             /// Wind speed, for the movement of trees
             #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]

@@ -182,6 +182,46 @@ fn a_grey_card_has_the_brightness_of_daylight_in_sun_and_shade() {
 }
 
 #[test]
+fn black_walls_in_fog_fade_as_koschmieders_law_says() {
+    const VISIBILITY_M: f32 = 100.0;
+    // Walls ahead of the camera, side by side in the picture. The furthest shows nothing but fog.
+    const AWAY_M: [f32; 4] = [20.0, 50.0, 100.0, 400.0];
+    let walls = [0, 1, 2, 3].map(|k| (Vec3::new(1.0, 0.12 * (k as f32 - 1.5), 0.0) * AWAY_M[k]).with_z(1.5));
+    let mut static_scene = static_scene(false).clone();
+    (static_scene.road, static_scene.land) = (Mesh::default(), Mesh::default());
+    for (middle, away_m) in walls.into_iter().zip(AWAY_M) {
+        let first = static_scene.road.vertices.len() as u32;
+        card(&mut static_scene.road, middle, 0.05 * away_m, 0.0);
+        for v in &mut static_scene.road.vertices[first as usize..] {
+            // The level card, set upright and facing the camera.
+            let [x, y, z] = v.position;
+            v.position = [middle.x, y, z + (x - middle.x)];
+            v.normal = [-1.0, 0.0, 0.0];
+            v.material = codrive::scene::Material::Paint as u32;
+        }
+    }
+    let options = ViewOptions { visibility_m: VISIBILITY_M, ..ViewOptions::default() };
+    let mut view = view(&snapshot(vec![]), ViewKind::Chase, &options);
+    view.camera =
+        Camera { eye: Vec3::Z * 1.5, forward: Vec3::X, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: 0.5 } };
+    let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW);
+    let image = draw_with(&mut renderer, &view, [320, 180]);
+    let light = walls.map(|wall| light_at(&image, &view, wall, 2).dot(LUMINANCE));
+    for (light_there, away_m) in light.into_iter().zip(AWAY_M) {
+        let veiled = light_there / light[3];
+        // At the visibility 2 % of a contrast is left.
+        let expected = 1.0 - 0.02f32.powf(away_m / VISIBILITY_M);
+        // The eye tells a contrast of 2 % apart, in the middle of the scale one of the picture's 256 levels is as much.
+        assert!((veiled - expected).abs() < 0.03, "{away_m} m: {veiled} of the fog's light, not {expected}");
+    }
+    // Fog has no horizon: the sky above the furthest wall is lighter only as an overcast sky is (docs/references.md: fog). A contrast below 5 % is
+    // not seen by the definition of the meteorological range.
+    let up = 0.06;
+    let above = light_at(&image, &view, walls[3] + Vec3::Z * up * AWAY_M[3], 2).dot(LUMINANCE);
+    assert!((above / light[3] - (1.0 + 2.0 * up)).abs() < 0.05, "{above} above, {} on the wall", light[3]);
+}
+
+#[test]
 fn edges_of_shadows_stay_on_the_ground_while_the_camera_drives() {
     // A parked car on uniform grey ground, the sun from the side, and a camera that drives towards the car and weaves.
     let pose = on_lane(40.0, 0.0);

@@ -37,6 +37,8 @@ pub struct Frame {
 pub struct Air {
     /// Extinction along a horizontal view, 1/m.
     pub extinction: [f32; 4],
+    /// Radiance of thick fog at the zenith, and 1 in thick fog, 0 without fog.
+    pub fog: [f32; 4],
     /// Irradiance by the normal of a surface, without the sun: spherical harmonics.
     pub harmonics: [[f32; 4]; 9],
 }
@@ -164,7 +166,7 @@ mod tests {
             "Frame",
             [clip_from_world, light_from_world, light_scale, light_shift, eye, forward, right, up, to_sun_time, shadow]
         );
-        same_layout!(Air, "road", "Air", [extinction, harmonics]);
+        same_layout!(Air, "road", "Air", [extinction, fog, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(
             QuadUniform,

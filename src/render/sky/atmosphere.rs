@@ -5,7 +5,8 @@
 //! Rayleigh scattering, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders
 //! by the closed sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section
 //! 5.5). The amount of haze follows from the visibility by Koschmieder 1924: a contrast of 2 % is left at that
-//! distance. Lengths inside are kilometres; radiance is in units of about a white sheet in full daylight.
+//! distance. Below 1 km a layer of fog lies under the hazy air, whose light is that of an overcast sky. Lengths inside are
+//! kilometres; radiance is in units of about a white sheet in full daylight.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -34,6 +35,11 @@ const HAZE: Vec3 = Vec3::new(0.95, 1.0, 1.06);
 const HAZE_ALBEDO: f32 = 0.92;
 const HAZE_FORWARD: f32 = 0.76;
 const HAZE_KM: f32 = 1.2;
+/// Visibility below which there is fog, by its definition, and height of its layer.
+const FOG_BELOW_KM: f32 = 1.0;
+const FOG_KM: f32 = 0.4;
+/// Asymmetry of the scattering by droplets.
+const FOG_FORWARD: f32 = 0.85;
 /// Albedo of the land.
 const LAND: Vec3 = Vec3::new(0.115, 0.135, 0.065);
 /// Number of tabulated altitudes, from the ground to the top, denser near the ground.
@@ -58,6 +64,34 @@ pub struct Sky {
     /// Factor on all light; maps the current daylight near the middle of the scale.
     pub exposure: f32,
     air: AtmosphereTables,
+    fog: Fog,
+}
+
+/// Layer of fog on the ground.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fog {
+    /// Optical depth, straight up; 0 without fog.
+    depth: f32,
+    /// Radiance of an infinitely thick layer at the zenith.
+    glow: Vec3,
+}
+
+impl Fog {
+    /// Returns the radiance seen through the layer at an elevation with sine `up`. The layer's own has the distribution of the CIE's overcast sky.
+    fn over(&self, clear: Vec3, up: f32) -> Vec3 {
+        if self.depth == 0.0 {
+            return clear;
+        }
+        let left = (-self.depth / up.max(1e-3)).exp();
+        clear * left + self.glow * ((1.0 - left) * (1.0 + 2.0 * up.max(0.0)) / 3.0)
+    }
+
+    /// Returns the share of the light of a sun at an elevation with sine `up` that arrives at the ground, scattered or not: Eddington's
+    /// approximation for droplets that absorb nothing, above dark ground.
+    fn transmittance(&self, up: f32) -> f32 {
+        let direct = (-self.depth / up).exp();
+        (2.0 + 3.0 * up + (2.0 - 3.0 * up) * direct) / (4.0 + 3.0 * (1.0 - FOG_FORWARD) * self.depth)
+    }
 }
 
 /// The atmosphere with its tables.
@@ -76,13 +110,28 @@ impl Sky {
     /// Computes the sky for a sun at `to_sun` (above the horizon) and this visibility.
     pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
         let to_sun = to_sun.with_z(to_sun.z.max(0.02)).normalize();
-        let air = AtmosphereTables::new(to_sun, visibility_m / 1000.0);
-        let sun = SUN * air.sun[0];
+        let (visibility_km, clear_km) = (visibility_m / 1000.0, (visibility_m / 1000.0).max(FOG_BELOW_KM));
+        let air = AtmosphereTables::new(to_sun, clear_km);
+        let fog_per_km = 3.912 / visibility_km - 3.912 / clear_km;
+        let mut fog = Fog { depth: fog_per_km * FOG_KM, glow: Vec3::ZERO };
+        let above_fog = SUN * air.sun[0];
+        let sun = above_fog * (-fog.depth / to_sun.z).exp();
         const N: usize = 1000;
         let share = 4.0 / N as f32;
         let directions: Vec<Vec3> = sphere(N).collect();
-        let seen: Vec<(Vec3, Option<Vec3>)> =
-            directions.into_par_iter().map(|d| (d, (d.z > 0.0).then(|| air.radiance(d) * share))).collect();
+        let clear: Vec<(Vec3, Option<Vec3>)> =
+            directions.into_par_iter().map(|d| (d, (d.z > 0.0).then(|| air.radiance(d)))).collect();
+        let on_ground = |fog: &Fog, share_of_clear: f32| -> Vec3 {
+            let above = clear.iter().filter_map(|(d, light)| Some((d, (*light)? * share_of_clear)));
+            above.map(|(d, light)| fog.over(light, d.z) * share * d.z).sum()
+        };
+        if fog.depth > 0.0 {
+            let arriving = (above_fog * to_sun.z + on_ground(&Fog::default(), 1.0)) * fog.transmittance(to_sun.z);
+            let of_a_unit = on_ground(&Fog { glow: Vec3::ONE, ..fog }, 0.0);
+            fog.glow = ((arriving - sun * to_sun.z - on_ground(&fog, 1.0)) / of_a_unit).max(Vec3::ZERO);
+        }
+        let through_fog = |(d, light): (Vec3, Option<Vec3>)| (d, light.map(|light| fog.over(light, d.z) * share));
+        let seen: Vec<(Vec3, Option<Vec3>)> = clear.iter().copied().map(through_fog).collect();
         let from_sky: Vec3 = seen.iter().filter_map(|(d, light)| light.map(|light| light * d.z)).sum();
         let land = LAND * (sun * to_sun.z + from_sky);
         let mut harmonics = [Vec3::ZERO; 9];
@@ -101,11 +150,12 @@ impl Sky {
             to_sun,
             visibility_m,
             sun,
-            extinction_per_m: air.extinction(0.0) / 1000.0,
+            extinction_per_m: (air.extinction(0.0) + fog_per_km) / 1000.0,
             harmonics,
             // Like the eye, leave some of the evening's darkness.
             exposure: 1.8 / daylight.sqrt(),
             air,
+            fog,
         }
     }
 
@@ -119,7 +169,12 @@ impl Sky {
     /// Returns the radiance of the sky in a direction, without the sun's disc; below the horizon, the radiance at the
     /// horizon.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.air.radiance(direction)
+        self.fog.over(self.air.radiance(direction), direction.z)
+    }
+
+    /// Returns the radiance of thick fog at the zenith, and whether there is thick fog, through which nothing above is seen: 0 to 1.
+    pub fn fog(&self) -> (Vec3, f32) {
+        (self.fog.glow, ((self.fog.depth - 3.0) / 3.0).clamp(0.0, 1.0))
     }
 
     /// Returns the radiance of a white sheet that faces `normal`, without the sun.
@@ -299,10 +354,64 @@ mod tests {
 
     #[test]
     fn two_percent_of_a_contrast_is_left_at_the_visibility() {
-        for visibility_m in [3000.0, 20_000.0, 60_000.0] {
+        for visibility_m in [50.0, 200.0, 3000.0, 20_000.0, 60_000.0] {
             let sky = at(40.0, visibility_m);
             let left = (-sky.extinction_per_m.y * visibility_m).exp();
             assert!((left - 0.02).abs() < 0.001, "{left}");
+        }
+    }
+
+    #[test]
+    fn fog_is_grey_without_a_sun_and_dims_the_day_as_an_overcast_sky() {
+        // From thick to dense fog (docs/references.md: fog).
+        for visibility_m in [200.0, 100.0, 50.0] {
+            let (fog, clear) = (at(42.0, visibility_m), at(42.0, 30_000.0));
+            let [below, above] = [Vec3::Y, Vec3::Z].map(|d| fog.radiance(d));
+            for light_there in [below, above] {
+                let colour = light_there / light(light_there);
+                assert!((colour - Vec3::ONE).abs().max_element() < 0.1, "{visibility_m} m: {light_there}");
+            }
+            let on_ground = |sky: &Sky| light(sky.ambient(Vec3::Z) + sky.sun * sky.to_sun.z);
+            // Under overcast skies there are 1,000 to 30,000 lux, with sunshine up to 100,000 (docs/references.md: fog). Thin fog is lighter.
+            let share = on_ground(&fog) / on_ground(&clear);
+            assert!(
+                share > 0.01 && (visibility_m > 60.0 || share < 0.3),
+                "{visibility_m} m: {share} of a clear day's light"
+            );
+            let direct = light(fog.sun) * fog.to_sun.z / on_ground(&fog);
+            assert!(direct < 0.02, "{visibility_m} m: {direct} of the light is the sun's own");
+        }
+    }
+
+    #[test]
+    fn fog_lets_through_as_much_light_as_photons_that_are_followed_one_by_one() {
+        const PHOTONS: u32 = 20_000;
+        for (visibility_m, up) in [(50.0_f32, 0.669_f32), (200.0, 0.669), (100.0, 0.3)] {
+            let fog = Sky::new(Vec3::new((1.0 - up * up).sqrt(), 0.0, up), visibility_m).fog;
+            let mut random = crate::rng::stream(1, "photons");
+            let mut unit = || random.uniform(0.0, 1.0) as f32;
+            let mut arrived = 0;
+            for _ in 0..PHOTONS {
+                // Optical depth below the top of the layer, and cosine of the angle from straight down.
+                let (mut depth, mut down) = (0.0, up);
+                loop {
+                    depth -= down * (1.0 - unit()).ln();
+                    if !(0.0..fog.depth).contains(&depth) {
+                        arrived += u32::from(depth > 0.0);
+                        break;
+                    }
+                    // Henyey and Greenstein's distribution of the angle of scattering, which lies in any plane.
+                    let g = FOG_FORWARD;
+                    let chord = (1.0 - g * g) / (1.0 - g + 2.0 * g * unit());
+                    let cosine = (1.0 + g * g - chord * chord) / (2.0 * g);
+                    let aside = ((1.0 - cosine * cosine).max(0.0) * (1.0 - down * down).max(0.0)).sqrt();
+                    down = (down * cosine + aside * (TAU * unit()).cos()).clamp(-1.0, 1.0);
+                }
+            }
+            let share = arrived as f32 / PHOTONS as f32;
+            // A fifth of a stop is less than the exposure's own choice; the approximation is for thick layers.
+            let stops = (fog.transmittance(up) / share).log2();
+            assert!(stops.abs() < 0.2, "{visibility_m} m: {share} of the photons, {stops:+} stops");
         }
     }
 

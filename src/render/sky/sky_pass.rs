@@ -124,7 +124,12 @@ impl SkyPass {
         // The requested direction, so that the next comparison matches.
         sky.to_sun = to_sun;
         let wide = |v: Vec3| v.extend(0.0).to_array();
-        let air = Air { extinction: wide(sky.extinction_per_m), harmonics: sky.harmonics.map(wide) };
+        let (glow, thick) = sky.fog();
+        let air = Air {
+            extinction: wide(sky.extinction_per_m),
+            fog: glow.extend(thick).to_array(),
+            harmonics: sky.harmonics.map(wide),
+        };
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&air));
         queue.write_buffer(&self.uniform, SUN_AT, bytemuck::bytes_of(&wide(sky.sun)));
         let side = self.clouds.width();
