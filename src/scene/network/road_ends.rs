@@ -16,11 +16,11 @@ const BEND_RAD: f64 = 1.2;
 const BEGINS_M: f64 = 30.0;
 /// Distance between points of the new line, metres.
 const STEP_M: f64 = 4.0;
-/// Least length that is added, metres.
-const LEAST_M: f64 = 40.0;
 /// Free width beside the added road: to other roads, and to other added roads, metres.
 const CLEAR_M: f64 = 5.0;
 const BESIDE_ADDED_M: f64 = 1.0;
+/// Least distance between the new end and the network, metres: it leads away from it. A dead end within a town does not.
+const AWAY_M: f32 = 50.0;
 /// Distance over which a grade at the end of a road levels out, metres.
 const LEVELS_M: f64 = 40.0;
 /// Cosine of the largest angle between lanes of one end.
@@ -43,13 +43,14 @@ struct RoadEnd {
 type Course = Vec<(DVec2, DVec2)>;
 
 impl RoadEnd {
-    /// Returns the end of a road at a junction with these streets, which end there if true; `None` if a road leads on, or if they do not end
-    /// side by side.
+    /// Returns the end of a road at a junction with these streets, which end there if true; `None` if a road leads on, if they do not end side
+    /// by side, or for a path.
     fn of(net: &Network, streets: &[(EdgeId, bool)]) -> Option<Self> {
         let lanes: Vec<(LaneId, bool)> =
             streets.iter().flat_map(|(edge, ends)| net.edge(*edge).lanes().map(|lane| (lane, *ends))).collect();
         let leads_on = |lane: LaneId| net.connections_from(lane).iter().any(|way| !way.is_turnaround());
-        if lanes.iter().any(|(lane, ends)| *ends && leads_on(*lane)) {
+        let is_road = |lane: LaneId| net.lane(lane).admits_cars() || net.lane(lane).is_railway();
+        if lanes.iter().any(|(lane, ends)| *ends && leads_on(*lane)) || !lanes.iter().any(|(lane, _)| is_road(*lane)) {
             return None;
         }
         let places = lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends));
@@ -85,20 +86,18 @@ impl RoadEnd {
         rows.collect()
     }
 
-    /// Returns the course that is free for the longest way, the first of those that are free all along; `None` if none is free far enough.
+    /// Returns the first course that is free of other roads and leads away from the network; `None` if there is none.
     fn free_course(&self, surfaces: &RoadSurfaces, added: &AddedRoads) -> Option<Course> {
-        let is_free = |(k, (at, _)): &(usize, (DVec2, DVec2))| {
+        let is_free = |(k, (at, _)): (usize, &(DVec2, DVec2))| {
             // The road's own end is no obstacle.
             let clear_m = (self.half_width_m + CLEAR_M).min(0.85 * STEP_M * (k + 1) as f64 - 2.0);
             f64::from(surfaces.border_m(at.as_vec2())) >= clear_m && added.leave_room(*at, self.half_width_m)
         };
-        let free = |turn: f64| -> Course {
-            let rows = self.course(turn).into_iter().enumerate();
-            rows.take_while(is_free).map(|(_, row)| row).collect()
+        let leads_away = |course: &Course| {
+            course.last().is_some_and(|(at, _)| surfaces.border_m(at.as_vec2()) >= AWAY_M)
+                && course.iter().enumerate().all(is_free)
         };
-        let courses = [1.0, -1.0, 0.0].map(free).into_iter();
-        let longest = courses.reduce(|best, next| if next.len() > best.len() { next } else { best })?;
-        (longest.len() as f64 * STEP_M >= LEAST_M).then_some(longest)
+        [1.0, -1.0, 0.0].into_iter().map(|turn| self.course(turn)).find(leads_away)
     }
 
     /// Returns the points that are added to a lane, from its end or its beginning outwards.
