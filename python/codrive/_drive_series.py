@@ -253,6 +253,8 @@ class DriveSeries:
     def _show(self) -> None:
         """Shows the present moment to the pictures, if there are any."""
         camera = self._pictures.camera
+        if not camera.is_on:
+            return
         if camera.is_schematic:
             seen = self.seen()
             self._pictures.note(self.road, seen.time_s, Vehicles.of(seen.columns))

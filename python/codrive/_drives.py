@@ -13,6 +13,10 @@ from codrive._runtime_folder import runtime_variables
 from codrive._words import InWordsOfPython
 
 
+#: Made once, as a hold is short.
+_IN_WORDS = InWordsOfPython()
+
+
 class Arguments(NamedTuple):
     """Arguments of ``DriveConfiguration``."""
 
@@ -102,9 +106,10 @@ class LocalDrive:
     def hold(self, actions: NDArray[np.float32], orders: list[Order] | None = None) -> HoldResult:
         """Drives one hold under these actions, float32, ``(agents,)``, after these orders."""
         drive = self._drive
-        with InWordsOfPython():
-            for name, arguments in orders or []:
-                getattr(drive, name)(*arguments)
+        with _IN_WORDS:
+            if orders:
+                for name, arguments in orders:
+                    getattr(drive, name)(*arguments)
             rewards, terminations, final, is_truncated, measures, time_s, agents, observations = drive.hold(actions)
         return HoldResult(rewards, terminations, is_truncated, measures, time_s, final, Observed(agents, observations))
 

@@ -139,14 +139,11 @@ def check_actions(actions: NDArray[np.float32], levels: int, whose: Callable[[in
     Raises:
         ValueError: An action is invalid.
     """
-    def is_allowed(value: float) -> bool:
-        return 0 <= value < levels
-
-    check = is_allowed if levels else math.isfinite
     values = actions.tolist()
-    if all(map(check, values)):
+    are_allowed = [0 <= value < levels if levels else math.isfinite(value) for value in values]
+    if all(are_allowed):
         return
-    first = next(k for k, value in enumerate(values) if not check(value))
+    first = are_allowed.index(False)
     given = f"{values[first]:.0f}" if levels else "NaN" if math.isnan(values[first]) else str(values[first])
     allowed = f"0 to {levels - 1}" if levels else "a finite number, -1 to 1 spans the limits"
     raise ValueError(f"the action{whose(first)} is {given}; allowed: {allowed}")
