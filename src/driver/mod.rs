@@ -293,11 +293,7 @@ fn guarded_mps2(p: &DriverParams, speed_mps: f64, leader: &SeenLeader) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        policy::{Action, Hold},
-        time::{TICK_S, Tick},
-        traffic::TrafficDrivers,
-    };
+    use crate::{time::TICK_S, traffic::TrafficDrivers};
 
     /// Returns what a driver sees behind a leader on a road with a limit of 30 m/s.
     fn behind(speed_mps: f64, gap_m: f64, leader_mps: f64) -> Perception {
@@ -345,33 +341,6 @@ mod tests {
         // The smoothing over a fifth of the time constant raises the correlation after one of them from 0.37 to 0.46.
         let later = moment((memory_s / TICK_S) as usize) / moment(0);
         assert!((later - 0.46).abs() < 0.06, "{later}");
-    }
-
-    #[test]
-    fn advice_as_fast_as_the_limit_is_no_advice() {
-        let wanted_mps2 = |advised_mps: Option<f64>, seed: u64| -> Vec<f64> {
-            let params = DriverParams { reaction_s: 0.0, ..DriverParams::default() };
-            let mut driver = SimulatedDriver::new(&params, &CarParams::default(), seed).expect("a driver");
-            let advice = advised_mps.map(|target_mps| Advice {
-                issued: Tick(0),
-                hold: Hold::nearest(1.0, 0.1),
-                action: Action::Speed(target_mps),
-                target_mps,
-                range_mps: 0.5,
-                is_fallback: false,
-                driver: None,
-                observed: None,
-            });
-            let speeds_mps = (0..320).map(|k| 0.1 * f64::from(k));
-            speeds_mps
-                .map(|speed_mps| driver.wanted_mps2(&Perception { advice, ..behind(speed_mps, 500.0, 30.0) }))
-                .collect()
-        };
-        let none = wanted_mps2(None, 1);
-        assert_eq!(wanted_mps2(Some(30.0), 1), none, "the limit");
-        assert_eq!(wanted_mps2(Some(40.0), 1), none, "above it");
-        let slower = wanted_mps2(Some(15.0), 1);
-        assert!(none.iter().zip(&slower).all(|(none, slower)| slower <= none) && slower[200] < none[200]);
     }
 
     #[test]

@@ -463,25 +463,28 @@ fn a_driver_handles_a_car_without_creep() {
     car.gearbox.creep = false;
     let mut ego = EgoCar::new(&car, Pose::default(), 0.0, 0).unwrap();
     let mut driver = SimulatedDriver::new(&preset("perfect").unwrap(), &car, 1).unwrap();
-    let advice = |target_mps| Advice {
-        issued: Tick(0),
-        hold: codrive::policy::Hold::of_steps(1, 0.1),
-        action: Action::Speed(target_mps),
-        target_mps,
-        range_mps: 0.5,
-        is_fallback: false,
-        driver: None,
-        observed: None,
-    };
     for target in [2.0, 0.0, 4.0] {
         for _ in 0..2000 {
             let speed_mps = ego.state().speed_mps;
-            let now =
-                Perception { speed_mps, advice: Some(advice(target)), speed_limit_mps: 30.0, ..Perception::default() };
+            let advice = Some(advice(Tick(0), target));
+            let now = Perception { speed_mps, advice, speed_limit_mps: 30.0, ..Perception::default() };
             ego.tick(&driver.controls(&now), &UniformGround(GroundSurface::Asphalt), &[]);
         }
         assert!((ego.state().speed_mps - target).abs() < 0.1, "{} instead of {target}", ego.state().speed_mps);
     }
+}
+
+#[test]
+fn advice_as_fast_as_the_limit_is_no_advice() {
+    let pedals = |advised_mps: Option<f64>| -> Vec<Controls> {
+        let mut driver = SimulatedDriver::new(&DriverParams::default(), &CarParams::default(), 1).unwrap();
+        let advice = advised_mps.map(|target_mps| advice(Tick(0), target_mps));
+        let at = |speed_mps| Perception { speed_mps, advice, speed_limit_mps: 30.0, ..Perception::default() };
+        (0..3200).map(|k| driver.pedals(&at(0.01 * f64::from(k)))).collect()
+    };
+    assert!(pedals(Some(30.0)) == pedals(None), "the limit");
+    assert!(pedals(Some(40.0)) == pedals(None), "above it");
+    assert!(pedals(Some(15.0)) != pedals(None), "below it");
 }
 
 #[test]

@@ -172,7 +172,7 @@ impl Sky {
         self.fog.over(self.air.radiance(direction), direction.z)
     }
 
-    /// Returns the radiance of thick fog at the zenith, and whether there is thick fog, through which nothing above is seen: 0 to 1.
+    /// Returns the radiance of thick fog at the zenith, and how thick the fog is: 0 without fog, 1 if nothing above is seen through it.
     pub fn fog(&self) -> (Vec3, f32) {
         (self.fog.glow, ((self.fog.depth - 3.0) / 3.0).clamp(0.0, 1.0))
     }
