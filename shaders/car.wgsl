@@ -79,7 +79,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         rough = 0.35;
         shine = 0.15;
         coat = 1.0;
-    } else if material == LAMP {
+    } else if material == LAMP || material == HEAD_LAMP {
+        albedo = select(albedo, vec3f(in.colour.r), material == HEAD_LAMP);
         rough = 0.35;
         shine = 0.3;
         coat = 1.0;
@@ -95,7 +96,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         shine = 0.0;
         let pixel_m = max(length(dpdx(in.world)), length(dpdy(in.world)));
         albedo = mix(in.colour, vec3f(PLATE_MEAN), smoothstep(READ_M, BLENDED_M, pixel_m));
-    } else if material == MATT {
+    } else if material == MATT || material == REFLECTOR {
         shine = 0.0;
     }
     if SOFT > 0.5 {
@@ -107,7 +108,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let bounced = reflect(-view, facet);
     let occluded = mix(0.55, 1.0, open);
 
-    var light = albedo * (1.0 - metal) * (SUN * cosine * sun + ambient(facet) * open);
+    var light = albedo * (1.0 - metal) * (SUN * cosine * sun + ambient(facet) * open + lamplight(in.world, facet, 0.0));
     let f0 = mix(vec3f(0.04), albedo, metal);
     let share = mirrors(facet, view, rough);
     var around = around_car(bounced, above, ground, rough * rough) * occluded;
@@ -116,6 +117,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         around = ambient(bounced) * (0.85 * occluded);
     }
     light += shine * (around * (f0 * share.x + edge * share.y) + sun * sun_gloss(facet, view, rough, f0, edge));
+
+    light += select(vec3f(0.0), albedo * returned_light(in.world, view), material == REFLECTOR || material == PLATE);
 
     var alpha = 1.0;
     if COATED {
@@ -127,11 +130,12 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         light = light * (1.0 - reflected) + reflected * image;
         light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
-        // Lamps: green and blue of a brake lamp's colour are its shares as tail lamp and as brake lamp.
+        // Lamps: green and blue of a brake lamp's colour are its shares as tail lamp and as brake lamp, those of a head lamp by day and dipped.
         let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
-        light += select(0.0, glow, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
-        light += select(0.0, DAYLIGHT, material == LAMP && in.colour.r > 0.8) * vec3f(0.95, 0.98, 1.0);
-        light += select(vec3f(0.0), in.paint.rgb, material == SIGNAL_LAMP);
+        light += select(0.0, glow * frame.lamps.y, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
+        let head = max(DAYLIGHT * in.colour.g, frame.lamps.x * in.colour.b) * frame.lamps.y;
+        light += select(0.0, head, material == HEAD_LAMP) * vec3f(0.95, 0.98, 1.0);
+        light += select(vec3f(0.0), in.paint.rgb * frame.lamps.y, material == SIGNAL_LAMP);
         // The windows of a far body are opaque. They are as bright as near ones, with a dim cabin and some of the land beyond it.
         let opaque = clamp(22.0 * in.colour.r, 0.05, 1.0);
         let through = opaque + (1.0 - opaque) * reflected;

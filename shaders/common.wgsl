@@ -1,5 +1,15 @@
 // Shared inputs of all programs of the scene: the camera's uniform, the shadow maps, the grain.
 
+// Dipped beam of a vehicle's headlamps, and the vehicle that stands in it.
+struct Beam {
+    // xyz position of the lamps, metres; w distance to that vehicle
+    place: vec4f,
+    // xyz unit vector ahead; w tangent of the vehicle's bearing, positive along `inner`
+    ahead: vec4f,
+    // xyz unit vector towards the oncoming traffic; w tangent of half of the angle that the vehicle takes, 0 without one
+    inner: vec4f,
+}
+
 struct Frame {
     clip_from_world: mat4x4f,
     // Rows of the transform from the world into the sun's view. Place and depth in a shadow map are that, scaled and shifted. The shift has
@@ -13,10 +23,13 @@ struct Frame {
     forward: vec4f,
     right: vec4f,
     up: vec4f,
-    // xyz unit direction to the sun; w seconds
+    // xyz unit direction to the sun, or to the moon after sunset; w seconds
     to_sun_time: vec4f,
     // xyz width of a shadow texel in metres (moving objects, static objects near by, static objects far away); w texels per side
     shadow: vec4f,
+    // x radiance of a dipped head lamp, 0 if off; y factor on the light that lamps show; z radiance of a white sheet in a light of 1 lx
+    lamps: vec4f,
+    beams: array<Beam, 16>,
 }
 
 // The light of the hour (`render/sky/mod.rs`).
@@ -35,7 +48,7 @@ struct Air {
 @group(0) @binding(3) var grain: texture_2d<f32>;
 @group(0) @binding(4) var grain_sampler: sampler;
 @group(0) @binding(5) var<uniform> air: Air;
-// Radiance of a white sheet that faces the sun.
+// Radiance of a white sheet that faces the sun, or the moon after sunset.
 @group(0) @binding(6) var<uniform> SUN: vec3f;
 @group(0) @binding(7) var sky: texture_2d<f32>;
 @group(0) @binding(8) var sky_sampler: sampler;

@@ -17,5 +17,6 @@ fn foliage(albedo: vec3f, world: vec3f, crown: vec3f, normal: vec3f, view: vec3f
     let arrives = mix(sun, 1.0, (0.30 + 0.45 * sunward * sunward) * leafy);
     // Light from behind a leaf shines through as well.
     let around = ambient(normal) + 0.35 * leafy * air.harmonics[0].rgb;
-    return albedo * (SUN * arrives * (direct + through * vec3f(1.0, 1.0, 0.4)) + around);
+    let lamps = lamplight(world, normal, 0.5 * leafy);
+    return albedo * (SUN * arrives * (direct + through * vec3f(1.0, 1.0, 0.4)) + around + lamps);
 }

@@ -58,7 +58,7 @@ fn vertex(corner: Corner, at: Placed) -> Blade {
     if variant == STALKS {
         albedo = mix(albedo, vec3f(0.27, 0.235, 0.13), 0.25 + 0.6 * out.at.y);
     }
-    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * 0.85);
+    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * 0.85 + lamplight(world, normal, 0.8));
     let ray = world - frame.eye.xyz;
     let far_m = length(ray);
     let left = through_air_from(far_m);

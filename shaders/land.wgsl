@@ -58,6 +58,6 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     // Seen against the sun, grass glows.
     let against = clamp(dot(-view, frame.to_sun_time.xyz), 0.0, 1.0);
     let through = 0.3 * against * against * vec3f(1.0, 1.05, 0.4);
-    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * (0.82 + 0.5 * deep));
+    let light = albedo * (SUN * sun * (cosine + through) + ambient(normal) * (0.82 + 0.5 * deep) + lamplight(in.world, normal, 0.8));
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -28,6 +28,8 @@ const LAMP = 11u;
 const PLATE = 12u;
 const VERGE = 13u;
 const SIGNAL_LAMP = 14u;
+const REFLECTOR = 15u;
+const HEAD_LAMP = 16u;
 
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Surface {

@@ -103,7 +103,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let normal = normalize(flat_normal + rough_ground * vec3f(fine.r - 0.5, stones.r - 0.5, 0.0));
     let sun = sunshine(in.world, flat_normal);
     let cosine = clamp(dot(normal, frame.to_sun_time.xyz), 0.0, 1.0);
-    var light = albedo * (SUN * cosine * sun + ambient(normal));
+    // Light from ahead meets the sides of the stones, not the plane.
+    var light = albedo * (SUN * cosine * sun + ambient(normal) + lamplight(in.world, normal, 1.0));
     // Polished tracks shine more, as does all asphalt at grazing angles. Stones shade each other from a low sun.
     let gloss = select(0.0, 1.0, tarred);
     let rough = steadied(0.70 - 0.1 * track - 0.12 * repair.x, normal);

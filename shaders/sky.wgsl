@@ -32,6 +32,8 @@ fn fragment(ray: Ray) -> @location(0) vec4f {
     let toward_sun = max(dot(direction, frame.to_sun_time.xyz), 0.0);
     let disc = smoothstep(0.999975, 0.999992, toward_sun) * 30.0 + 1.2 * pow(toward_sun, 2600.0) + 0.10 * pow(toward_sun, 180.0);
     let clear = 1.0 - clamp(cloud.a, 0.0, 1.0);
-    let light = cloud.rgb + (disc * clear * clear) * SUN;
+    // The moon's light is weak on surfaces, but its disc is bright.
+    let body = max(disc * SUN, min(disc * 1500.0 * SUN, vec3f(1.0)));
+    let light = cloud.rgb + clear * clear * body;
     return vec4f(light, 1.0);
 }

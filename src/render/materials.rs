@@ -61,6 +61,8 @@ pub(super) struct MaterialsDesc<'a> {
     pub layout: &'a wgpu::PipelineLayout,
     pub sky_layout: &'a wgpu::PipelineLayout,
     pub quality: &'a Quality,
+    /// Number of beams of headlamps that light the scene, 0 by day.
+    pub beams: usize,
 }
 
 impl MaterialsDesc<'_> {
@@ -77,9 +79,9 @@ impl MaterialsDesc<'_> {
     }
 
     fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, ShaderFault> {
-        let (mesh, soft) = (mesh_buffers(), self.soft());
-        let soft_alone = [soft];
-        let solid = self.solid(&mesh, &soft_alone);
+        let (mesh, soft, beams) = (mesh_buffers(), self.soft(), self.beams());
+        let lit = [soft, beams];
+        let solid = self.solid(&mesh, &lit);
         let [hidden, car, uncoated, glass] = builder.pipelines([
             PipelineDesc {
                 program: "hidden",
@@ -94,12 +96,12 @@ impl MaterialsDesc<'_> {
                 ..solid.clone()
             },
             PipelineDesc { program: "car", ..solid.clone() },
-            PipelineDesc { program: "car", constants: &[soft, ("COATED", 0.0)], ..solid.clone() },
+            PipelineDesc { program: "car", constants: &[soft, beams, ("COATED", 0.0)], ..solid.clone() },
             PipelineDesc {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
                 depth: Some(depth(false, Default::default())),
-                constants: &[soft, ("SEEN_THROUGH", 1.0)],
+                constants: &[soft, beams, ("SEEN_THROUGH", 1.0)],
                 ..solid
             },
         ])?;
@@ -107,10 +109,11 @@ impl MaterialsDesc<'_> {
     }
 
     fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, ShaderFault> {
-        let (mesh, instances, soft) = (mesh_buffers(), [Some(instance_buffer())], self.soft());
-        let soft_alone = [soft];
+        let (mesh, instances) = (mesh_buffers(), [Some(instance_buffer())]);
+        let (soft, beams) = (self.soft(), self.beams());
+        let lit = [soft, beams];
         let afar = ("AFAR_M", f64::from(AFAR_M));
-        let solid = self.solid(&mesh, &soft_alone);
+        let solid = self.solid(&mesh, &lit);
         let above = wgpu::DepthBiasState { constant: 64, slope_scale: 2.0, clamp: 0.0 };
         let shade = |program, bias| PipelineDesc {
             program,
@@ -124,7 +127,7 @@ impl MaterialsDesc<'_> {
         let [road, road_from_above, land, land_from_above, contact, root] = builder.pipelines([
             PipelineDesc { program: "road", ..solid.clone() },
             PipelineDesc { program: "road", constants: &[soft, FROM_ABOVE], ..solid.clone() },
-            PipelineDesc { program: "land", constants: &[soft, afar], ..solid.clone() },
+            PipelineDesc { program: "land", constants: &[soft, beams, afar], ..solid.clone() },
             PipelineDesc { program: "land", constants: &[soft, FROM_ABOVE, afar, ("AFAR", 1.0)], ..solid.clone() },
             shade("contact", above),
             // The ground under the shade is not exactly the plane at the tree: the shade is drawn 1.8 % of the distance
@@ -135,10 +138,10 @@ impl MaterialsDesc<'_> {
     }
 
     fn plants(&self, builder: &PipelineBuilder) -> Result<PlantPipelines, ShaderFault> {
-        let (mesh, soft) = (mesh_buffers(), self.soft());
+        let (mesh, soft, beams) = (mesh_buffers(), self.soft(), self.beams());
         let samples = ("SAMPLES", f64::from(self.quality.msaa));
-        let (soft_alone, samples_alone) = ([soft], [samples]);
-        let solid = self.solid(&mesh, &soft_alone);
+        let (lit, samples_alone) = ([soft, beams], [samples]);
+        let solid = self.solid(&mesh, &lit);
         // Shaders for OpenGL cannot write a mask of samples: they decide on each sample instead.
         let [near_cover, far_cover] = match builder.device.adapter_info().backend {
             wgpu::Backend::Gl => ["cover_by_sample", "far_cover_by_sample"],
@@ -168,9 +171,15 @@ impl MaterialsDesc<'_> {
                 PipelineDesc { program: "tree", ..covered.clone() },
                 PipelineDesc { program: far_cover, ..cover.clone() },
                 PipelineDesc { program: far_cover, constants: &[samples, FROM_ABOVE], ..cover },
-                PipelineDesc { program: "impostor", constants: &[soft, samples], ..covered.clone() },
+                PipelineDesc { program: "impostor", constants: &[soft, beams, samples], ..covered.clone() },
                 PipelineDesc { program: "impostor", constants: &[soft, samples, FROM_ABOVE], ..covered },
-                PipelineDesc { program: "grass", cull: None, cut_out, constants: &[soft, least, reach], ..solid },
+                PipelineDesc {
+                    program: "grass",
+                    cull: None,
+                    cut_out,
+                    constants: &[soft, beams, least, reach],
+                    ..solid
+                },
             ])?;
         Ok(PlantPipelines {
             cover,
@@ -211,6 +220,11 @@ impl MaterialsDesc<'_> {
             cut_out: false,
             constants,
         }
+    }
+
+    /// Returns the constant for the number of beams.
+    fn beams(&self) -> (&'static str, f64) {
+        ("BEAMS", self.beams as f64)
     }
 
     /// Returns the constant for soft shadow edges; programs without sunshine ignore it.

@@ -4,13 +4,14 @@
 //! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]),
 //! the [`dial`], and the experimenter's panel. `frame_plan` plans them, [`Renderer::draw`] runs them. Nothing is created while driving: buffers
 //! grow only when a picture holds more cars than any before it, targets change with the window's size, pipelines with
-//! the shaders.
+//! the shaders and at nightfall.
 
 mod auto_quality;
 pub mod device;
 pub mod dial;
 mod drive_pictures;
 mod frame_plan;
+mod headlamps;
 pub mod instances;
 pub mod level_of_detail;
 pub mod materials;
@@ -40,6 +41,7 @@ use device::shader::ShaderSources;
 use device::timing::{PassTimings, TimedPass};
 use dial::DialPass;
 use frame_plan::{FramePlan, ViewPass};
+use headlamps::most_beams;
 use materials::MaterialPipelines;
 use post::bloom::{BloomPass, BloomPipelines};
 use post::tonemap::{ToneMapPass, ToneMapPipelines, ToneMappedFrame};
@@ -59,6 +61,7 @@ pub struct Renderer {
     meshes: StaticMeshes,
     quality: Quality,
     bindings: SceneBindings,
+    sources: ShaderSources,
     pipelines: RenderPipelines,
     air: SkyPass,
     shadow: ShadowPass,
@@ -85,6 +88,8 @@ pub struct PanelOutput<'a> {
 struct RenderPipelines {
     shadow: ShadowPipeline,
     materials: MaterialPipelines,
+    /// Number of headlamps' beams that the materials read, 0 by day.
+    beams: usize,
     bloom: BloomPipelines,
     tonemap: ToneMapPipelines,
 }
@@ -108,22 +113,40 @@ impl Renderer {
         let [main, mirror] = [0, 1].map(|k: usize| pictures[k].light());
         bloom.fit(device, main, [1, 1]);
         tonemap.fit(device, main, [mirror; 3], bloom.halo(), [1, 1], quality.msaa == 1);
-        let builder = PipelineBuilder { device, sources: &ShaderSources::built_in() };
-        let pipelines = RenderPipelines::new(&builder, &bindings, &shadow, &bloom, &tonemap, &quality)
+        let sources = ShaderSources::built_in();
+        let builder = PipelineBuilder { device, sources: &sources };
+        let pipelines = RenderPipelines::new(&builder, &bindings, &shadow, &bloom, &tonemap, (&quality, 0))
             .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = PassTimings::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
         let cost = FrameCost::default();
-        Self { meshes, quality, bindings, pipelines, air, shadow, pictures, bloom, tonemap, dial, panel, timing, cost }
+        Self {
+            meshes,
+            quality,
+            bindings,
+            sources,
+            pipelines,
+            air,
+            shadow,
+            pictures,
+            bloom,
+            tonemap,
+            dial,
+            panel,
+            timing,
+            cost,
+        }
     }
 
     /// Draws `view`, and over it the panel if there is one, onto `target`, which is `size` pixels large.
     pub fn draw(&mut self, view: &View, panel: Option<PanelOutput>, target: &wgpu::TextureView, size: [u32; 2]) {
         let plan = FramePlan::new(view, size, &self.quality);
         self.fit(&plan, size);
+        self.fit_light(view);
         let Self { meshes, air, shadow, pictures, bloom, tonemap, dial, pipelines, timing, .. } = self;
         let (device, queue) = (&meshes.device, &meshes.queue);
+        let sky = air.fit(queue, view.to_sun, view.visibility_m);
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
@@ -131,16 +154,16 @@ impl Renderer {
         let stamps = |pass, bounds| timed.and_then(|timing| timing.stamps(pass, bounds));
 
         let frustum = &plan.main().frustum;
-        let (lights, drawn) = shadow.draw(e, timed, &pipelines.shadow, meshes, view, frustum);
+        let (lights, drawn) = shadow.draw(e, timed, &pipelines.shadow, meshes, view, (sky.to_shining, frustum));
         let mut cost = FrameCost { shadow: drawn, ..FrameCost::default() };
         for (k, picture) in pictures.iter_mut().enumerate() {
             let Some(ViewPass { frustum, ego, hidden, timed, .. }) = &plan.passes[k] else { continue };
-            let scene = SceneInputs { materials: &pipelines.materials, meshes, view, frustum, lights: &lights };
+            let (materials, beams) = (&pipelines.materials, pipelines.beams);
+            let scene = SceneInputs { materials, meshes, view, frustum, lights: &lights, sky, beams };
             let drawn = picture.draw(e, stamps(*timed, plan.bounds_time(k)), &scene, *ego, *hidden);
             *if *timed == TimedPass::Main { &mut cost.main } else { &mut cost.mirror } += drawn;
         }
 
-        let sky = air.fit(queue, view.to_sun, view.visibility_m);
         cost.tonemap = bloom.draw(e, stamps(TimedPass::ToneMap, [true, false]), &pipelines.bloom);
         let frame = ToneMappedFrame {
             target,
@@ -194,6 +217,20 @@ impl Renderer {
         }
     }
 
+    /// Computes the light of the hour. Creates the materials anew when headlamps begin to light the scene, or end: by day their light would
+    /// cost time without being visible.
+    fn fit_light(&mut self, view: &View) {
+        let sky = self.air.fit(&self.meshes.queue, view.to_sun, view.visibility_m);
+        let lit = !view.headlamps.is_empty() && sky.is_dim();
+        let beams = if lit { most_beams(&self.quality) } else { 0 };
+        if beams != self.pipelines.beams {
+            let builder = PipelineBuilder { device: &self.meshes.device, sources: &self.sources };
+            let materials = self.bindings.materials(&builder, &self.quality, beams);
+            self.pipelines.materials = materials.unwrap_or_else(|e| panic!("the shaders in use are valid: {e}"));
+            self.pipelines.beams = beams;
+        }
+    }
+
     /// Returns the cost of the last picture.
     pub fn cost(&self) -> FrameCost {
         self.cost
@@ -221,16 +258,17 @@ impl Renderer {
         let sources = ShaderSources::from_directory(directory)?;
         let device = &self.meshes.device;
         // Catches errors that naga does not find: a missing entry point, a binding of another type.
+        let settings = (&self.quality, self.pipelines.beams);
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let builder = PipelineBuilder { device, sources: &sources };
-        let made =
-            RenderPipelines::new(&builder, &self.bindings, &self.shadow, &self.bloom, &self.tonemap, &self.quality);
+        let made = RenderPipelines::new(&builder, &self.bindings, &self.shadow, &self.bloom, &self.tonemap, settings);
         let refused = pollster::block_on(scope.pop());
         let pipelines = made?;
         if let Some(error) = refused {
             return Err(ShaderFault::Refused { directory: directory.into(), words: error.to_string() });
         }
         self.pipelines = pipelines;
+        self.sources = sources;
         self.shadow.forget();
         Ok(())
     }
@@ -243,11 +281,12 @@ impl RenderPipelines {
         shadow: &ShadowPass,
         bloom: &BloomPass,
         tonemap: &ToneMapPass,
-        quality: &Quality,
+        (quality, beams): (&Quality, usize),
     ) -> Result<Self, ShaderFault> {
         Ok(Self {
             shadow: shadow.pipeline(builder)?,
-            materials: bindings.materials(builder, quality)?,
+            materials: bindings.materials(builder, quality, beams)?,
+            beams,
             bloom: bloom.pipelines(builder)?,
             tonemap: tonemap.pipelines(builder)?,
         })

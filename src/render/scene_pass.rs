@@ -10,16 +10,20 @@ use super::{
         shader::ShaderFault,
         targets::{RenderTargets, uniform_buffer},
     },
+    headlamps::beams,
     instances::{InstanceCollector, SceneContents},
     level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
     materials::{AFAR_M, MaterialPipelines, MaterialsDesc},
     quality::Quality,
     shadow::ShadowLookup,
-    sky::sky_pass::{self, SkyPass},
+    sky::{
+        atmosphere::Sky,
+        sky_pass::{self, SkyPass},
+    },
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
 };
-use crate::scene::View;
+use crate::scene::{View, ViewKind};
 use glam::Vec3;
 
 /// Visibility of the ego in a picture.
@@ -57,6 +61,10 @@ pub struct SceneInputs<'a> {
     pub frustum: &'a ViewFrustum,
     /// Transforms for looking up shadows.
     pub lights: &'a ShadowLookup,
+    /// Light of the hour.
+    pub sky: &'a Sky,
+    /// Number of beams of headlamps that the pipelines read.
+    pub beams: usize,
 }
 
 /// One picture of the scene, with its own camera, instances and targets.
@@ -155,12 +163,17 @@ impl SceneBindings {
 }
 
 impl SceneBindings {
-    /// Creates all pipelines of the scene.
+    /// Creates all pipelines of the scene, for this number of headlamps' beams.
     ///
     /// # Errors
     /// A mistake in a shader.
-    pub fn materials(&self, builder: &PipelineBuilder, quality: &Quality) -> Result<MaterialPipelines, ShaderFault> {
-        MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality }.pipelines(builder)
+    pub fn materials(
+        &self,
+        builder: &PipelineBuilder,
+        quality: &Quality,
+        beams: usize,
+    ) -> Result<MaterialPipelines, ShaderFault> {
+        MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality, beams }.pipelines(builder)
     }
 }
 
@@ -234,7 +247,7 @@ impl ScenePass {
         hidden: Option<[u32; 4]>,
     ) -> PassCost {
         let SceneInputs { materials, meshes, frustum, .. } = *scene;
-        let frame = frame(scene.view, frustum, scene.lights);
+        let frame = frame(scene);
         meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
         let batches = self.gather(scene, ego);
         let models = &meshes.models;
@@ -317,7 +330,11 @@ impl ScenePass {
     }
 }
 
-fn frame(view: &View, frustum: &ViewFrustum, lights: &ShadowLookup) -> Frame {
+/// Radiance of a dipped head lamp, as pictures show it.
+const HEAD_LAMP: f32 = 4.0;
+
+fn frame(scene: &SceneInputs) -> Frame {
+    let SceneInputs { view, frustum, lights, sky, .. } = *scene;
     let perspective = if frustum.parallel_m().is_some() { 0.0 } else { 1.0 };
     let [right, up] = frustum.spread();
     Frame {
@@ -329,7 +346,14 @@ fn frame(view: &View, frustum: &ViewFrustum, lights: &ShadowLookup) -> Frame {
         forward: frustum.camera.forward.extend(view.wind_mps).to_array(),
         right: right.extend(0.0).to_array(),
         up: up.extend(0.0).to_array(),
-        to_sun_time: view.to_sun.extend(view.time_s).to_array(),
+        to_sun_time: sky.to_shining.extend(view.time_s).to_array(),
         shadow: Vec3::from(lights.texel_m).extend(lights.size as f32).to_array(),
+        lamps: [
+            if view.headlamps.is_empty() { 0.0 } else { HEAD_LAMP },
+            if view.kind == ViewKind::Birdseye { sky.lamps_in_plans() } else { 1.0 },
+            sky.one_lux,
+            0.0,
+        ],
+        beams: beams(view, frustum, scene.beams),
     }
 }

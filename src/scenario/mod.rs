@@ -134,8 +134,8 @@ flat_settings! {
             /// Show the other vehicles in ordinary paints in the driver's view; otherwise, and always in the bird's-eye view, in
             /// `traffic_colour`
             ordinary_paints: bool = true,
-            /// Solar time of day in late summer; the sun is highest at 12
-            #[schemars(range(min = 6.0, max = 18.0), extend("unit" = "h"))]
+            /// Solar time of day in late summer; the sun is highest at 12 and sets at 18:45, nights have a full moon
+            #[schemars(range(min = 0.0, max = 24.0), extend("unit" = "h"))]
             time_h: f64 = 9.75,
             /// Range of sight; below 1 km there is fog
             #[schemars(range(min = 0.05, max = 100.0), extend("unit" = "km"))]

@@ -257,7 +257,7 @@ pub(super) mod tests {
             // A verge stores its grass cover in place of blue.
             let colours = if v.material == Material::Verge as u32 { &v.colour[..2] } else { &v.colour };
             assert!(
-                colours.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::SignalLamp as u32,
+                colours.iter().all(|c| (0.0..=1.0).contains(c)) && v.material <= Material::HeadLamp as u32,
                 "{name}: {v:?}"
             );
         }
@@ -265,7 +265,8 @@ pub(super) mod tests {
 
     /// Checks whether a mesh has a material with a clear coat.
     pub fn has_coat(mesh: &Mesh) -> bool {
-        let coated = [Material::Paint, Material::Glass, Material::BrakeLamp, Material::Lamp].map(|of| of as u32);
+        let coated = [Material::Paint, Material::Glass, Material::BrakeLamp, Material::HeadLamp, Material::Lamp]
+            .map(|of| of as u32);
         mesh.vertices.iter().any(|v| coated.contains(&v.material))
     }
 

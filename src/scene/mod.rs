@@ -4,6 +4,7 @@
 pub mod camera;
 pub mod car;
 pub mod cockpit;
+pub mod headlamps;
 mod land;
 mod mesh;
 mod mesh_simplification;
@@ -21,6 +22,7 @@ mod view;
 pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
 pub use cockpit::mirrors::MirrorPane;
 pub use cockpit::{BONNET_EDGE, Cockpit};
+pub use headlamps::Headlamps;
 pub use mirror_options::MirrorOptions;
 pub use network::signals::SignalHead;
 pub use options::ViewOptions;
@@ -70,7 +72,7 @@ pub enum Material {
     Bark = 9,
     /// Leaves, with light shining through them.
     Leaves = 10,
-    /// Glass of head lamps, and glossy black plastic.
+    /// Glass of lamps, and glossy black plastic.
     Lamp = 11,
     /// Number plate: surface and signs, drawn in their mean colour where the signs are too small to be read.
     Plate = 12,
@@ -78,6 +80,10 @@ pub enum Material {
     Verge = 13,
     /// Lit lamp: shines in the instance's colour.
     SignalLamp = 14,
+    /// Retroreflecting sheeting of signs and posts.
+    Reflector = 15,
+    /// Head lamp; red is the lens's albedo, green and blue are its shares in the light by day and with dipped beams.
+    HeadLamp = 16,
 }
 
 /// Triangles with shared corners.
@@ -280,9 +286,11 @@ pub struct View {
     pub cars: Vec<CarInstance>,
     /// Lit lamps of signals, and indicators of vehicles.
     pub lamps: Vec<LitLamp>,
+    /// Dipped headlamps, the ego's first; empty while they are off.
+    pub headlamps: Vec<Headlamps>,
     /// Ego around the driver's eye, in the driver's view only.
     pub seat: Option<DriverSeat>,
-    /// Unit direction **towards** the sun.
+    /// Unit direction **towards** the sun, which may have set.
     pub to_sun: Vec3,
     /// Distance at which haze leaves 2 % of a contrast, metres.
     pub visibility_m: f32,

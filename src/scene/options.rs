@@ -83,6 +83,13 @@ impl ViewOptions {
         Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
     }
 
+    /// Returns true if vehicles have their headlamps on: from shortly before sunset to shortly after sunrise, and in fog.
+    pub fn headlamps_lit(&self) -> bool {
+        const LOW_SUN_DEG: f32 = 3.0;
+        const FOG_M: f32 = 400.0;
+        self.sun_elevation_deg < LOW_SUN_DEG || self.visibility_m < FOG_M
+    }
+
     /// Returns the options with the sun's position at a solar hour (12 is its highest) late in August at 48 degrees north: 43
     /// degrees high in the south-east at 9.75 h.
     #[must_use]
@@ -161,6 +168,22 @@ mod tests {
         assert!((60.0..110.0).contains(&morning.sun_azimuth_deg), "{}", morning.sun_azimuth_deg);
         assert!((-110.0..-60.0).contains(&evening.sun_azimuth_deg), "{}", evening.sun_azimuth_deg);
         assert!((5.0..20.0).contains(&morning.sun_elevation_deg), "{}", morning.sun_elevation_deg);
+    }
+
+    #[test]
+    fn the_sun_sets_in_the_evening_and_headlamps_are_on_until_it_rises() {
+        let at = |time_h| ViewOptions::default().at_hour(time_h);
+        // cos H = -tan(48) tan(10): 6.76 h after noon.
+        for (time_h, is_up) in [(18.7, true), (18.8, false), (24.0, false), (0.0, false), (5.2, false), (5.3, true)] {
+            assert_eq!(at(time_h).sun_elevation_deg > 0.0, is_up, "{time_h} h");
+        }
+        for (time_h, lit) in
+            [(3.0, true), (5.4, true), (6.0, false), (12.0, false), (18.0, false), (18.6, true), (23.0, true)]
+        {
+            assert_eq!(at(time_h).headlamps_lit(), lit, "{time_h} h");
+        }
+        let fog = ViewOptions { visibility_m: 200.0, ..ViewOptions::default() };
+        assert!(fog.headlamps_lit());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use super::{
     camera::{birdseye_camera, chase_camera, driver_camera, driver_look, mirror_camera},
     car::number_plate,
     cockpit::mirrors,
+    headlamps::headlamps,
     traffic_parts::traffic_parts,
     vehicles,
 };
@@ -60,6 +61,7 @@ pub fn view(
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
         lamps: lit_lamps(snapshot, &cars, kind, now_s, static_scene),
+        headlamps: if options.headlamps_lit() { headlamps(snapshot, &cars, static_scene) } else { vec![] },
         cars,
         seat,
         to_sun: options.to_sun(),

@@ -21,7 +21,7 @@ fn light_of(pixel: [f32; 3]) -> Vec3 {
 }
 
 /// Returns the mean light in a square of `2 * half + 1` pixels around a point of the world.
-fn light_at(image: &RgbaImage, view: &View, point: Vec3, half: i32) -> Vec3 {
+pub fn light_at(image: &RgbaImage, view: &View, point: Vec3, half: i32) -> Vec3 {
     let (width, height) = (image.width() as f32, image.height() as f32);
     let at = view.camera.project(point, width / height).expect("in the picture");
     let (cx, cy) = ((at.x * width) as i32, (at.y * height) as i32);

@@ -9,6 +9,7 @@ mod dial;
 mod ground;
 mod light;
 mod network;
+mod night;
 mod pixels;
 mod place;
 mod plates;

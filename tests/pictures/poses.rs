@@ -52,7 +52,7 @@ fn update_derived_state(name: &str) {
         // The hour changes only every 25 poses, as each hour needs a new sky.
         if pose % 25 == 0 {
             options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
-                .at_hour(draw(6.0, 18.0) as f32);
+                .at_hour(draw(0.0, 24.0) as f32);
         }
         let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &static_scene);
         // Near the road, from 0.2 m above the ground to above the trees; looking level, down or up; with wide or narrow lenses.

@@ -25,10 +25,29 @@ pub struct Frame {
     pub right: [f32; 4],
     /// Vector to the upper edge, likewise.
     pub up: [f32; 4],
-    /// Unit direction to the sun; w is the time, s.
+    /// Unit direction to the sun, or to the moon after sunset; w is the time, s.
     pub to_sun_time: [f32; 4],
     /// Width of a shadow texel for each map, m; w is the number of texels along a map's side.
     pub shadow: [f32; 4],
+    /// Radiance of a dipped head lamp, 0 if off; factor on the light that lamps show; radiance of a white sheet in a light of 1 lx; unused.
+    pub lamps: [f32; 4],
+    /// Beams of headlamps near the picture.
+    pub beams: [HeadlampBeam; MOST_BEAMS],
+}
+
+/// Largest number of beams in a picture.
+pub const MOST_BEAMS: usize = 16;
+
+/// Dipped beam of a vehicle's headlamps, and the vehicle that stands in it (`Beam` in `common.wgsl`).
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct HeadlampBeam {
+    /// Position of the lamps, m; w is the distance to the vehicle in the beam.
+    pub place: [f32; 4],
+    /// Unit vector ahead; w is the tangent of that vehicle's bearing, positive along `inner`.
+    pub ahead: [f32; 4],
+    /// Unit vector towards the oncoming traffic; w is the tangent of half of the angle that the vehicle takes, 0 without one.
+    pub inner: [f32; 4],
 }
 
 /// Light for the time of day (`Air` in `common.wgsl`), see [`Sky`](crate::render::sky::atmosphere::Sky).
@@ -164,8 +183,22 @@ mod tests {
             Frame,
             "road",
             "Frame",
-            [clip_from_world, light_from_world, light_scale, light_shift, eye, forward, right, up, to_sun_time, shadow]
+            [
+                clip_from_world,
+                light_from_world,
+                light_scale,
+                light_shift,
+                eye,
+                forward,
+                right,
+                up,
+                to_sun_time,
+                shadow,
+                lamps,
+                beams
+            ]
         );
+        same_layout!(HeadlampBeam, "road", "Beam", [place, ahead, inner]);
         same_layout!(Air, "road", "Air", [extinction, fog, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(

@@ -14,16 +14,16 @@ pub const PROGRAMS: [ShaderProgram; 20] = [
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
     ("sky", &["common", "light", "sky"]),
-    ("road", &["common", "light", "corner", "mesh", "ground", "road"]),
-    ("land", &["common", "light", "corner", "mesh", "ground", "land"]),
-    ("car", &["common", "light", "corner", "mesh", "car"]),
+    ("road", &["common", "light", "lamps", "corner", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "lamps", "corner", "mesh", "ground", "land"]),
+    ("car", &["common", "light", "lamps", "corner", "mesh", "car"]),
     ("cover", &["common", "fade", "corner", "leaf", "cover", "sample_mask"]),
     ("cover_by_sample", &["common", "fade", "corner", "leaf", "cover", "sample_index"]),
-    ("tree", &["common", "light", "foliage", "corner", "leaf", "tree"]),
+    ("tree", &["common", "light", "lamps", "foliage", "corner", "leaf", "tree"]),
     ("far_cover", &["common", "fade", "far", "far_cover", "sample_mask"]),
     ("far_cover_by_sample", &["common", "fade", "far", "far_cover", "sample_index"]),
-    ("impostor", &["common", "light", "foliage", "fade", "far", "impostor"]),
-    ("grass", &["common", "light", "corner", "grass"]),
+    ("impostor", &["common", "light", "lamps", "foliage", "fade", "far", "impostor"]),
+    ("grass", &["common", "light", "lamps", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
     ("bloom", &["bloom"]),
@@ -38,9 +38,10 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 31] = built_in![
+const FILES: [(&str, &str); 32] = built_in![
     "common",
     "light",
+    "lamps",
     "corner",
     "mesh",
     "shadow",

@@ -383,7 +383,8 @@ impl ToneMapPass {
             lens: alone.map_or([0.0; 4], |glass| glass.uniform()),
             flip: f32::from(u8::from(alone.is_some())),
             exposure,
-            bloom: BLOOM * bloom::MOST * exposure,
+            // Lamps dazzle no more at night than in the evening: a screen is not so bright.
+            bloom: BLOOM * bloom::MOST * exposure.min(6.0),
             soften: f32::from(u8::from(self.tone_mapped.is_some())),
             ..whole(self.tone_mapped.as_ref().map_or(size, |tone_mapped| tone_mapped.size))
         };

@@ -244,7 +244,7 @@ impl ShadowPass {
         self.standing.iter_mut().for_each(|map| map.cover = None);
     }
 
-    /// Draws the shadow casters for the picture of `frustum`.
+    /// Draws the shadow casters for the picture of a frustum, in a light from the direction `to_shining`.
     pub fn draw(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -252,9 +252,9 @@ impl ShadowPass {
         pipeline: &ShadowPipeline,
         meshes: &StaticMeshes,
         view: &View,
-        frustum: &ViewFrustum,
+        (to_shining, frustum): (Vec3, &ViewFrustum),
     ) -> (ShadowLookup, PassCost) {
-        let wanted = covers(view.to_sun, frustum);
+        let wanted = covers(to_shining, frustum);
         let batches = self.layers[0].gather(meshes, view, wanted[0], None, (self.size, self.fine));
         let mut works = vec![ShadowWork { layer: 0, batches, clear: true }];
         works.extend((0..2).filter_map(|place| self.at_once(meshes, view, wanted[place + 1], place)));

@@ -1,6 +1,6 @@
 //! The light of the sky by atmospheric scattering, on the CPU. In: the direction to the sun and the visibility. Out:
-//! the sun's light, the sky's light by direction and as harmonics for surfaces, and the extinction along a horizontal
-//! view.
+//! the light of sun or moon, the sky's light by direction and as harmonics for surfaces, and the extinction along a
+//! horizontal view.
 //!
 //! Rayleigh scattering, haze and ozone in a spherical atmosphere: single scattering along each ray, all higher orders
 //! by the closed sum of Hillaire 2020 (A Scalable and Production Ready Sky and Atmosphere Rendering Technique, section
@@ -8,6 +8,7 @@
 //! distance. Below 1 km a layer of fog lies under the hazy air, whose light is that of an overcast sky. Lengths inside are
 //! kilometres; radiance is in units of about a white sheet in full daylight.
 
+use super::twilight::{DIM, LUX, adaptation, lights, to_shining};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
@@ -54,7 +55,9 @@ pub struct Sky {
     pub to_sun: Vec3,
     /// Distance at which 2 % of a contrast is left, m.
     pub visibility_m: f32,
-    /// Radiance of a white sheet that faces the sun, without the sky's light.
+    /// Unit direction towards the light that casts shadows, the sun or the moon.
+    pub to_shining: Vec3,
+    /// Radiance of a white sheet that faces that light, without the sky's.
     pub sun: Vec3,
     /// Extinction along a horizontal view at the ground, 1/m.
     pub extinction_per_m: Vec3,
@@ -63,7 +66,14 @@ pub struct Sky {
     pub harmonics: [Vec3; 9],
     /// Factor on all light; maps the current daylight near the middle of the scale.
     pub exposure: f32,
-    air: AtmosphereTables,
+    /// Radiance of a white sheet in a light of 1 lx. All radiance here is raised by a gain, by day 1, because pictures hold no light as weak as
+    /// that of a night.
+    pub one_lux: f32,
+    /// Radiance of a white sheet on the ground, without the gain.
+    daylight: f32,
+    gain: f32,
+    /// Air as each light in the sky fills it, and its share of a sun's light.
+    airs: Vec<(AtmosphereTables, f32)>,
     fog: Fog,
 }
 
@@ -107,33 +117,39 @@ struct AtmosphereTables {
 }
 
 impl Sky {
-    /// Computes the sky for a sun at `to_sun` (above the horizon) and this visibility.
+    /// Computes the sky for a sun at `to_sun` and this visibility.
     pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
-        let to_sun = to_sun.with_z(to_sun.z.max(0.02)).normalize();
         let (visibility_km, clear_km) = (visibility_m / 1000.0, (visibility_m / 1000.0).max(FOG_BELOW_KM));
-        let air = AtmosphereTables::new(to_sun, clear_km);
+        let lights = lights(to_sun, |lowest| AtmosphereTables::new(lowest, clear_km).on_ground() * LUX);
+        let to_shining = to_shining(to_sun);
+        let (mut airs, mut above_fog) = (Vec::new(), Vec3::ZERO);
+        for light in lights {
+            let air = AtmosphereTables::new(light.towards, clear_km);
+            above_fog += SUN * air.sun[0] * light.direct;
+            airs.push((air, light.scattered));
+        }
         let fog_per_km = 3.912 / visibility_km - 3.912 / clear_km;
         let mut fog = Fog { depth: fog_per_km * FOG_KM, glow: Vec3::ZERO };
-        let above_fog = SUN * air.sun[0];
-        let sun = above_fog * (-fog.depth / to_sun.z).exp();
+        let sun = above_fog * (-fog.depth / to_shining.z).exp();
         const N: usize = 1000;
         let share = 4.0 / N as f32;
         let directions: Vec<Vec3> = sphere(N).collect();
         let clear: Vec<(Vec3, Option<Vec3>)> =
-            directions.into_par_iter().map(|d| (d, (d.z > 0.0).then(|| air.radiance(d)))).collect();
+            directions.into_par_iter().map(|d| (d, (d.z > 0.0).then(|| clear_radiance(&airs, d)))).collect();
         let on_ground = |fog: &Fog, share_of_clear: f32| -> Vec3 {
             let above = clear.iter().filter_map(|(d, light)| Some((d, (*light)? * share_of_clear)));
             above.map(|(d, light)| fog.over(light, d.z) * share * d.z).sum()
         };
         if fog.depth > 0.0 {
-            let arriving = (above_fog * to_sun.z + on_ground(&Fog::default(), 1.0)) * fog.transmittance(to_sun.z);
+            let arriving =
+                (above_fog * to_shining.z + on_ground(&Fog::default(), 1.0)) * fog.transmittance(to_shining.z);
             let of_a_unit = on_ground(&Fog { glow: Vec3::ONE, ..fog }, 0.0);
-            fog.glow = ((arriving - sun * to_sun.z - on_ground(&fog, 1.0)) / of_a_unit).max(Vec3::ZERO);
+            fog.glow = ((arriving - sun * to_shining.z - on_ground(&fog, 1.0)) / of_a_unit).max(Vec3::ZERO);
         }
         let through_fog = |(d, light): (Vec3, Option<Vec3>)| (d, light.map(|light| fog.over(light, d.z) * share));
         let seen: Vec<(Vec3, Option<Vec3>)> = clear.iter().copied().map(through_fog).collect();
         let from_sky: Vec3 = seen.iter().filter_map(|(d, light)| light.map(|light| light * d.z)).sum();
-        let land = LAND * (sun * to_sun.z + from_sky);
+        let land = LAND * (sun * to_shining.z + from_sky);
         let mut harmonics = [Vec3::ZERO; 9];
         for (d, light) in seen {
             let light = light.unwrap_or(land * share);
@@ -145,16 +161,21 @@ impl Sky {
                 harmonics[k] += light * (basis[k] * weight[k]);
             }
         }
-        let daylight = LUMINANCE.dot(sun * to_sun.z + from_sky);
+        let daylight = LUMINANCE.dot(sun * to_shining.z + from_sky);
+        let (gain, exposure) = adaptation(daylight);
+        fog.glow *= gain;
         Self {
             to_sun,
             visibility_m,
-            sun,
-            extinction_per_m: (air.extinction(0.0) + fog_per_km) / 1000.0,
-            harmonics,
-            // Like the eye, leave some of the evening's darkness.
-            exposure: 1.8 / daylight.sqrt(),
-            air,
+            to_shining,
+            sun: sun * gain,
+            extinction_per_m: (airs[0].0.extinction(0.0) + fog_per_km) / 1000.0,
+            harmonics: harmonics.map(|harmonic| harmonic * gain),
+            exposure,
+            one_lux: gain / LUX,
+            daylight,
+            gain,
+            airs,
             fog,
         }
     }
@@ -162,14 +183,26 @@ impl Sky {
     /// Returns the factor on all light in a picture from above. Such a picture has no sky to compare with and is read
     /// like a map: it keeps less of the evening's darkness, and noon is as light as in other pictures.
     pub fn plan_exposure(&self) -> f32 {
-        // Daylight to the power of -0.85 rather than -0.5.
-        1.06 * self.exposure * (self.exposure / 1.8).powf(0.7)
+        // Daylight to the power of -0.85 rather than -0.5, in the dark of -1.
+        let dusk = self.daylight.max(DIM);
+        1.06 * 1.8 * dusk.powf(-0.85) * (dusk / self.daylight) / self.gain
+    }
+
+    /// Returns true if daylight is so weak that the light of headlamps is visible in it.
+    pub fn is_dim(&self) -> bool {
+        const DIM_LUX: f32 = 5000.0;
+        self.daylight * LUX < DIM_LUX
+    }
+
+    /// Returns the factor on the light that lamps show in a picture from above: at night its exposure is so long that they would be blots.
+    pub fn lamps_in_plans(&self) -> f32 {
+        (self.daylight / DIM * self.gain).min(1.0)
     }
 
     /// Returns the radiance of the sky in a direction, without the sun's disc; below the horizon, the radiance at the
     /// horizon.
     pub fn radiance(&self, direction: Vec3) -> Vec3 {
-        self.fog.over(self.air.radiance(direction), direction.z)
+        self.fog.over(clear_radiance(&self.airs, direction) * self.gain, direction.z)
     }
 
     /// Returns the radiance of thick fog at the zenith, and how thick the fog is: 0 without fog, 1 if nothing above is seen through it.
@@ -196,6 +229,11 @@ impl Sky {
         };
         (0..SIZE * SIZE).into_par_iter().map(texel).collect()
     }
+}
+
+/// Returns the radiance of air without fog in a direction.
+fn clear_radiance(airs: &[(AtmosphereTables, f32)], direction: Vec3) -> Vec3 {
+    airs.iter().map(|(air, share)| air.radiance(direction) * *share).sum()
 }
 
 impl AtmosphereTables {
@@ -295,6 +333,14 @@ impl AtmosphereTables {
             once + (air + haze) * self.lookup(&self.many, h)
         };
         self.gathered(0.0, direction, 14, seen).0
+    }
+
+    /// Returns the radiance of a white sheet on the ground.
+    fn on_ground(&self) -> f32 {
+        const N: usize = 100;
+        let above = sphere(N).filter(|d| d.z > 0.0);
+        let from_sky: Vec3 = above.map(|d| self.radiance(d) * (4.0 / N as f32 * d.z)).sum();
+        LUMINANCE.dot(SUN * self.sun[0] * self.to_sun.z + from_sky)
     }
 
     fn lookup(&self, table: &[Vec3; LEVELS], h: f32) -> Vec3 {

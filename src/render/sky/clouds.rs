@@ -129,7 +129,7 @@ impl CloudTables {
         if clear == 0.0 {
             return Vec4::ZERO;
         }
-        let cosine = direction.dot(sky.to_sun);
+        let cosine = direction.dot(sky.to_shining);
         let forward = |g: f32| (1.0 - g * g) / (1.0 + g * g - 2.0 * g * cosine).powf(1.5);
         // For a thick cloud: light from all sides, and some forward scattering near the sun; 1 is a white sheet.
         let phase = 0.52 + 0.10 * forward(0.55).min(3.0);
@@ -152,7 +152,7 @@ impl CloudTables {
             let mut before = 0.0;
             let mut last = 0.0;
             for way in TOWARDS_SUN_KM {
-                before += self.density(p + sky.to_sun * way) * (way - last);
+                before += self.density(p + sky.to_shining * way) * (way - last);
                 last = way;
             }
             let depth = before * DENSITY_PER_KM;

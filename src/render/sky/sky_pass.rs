@@ -120,9 +120,7 @@ impl SkyPass {
 
     /// Computes a sky and writes it to the device.
     fn make(&self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> Sky {
-        let mut sky = Sky::new(to_sun, visibility_m);
-        // The requested direction, so that the next comparison matches.
-        sky.to_sun = to_sun;
+        let sky = Sky::new(to_sun, visibility_m);
         let wide = |v: Vec3| v.extend(0.0).to_array();
         let (glow, thick) = sky.fog();
         let air = Air {

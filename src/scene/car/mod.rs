@@ -421,7 +421,7 @@ mod tests {
             assert!(brake.iter().any(|p| p.y > 0.4) && brake.iter().any(|p| p.y < -0.4), "left and right");
             assert!(brake.iter().any(|p| p.z > 1.3 && p.y.abs() < 0.1), "the third, high");
             let low: Vec<Vec3> = brake.into_iter().filter(|p| p.z < 1.0).collect();
-            let head: Vec<Vec3> = middle(Material::Lamp).into_iter().filter(|p| p.x > 0.0).collect();
+            let head: Vec<Vec3> = middle(Material::HeadLamp).into_iter().filter(|p| p.x > 0.0).collect();
             // UN Regulation 48, 06 series: pairs are at least 0.6 m apart (6.7.4.1, 6.10.4.1) and begin at most 0.4 m from the
             // car's side (6.2.4.1, 6.10.4.1: these stop lamps are rear position lamps, too); stop lamps are at a height of
             // 0.35 to 1.5 m (6.7.4.2), dipped headlamps at one of 0.5 to 1.2 m (6.2.4.2).
@@ -443,7 +443,7 @@ mod tests {
                 });
                 lit.map(|(_, face)| 1e4 * (face.dot(towards) / 2.0).max(0.0)).sum()
             };
-            for (material, aside_deg, end) in [(Material::BrakeLamp, 45.0f32, -1.0), (Material::Lamp, 80.0, 1.0)] {
+            for (material, aside_deg, end) in [(Material::BrakeLamp, 45.0f32, -1.0), (Material::HeadLamp, 80.0, 1.0)] {
                 for side in [-1.0, 1.0] {
                     let (sin, cos) = aside_deg.to_radians().sin_cos();
                     let seen = seen_cm2(material, Vec3::new(end * cos, side * sin, 0.0));

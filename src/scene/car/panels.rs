@@ -18,11 +18,13 @@ const CLEAR: SurfaceFinish = SurfaceFinish::new(Material::Glass, [0.002, 0.002, 
 /// Gap between panels: dark paint, which the shader lightens where a pixel is wider than the gap (`car.wgsl`).
 const GAP: SurfaceFinish = SurfaceFinish::grey(Material::Paint, 0.02);
 /// Mean finish of a head lamp, for levels without depth.
-const HEAD: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.16);
-const DAYLIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.90);
+const HEAD: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.16, 0.0, 0.7]);
+/// Inside of a head lamp behind its cover, dark by day.
+const HEAD_INSIDE: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.010, 0.0, 0.7]);
+const DAYLIGHT: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.90, 1.0, 1.0]);
 const AMBER: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.45, 0.10, 0.012]);
 const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.42);
-const REFLECTOR: SurfaceFinish = SurfaceFinish::new(Material::Lamp, [0.16, 0.004, 0.004]);
+const REFLECTOR: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.16, 0.004, 0.004]);
 /// Frame of light around a rear lamp, and the lamp inside it.
 const RUNNING: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.34, 1.0, 0.55]);
 const STOP: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.16, 0.10, 1.0]);
@@ -157,7 +159,7 @@ fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
     let strip = lamp.clone().within(Vec3::new(0.30, 0.0, 1.0), 0.592 + 0.30 * 2.5);
     match level {
         LampLevel::Near => {
-            let inside = skin.recess(&lamp, |p| p - Vec3::new(0.060, 0.022, 0.0), GLOSS, GLOSS);
+            let inside = skin.recess(&lamp, |p| p - Vec3::new(0.060, 0.022, 0.0), HEAD_INSIDE, GLOSS);
             covers
                 .faces
                 .extend(inside.into_iter().map(|face| super::panel_cutting::BodyFace { finish: CLEAR, ..face }));
@@ -167,7 +169,7 @@ fn front(skin: &mut PanelSkin, covers: &mut PanelSkin, level: LampLevel) {
             skin.paint(&lamp, HEAD);
             skin.paint(&strip, DAYLIGHT);
         }
-        LampLevel::Far => skin.paint(&lamp, SurfaceFinish::grey(Material::Lamp, 0.30)),
+        LampLevel::Far => skin.paint(&lamp, SurfaceFinish::new(Material::HeadLamp, [0.30, 0.0, 0.7])),
     }
 }
 

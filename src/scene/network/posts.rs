@@ -137,7 +137,7 @@ fn post() -> Mesh {
         triangles.cuboid(
             Vec3::new(side * 0.034, 0.022, 0.765),
             Vec3::new(0.008, 0.016, 0.075),
-            SurfaceFinish::grey(Material::Lamp, 0.8),
+            SurfaceFinish::grey(Material::Reflector, 0.8),
         );
     }
     triangles.into_mesh(0.5)

@@ -43,10 +43,10 @@ const RAISED_M: f32 = 0.015;
 /// Tolerance for omitted points of letters, as a share of their height.
 const COARSE: f32 = 0.02;
 
-const RED: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.42, 0.012, 0.012]);
-const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.72);
-const YELLOW: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.72, 0.42, 0.01]);
-const BLUE: SurfaceFinish = SurfaceFinish::new(Material::Matt, [0.012, 0.07, 0.33]);
+const RED: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.42, 0.012, 0.012]);
+const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Reflector, 0.72);
+const YELLOW: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.72, 0.42, 0.01]);
+const BLUE: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.012, 0.07, 0.33]);
 const BLACK: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
 
 /// Kind of a sign.

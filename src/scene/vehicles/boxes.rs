@@ -75,7 +75,7 @@ pub(super) const BUS_REAR: Shape = Shape {
 };
 
 const PANEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.52);
-const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
+const LIGHT: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.85, 1.0, 1.0]);
 const TYRE: SurfaceFinish = SurfaceFinish::grey(Material::Tyre, 0.022);
 /// Distance by which flat parts stand out from a side, metres.
 const PROUD_M: f32 = 0.012;

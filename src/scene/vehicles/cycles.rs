@@ -30,7 +30,7 @@ pub(super) const BICYCLE: Shape = Shape {
     indicator_radius: 0.03,
 };
 
-const LIGHT: SurfaceFinish = SurfaceFinish::grey(Material::Lamp, 0.85);
+const LIGHT: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.85, 1.0, 1.0]);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
 
 /// Posture of a rider: positions in the body's frame, metres; hand, knee and foot are those of the left side.

@@ -1,0 +1,94 @@
+//! Headlamps of vehicles. In: the vehicles of a picture. Out: positions and directions of dipped beams, metres from the scene's origin.
+
+use super::{CarInstance, StaticScene, vehicles};
+use crate::{
+    sim::Snapshot,
+    space::Pose,
+    traffic::{VehicleBody, VehicleKind},
+};
+use glam::Vec3;
+
+/// Dipped headlamps of a vehicle, as one lamp between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Headlamps {
+    pub position: Vec3,
+    /// Unit direction in which the vehicle faces.
+    pub ahead: Vec3,
+    /// Unit direction towards the oncoming traffic, which the beam must not dazzle.
+    pub inner: Vec3,
+}
+
+/// Returns the headlamps of all motor vehicles, the ego's first. `cars` are the parts of the vehicles, in the same order.
+pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene: &StaticScene) -> Vec<Headlamps> {
+    let inner = if static_scene.network.is_left_hand() { Vec3::NEG_Y } else { Vec3::Y };
+    let bodies = std::iter::once(VehicleBody::CAR).chain(snapshot.cars.iter().map(|car| car.body));
+    let mut drawn = cars.iter();
+    let mut lit = Vec::with_capacity(cars.len());
+    for body in bodies {
+        let mut parts = body.parts(&Pose::default(), None).zip(&mut drawn);
+        let front = parts.next();
+        parts.for_each(drop);
+        let Some((part, car)) = front else { break };
+        if matches!(body.kind, VehicleKind::Bicycle | VehicleKind::Pedestrian) {
+            continue;
+        }
+        // Head lamps are beside the front indicators.
+        let [beside, _] = vehicles::shape(&body, 0, part.length_m, &static_scene.hubs).indicators;
+        lit.push(Headlamps {
+            position: car.position + car.rotation * beside.with_y(0.0),
+            ahead: car.rotation * Vec3::X,
+            inner: car.rotation * inner,
+        });
+    }
+    lit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        map::RoadMap,
+        scene::{ViewKind, ViewOptions, view},
+        sim::VehicleSnapshot,
+        traffic::VehicleId,
+    };
+
+    fn vehicle(id: u32, kind: VehicleKind, length_m: f64, x: f64) -> VehicleSnapshot {
+        let pose = Pose { position: glam::DVec2::new(x, 0.0), ..Pose::default() };
+        let height_m = if kind == VehicleKind::Bus { 3.4 } else { VehicleBody::CAR.height_m };
+        let body = VehicleBody { kind, length_m, height_m, ..VehicleBody::CAR };
+        VehicleSnapshot { id: VehicleId(id), pose, pose_before: pose, body, ..VehicleSnapshot::default() }
+    }
+
+    #[test]
+    fn motor_vehicles_have_headlamps_at_their_fronts_and_the_ego_is_first() {
+        let map = RoadMap::load("ring-250").expect("a map that is shipped");
+        let static_scene = StaticScene::with_trees(&map, 1, 0);
+        // A bus with a joint has two parts.
+        let cars = vec![
+            vehicle(1, VehicleKind::Bus, 18.0, 30.0),
+            vehicle(2, VehicleKind::Bicycle, 1.6, 60.0),
+            vehicle(3, VehicleKind::Pedestrian, 0.3, 70.0),
+            vehicle(4, VehicleKind::Car, 5.0, 90.0),
+        ];
+        let snapshot = Snapshot { cars, ..Snapshot::default() };
+        let seen = |time_h| {
+            let options = ViewOptions::default().at_hour(time_h);
+            view(&snapshot, 1.0, ViewKind::Driver, &options, &static_scene).headlamps
+        };
+        assert!(seen(12.0).is_empty());
+        let lit = seen(22.0);
+        // Centres of the car at 0 and 90 m, and of the bus's front part.
+        let fronts = lit.iter().map(|lamps| lamps.position.x).collect::<Vec<_>>();
+        assert_eq!(fronts.len(), 3, "{fronts:?}");
+        for (front_m, wanted_m) in fronts.iter().zip([2.5, 39.0, 92.5]) {
+            assert!((front_m - wanted_m).abs() < 0.3, "{fronts:?}");
+        }
+        // UN Regulation 48, 6.2.4.2: 0.5 to 1.2 m high.
+        assert!(
+            lit.iter().all(|lamps| (0.5..1.2).contains(&lamps.position.z) && lamps.position.y.abs() < 0.01),
+            "{lit:?}"
+        );
+        assert!(lit.iter().all(|lamps| lamps.inner.distance(Vec3::Y) < 1e-3), "right-hand traffic");
+    }
+}
