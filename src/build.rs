@@ -79,8 +79,18 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
 
 /// Collects the shipped files below `folder` with one of these name endings. Maps that a user has put beside the shipped ones are left out.
 fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    const MAPS: [&str; 9] =
-        ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"];
+    const MAPS: [&str; 10] = [
+        "bottleneck",
+        "figure-eight",
+        "grid",
+        "lane-10km",
+        "merge",
+        "motorway",
+        "practice",
+        "ring-250",
+        "ring-260",
+        "ring-641",
+    ];
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

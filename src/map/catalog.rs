@@ -88,8 +88,18 @@ pub fn list() -> Vec<MapInfo> {
 }
 
 /// Names of the maps that come with the program; they mean the same map on every machine.
-pub const SHIPPED: [&str; 9] =
-    ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"];
+pub const SHIPPED: [&str; 10] = [
+    "bottleneck",
+    "figure-eight",
+    "grid",
+    "lane-10km",
+    "merge",
+    "motorway",
+    "practice",
+    "ring-250",
+    "ring-260",
+    "ring-641",
+];
 
 /// Returns true if a map is not one of [`SHIPPED`]: another machine may lack its name, or have another map under it.
 pub fn is_own(name_or_path: &str) -> bool {

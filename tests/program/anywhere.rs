@@ -71,7 +71,18 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     assert!(listed.status.success(), "{}", printed(&listed));
     assert_eq!(
         maps(&printed(&listed)),
-        ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]
+        [
+            "bottleneck",
+            "figure-eight",
+            "grid",
+            "lane-10km",
+            "merge",
+            "motorway",
+            "practice",
+            "ring-250",
+            "ring-260",
+            "ring-641"
+        ]
     );
     let out = elsewhere.at("work/über alles");
     let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
@@ -99,6 +110,7 @@ fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
             "grid",
             "lane-10km",
             "merge",
+            "motorway",
             "practice",
             "ring-250",
             "ring-260",
@@ -270,6 +282,17 @@ fn maps_of_the_working_folder_or_above_are_not_the_programs() {
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert_eq!(
         maps(&printed(&listed)),
-        ["bottleneck", "figure-eight", "grid", "lane-10km", "merge", "practice", "ring-250", "ring-260", "ring-641"]
+        [
+            "bottleneck",
+            "figure-eight",
+            "grid",
+            "lane-10km",
+            "merge",
+            "motorway",
+            "practice",
+            "ring-250",
+            "ring-260",
+            "ring-641"
+        ]
     );
 }

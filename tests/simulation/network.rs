@@ -6,7 +6,7 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     map::network::{Network, SignalId, SignalLight},
     scenario::Scenario,
-    sim::{EndReason, EventKind, SummaryAccumulator, World},
+    sim::{EndReason, EventKind, SummaryAccumulator, VehicleSnapshot, World},
     space::CAR_LENGTH_M,
     traffic::{Demand, EngineChoice, Flow, VehicleId},
 };
@@ -408,4 +408,24 @@ fn the_ego_gives_way_at_a_roundabout_and_drives_in_where_there_is_a_gap() {
         assert!(hardest_mps2 > -1.5, "{hardest_mps2}");
     }
     assert!(stood_ticks > 100);
+}
+
+#[test]
+fn a_simulated_driver_takes_the_exit_of_the_motorway_in_its_traffic() {
+    let _alone = one_at_a_time();
+    let scenario = Scenario { map: "motorway".into(), path_start_m: 7000.0, ..Scenario::default() };
+    // Traffic takes 240 s to the exit.
+    let (mut most, mut slowest_mps) = (0, f64::INFINITY);
+    let summary = drive(&Scenario { duration_s: 120.0, warm_up_s: 260.0, ..scenario }, |world| {
+        most = most.max(world.snapshot().cars.len());
+        let network = &world.map().network;
+        let is_on_motorway = |car: &&VehicleSnapshot| {
+            car.lane.is_some_and(|at| !["on_0", "off_0"].contains(&&*network.lane(at.lane).id))
+        };
+        let there = world.snapshot().cars.iter().filter(is_on_motorway).map(|car| car.speed_mps);
+        slowest_mps = there.fold(slowest_mps, f64::min);
+    });
+    assert_eq!((summary.ended, summary.contact_count), (Some(EndReason::PathEnd), 0));
+    // A vehicle that missed its lane would stand where the exit leaves. Lorries do 24 m/s, and who leaves slows down to 17 m/s.
+    assert!(most > 400 && slowest_mps > 10.0, "{most} vehicles, {slowest_mps} m/s");
 }

@@ -12,6 +12,7 @@ mod paint;
 pub(super) mod posts;
 pub(super) mod road_ends;
 pub(super) mod road_surfaces;
+mod sign_plates;
 pub(super) mod signals;
 pub(super) mod signs;
 mod strips;

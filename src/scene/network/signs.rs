@@ -1,26 +1,19 @@
-//! Road signs beside the ends and starts of streets: stop, yield, zebra crossing, priority, speed limit. In: right of way and speed limits
-//! of the network. Out: one mesh of plates and poles. Signs and their sizes are German (`docs/references.md: roads`).
+//! Road signs beside the ends and starts of streets: stop, yield, zebra crossing, priority, speed limit, exits of motorways. In: right of way,
+//! speed limits and connections of the network. Out: one mesh of plates and poles. Signs and their sizes are German (`docs/references.md: roads`).
 
 use super::{
     paint::{StopLine, is_driven, stop_line, yields_to_walkers_alone},
     road_surfaces::RoadSurfaces,
-    signals::{BESIDE_M, STEEL, direction, pole},
+    sign_plates::{is_large, plate, size_m},
+    signals::{BESIDE_M, direction, pole},
 };
 use crate::{
-    hud::lettering,
-    map::network::{EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
-    scene::{
-        Material, Mesh,
-        car::number_plate::thinned,
-        mesh::{SurfaceFinish, TriangleList},
-    },
+    map::network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
+    scene::Mesh,
     units::MPS_PER_KMH,
 };
-use glam::{Quat, Vec2, Vec3};
-use std::{
-    collections::{BTreeMap, BTreeSet},
-    f32::consts::{PI, SQRT_2, TAU},
-};
+use glam::{Quat, Vec3};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Height of a sign's lower edge above the road, metres.
 const LOWER_EDGE_M: f32 = 2.0;
@@ -37,17 +30,10 @@ const FREE_M: f32 = 0.4;
 /// Signs state limits in tens of km/h. A road whose limit differs by more than this has none, km/h.
 const ROUNDED_KMH: f64 = 0.6;
 /// Speed limit above which junctions have no priority signs, m/s: 100 km/h. Such roads are motorways.
-const MOTORWAY_MPS: f64 = 28.0;
-/// Distance between plate and lettering, metres: at 80 m the depth buffer still tells them apart.
-const RAISED_M: f32 = 0.015;
-/// Tolerance for omitted points of letters, as a share of their height.
-const COARSE: f32 = 0.02;
-
-const RED: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.42, 0.012, 0.012]);
-const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Reflector, 0.72);
-const YELLOW: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.72, 0.42, 0.01]);
-const BLUE: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.012, 0.07, 0.33]);
-const BLACK: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
+pub(super) const MOTORWAY_MPS: f64 = 28.0;
+/// Length of the longest street that is taken for the lane of an exit, and length of that lane beside a longer street, metres.
+const LONGEST_EXIT_LANE_M: f64 = 600.0;
+const EXIT_LANE_M: f64 = 250.0;
 
 /// Kind of a sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -62,6 +48,10 @@ pub(super) enum SignKind {
     Priority,
     /// Sign 274: speed limit, km/h.
     SpeedLimit(u32),
+    /// Sign 333 without its word: exit.
+    Exit,
+    /// Sign 450: so many hundred metres to the lane of an exit, 1 to 3.
+    ExitAhead(u32),
 }
 
 /// Sign beside a lane.
@@ -99,7 +89,50 @@ pub(super) fn placed(net: &Network, surfaces: &RoadSurfaces) -> Vec<Sign> {
             let row = if before.is_some() { AFTER_CHANGE_M } else { AFTER_ENTRY_M.min(length_m / 2.0) };
             add(SignKind::SpeedLimit(limit), row);
         }
+        if let Some(onto) = exit(net, edge) {
+            signs.extend(exit_signs(net, outermost, onto, surfaces));
+        }
     }
+    signs
+}
+
+/// Returns the first lane of the road on which one leaves a motorway at the end of a street.
+fn exit(net: &Network, edge: EdgeId) -> Option<LaneId> {
+    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
+    let onto = |lane: LaneId| net.connections_from(lane).iter().map(|way| way.to).next();
+    let ([leaving, .., staying], true) = (&lanes[..], net.lane(lanes.first().copied()?).speed_limit_mps > MOTORWAY_MPS)
+    else {
+        return None;
+    };
+    let [leaving, staying] = [onto(*leaving)?, onto(*staying)?];
+    let is_slower = net.lane(leaving).speed_limit_mps < net.lane(staying).speed_limit_mps;
+    (net.lane(leaving).edge != net.lane(staying).edge && is_slower).then_some(leaving)
+}
+
+/// Returns the signs of an exit from a street's outermost lane: three beacons before the lane for the exit, and a sign where the roads part.
+fn exit_signs(net: &Network, outermost: LaneId, onto: LaneId, surfaces: &RoadSurfaces) -> Vec<Sign> {
+    let mut signs = Vec::new();
+    let length_m = |lane: LaneId| net.lane(lane).line.drawn_m();
+    // A short street is the part with the lane for the exit.
+    let street = net.lane(outermost).edge;
+    let leads_here = |way: &&Connection| net.lane(way.to).edge == street && is_driven(net, way.from);
+    let before = net.connections().iter().find(leads_here).map(|way| way.from);
+    let (street, start_m) = match before {
+        Some(from) if length_m(outermost) < LONGEST_EXIT_LANE_M => {
+            let driven = net.edge_of(from).lanes().find(|lane| is_driven(net, *lane));
+            let from = driven.unwrap_or(from);
+            (from, length_m(from))
+        }
+        _ => (outermost, length_m(outermost) - EXIT_LANE_M),
+    };
+    for hundreds in 1..=3 {
+        let row = start_m - 100.0 * f64::from(hundreds);
+        if row > 0.0 {
+            signs.extend(sign(net, SignKind::ExitAhead(hundreds), street, row, surfaces));
+        }
+    }
+    let rows = (1..40).map(|k| 2.0 * f64::from(k)).take_while(|row| *row < length_m(onto));
+    signs.extend(rows.filter_map(|row| sign(net, SignKind::Exit, onto, row, surfaces)).next());
     signs
 }
 
@@ -172,10 +205,11 @@ fn limits_before(net: &Network) -> BTreeMap<EdgeId, BTreeSet<u32>> {
     before
 }
 
-/// Returns a sign beside a street's outermost lane, on the right, or on the left with left-hand traffic; `None` if there is no free place.
+/// Returns a sign beside a street's outermost lane, on the right, or on the left with left-hand traffic; that of an exit stands on the other
+/// side, between the roads. `None` if there is no free place.
 fn sign(net: &Network, kind: SignKind, lane: LaneId, row: f64, surfaces: &RoadSurfaces) -> Option<Sign> {
     let of = net.lane(lane);
-    let side = if net.is_left_hand() { 1.0 } else { -1.0 };
+    let side = if net.is_left_hand() != (kind == SignKind::Exit) { 1.0 } else { -1.0 };
     let s_m = row.max(0.0) / of.line.drawn_m().max(0.01) * of.length_m;
     let beside = LanePosition { lane, s_m, offset_m: side * (of.half_width_m() + BESIDE_M) };
     let foot = net.pose(beside);
@@ -185,171 +219,12 @@ fn sign(net: &Network, kind: SignKind, lane: LaneId, row: f64, surfaces: &RoadSu
     is_free.then_some(Sign { kind, lane, foot: position, facing: -direction(&foot) })
 }
 
-/// Returns true for the larger signs of fast roads: discs above 80 km/h, triangles and squares above 100 km/h, with a margin for rounding.
-fn is_large(kind: SignKind, limit_mps: f64) -> bool {
-    match kind {
-        SignKind::Stop => false,
-        SignKind::SpeedLimit(_) => limit_mps > 22.5,
-        SignKind::Yield | SignKind::Zebra | SignKind::Priority => limit_mps > MOTORWAY_MPS,
-    }
-}
-
-/// Returns the size of a sign: the diameter of discs and octagons, the side of triangles and squares, metres.
-fn size_m(kind: SignKind, is_large: bool) -> f32 {
-    match (kind, is_large) {
-        (SignKind::Stop, _) | (SignKind::Yield, false) => 0.9,
-        (SignKind::Yield, true) => 1.26,
-        (SignKind::Zebra | SignKind::Priority, true) => 0.84,
-        (SignKind::SpeedLimit(_), true) => 0.75,
-        (SignKind::Zebra | SignKind::Priority | SignKind::SpeedLimit(_), false) => 0.6,
-    }
-}
-
-/// Returns a plate around its middle that faces along +x, and half its height, metres. Seen from before it, +y is to the right.
-fn plate(kind: SignKind, size_m: f32) -> (TriangleList, f32) {
-    let mut plate = Plate::default();
-    let round = |radius_m: f32, corners: usize, turn: f32| -> Vec<Vec2> {
-        let angle = |k: usize| TAU * (k as f32 + turn) / corners as f32;
-        (0..corners).map(|k| Vec2::from_angle(angle(k)) * radius_m).collect()
-    };
-    let half_m = size_m / 2.0;
-    let half_height_m = match kind {
-        SignKind::Stop => {
-            // The diameter is that between two parallel sides.
-            let corner_m = half_m / (PI / 8.0).cos();
-            let [outer, inner] = [corner_m, corner_m * 0.94].map(|radius_m| round(radius_m, 8, 0.5));
-            plate.frame(&outer, &inner, WHITE);
-            plate.area(&inner, RED);
-            plate.text("STOP", size_m * 0.27, WHITE);
-            half_m
-        }
-        SignKind::Yield => {
-            // An equilateral triangle with its tip down; its corners are cut.
-            let height_m = size_m * 0.75f32.sqrt();
-            let triangle = |share: f32| {
-                let corners =
-                    [(-0.5, 1.0), (0.0, -2.0), (0.5, 1.0)].map(|(y, z)| Vec2::new(y * size_m, z * height_m / 3.0));
-                let cut = |k: usize, to: usize| corners[k].lerp(corners[to], 0.05) * share;
-                [cut(0, 2), cut(0, 1), cut(1, 0), cut(1, 2), cut(2, 1), cut(2, 0)].to_vec()
-            };
-            let [outer, inner] = [triangle(1.0), triangle(0.64)];
-            plate.frame(&outer, &inner, RED);
-            plate.area(&inner, WHITE);
-            height_m * 2.0 / 3.0
-        }
-        SignKind::Priority => {
-            let corner_m = size_m * 0.5f32.sqrt();
-            let [outer, inner] = [corner_m, corner_m * 0.72].map(|radius_m| round(radius_m, 4, 0.0));
-            plate.frame(&outer, &inner, WHITE);
-            plate.area(&inner, YELLOW);
-            corner_m
-        }
-        SignKind::Zebra => {
-            let [outer, inner] = [1.0, 0.94].map(|share| round(half_m * share * SQRT_2, 4, 0.5));
-            plate.frame(&outer, &inner, WHITE);
-            plate.area(&inner, BLUE);
-            let triangle = [(0.0, 0.76), (-0.8, -0.66), (0.8, -0.66)].map(|(y, z)| Vec2::new(y, z) * half_m);
-            plate.raised_area(&triangle, RAISED_M, WHITE);
-            plate.walker(half_m);
-            half_m
-        }
-        SignKind::SpeedLimit(kmh) => {
-            let [outer, inner] = [half_m, half_m * 0.78].map(|radius_m| round(radius_m, 24, 0.0));
-            plate.frame(&outer, &inner, RED);
-            plate.area(&inner, WHITE);
-            let height = if kmh < 100 { 0.42 } else { 0.32 };
-            plate.text(&kmh.to_string(), size_m * height, BLACK);
-            half_m
-        }
-    };
-    (plate.triangles, half_height_m)
-}
-
-/// Builder of a plate that faces along +x. Outlines are counter-clockwise, seen from before the plate.
-#[derive(Default)]
-struct Plate {
-    triangles: TriangleList,
-}
-
-impl Plate {
-    /// Adds a convex area.
-    fn area(&mut self, outline: &[Vec2], finish: SurfaceFinish) {
-        self.raised_area(outline, 0.0, finish);
-    }
-
-    /// Adds a convex area, `off_m` before the plate.
-    fn raised_area(&mut self, outline: &[Vec2], off_m: f32, finish: SurfaceFinish) {
-        for k in 1..outline.len() - 1 {
-            self.triangles.triangle([outline[0], outline[k], outline[k + 1]].map(|p| on(p, off_m)), finish);
-        }
-    }
-
-    /// Adds a walking person over the bars of a crossing, within `half_m` of the middle.
-    fn walker(&mut self, half_m: f32) {
-        // Strokes as right, up, right, up and half the width, in shares of half the plate: trunk, arms, legs, bars.
-        let strokes = [
-            [0.01, 0.22, -0.02, -0.10, 0.075],
-            [0.01, 0.20, -0.15, 0.02, 0.030],
-            [0.01, 0.20, 0.16, 0.04, 0.030],
-            [-0.02, -0.10, -0.16, -0.46, 0.045],
-            [-0.02, -0.10, 0.14, -0.46, 0.045],
-            [-0.52, -0.56, -0.34, -0.56, 0.045],
-            [-0.09, -0.56, 0.09, -0.56, 0.045],
-            [0.34, -0.56, 0.52, -0.56, 0.045],
-        ];
-        for [from_y, from_z, to_y, to_z, half] in strokes {
-            self.stroke([Vec2::new(from_y, from_z), Vec2::new(to_y, to_z)].map(|p| p * half_m), half * half_m, BLACK);
-        }
-        let head = |k: u8| Vec2::from_angle(TAU * f32::from(k) / 8.0) * 0.085 + Vec2::new(0.02, 0.38);
-        let head: Vec<Vec2> = (0..8).map(|k| head(k) * half_m).collect();
-        self.raised_area(&head, 2.0 * RAISED_M, BLACK);
-    }
-
-    /// Adds a bar between two points before the plate.
-    fn stroke(&mut self, [from, to]: [Vec2; 2], half_m: f32, finish: SurfaceFinish) {
-        let along = (to - from).normalize_or_zero() * half_m * 0.5;
-        let across = along.perp() * 2.0;
-        let corners = [from - along - across, to + along - across, to + along + across, from - along + across];
-        self.raised_area(&corners, 2.0 * RAISED_M, finish);
-    }
-
-    /// Adds the frame between two outlines with equally many corners, and the grey back of the plate.
-    fn frame(&mut self, outer: &[Vec2], inner: &[Vec2], finish: SurfaceFinish) {
-        let n = outer.len();
-        for k in 0..n {
-            let next = (k + 1) % n;
-            self.triangles.quad([outer[k], outer[next], inner[next], inner[k]].map(|p| on(p, 0.0)), finish);
-            let behind = [outer[next], outer[k], Vec2::ZERO].map(|p| on(p, -0.01));
-            self.triangles.triangle(behind, STEEL);
-        }
-    }
-
-    /// Adds a line of text around the middle, `height_m` high.
-    fn text(&mut self, text: &str, height_m: f32, finish: SurfaceFinish) {
-        let half_m = lettering::PEN / 2.0 * height_m;
-        for stroke in lettering::set(text).strokes {
-            let points: Vec<Vec2> =
-                stroke.into_iter().map(|[right, down]| Vec2::new(right, -down) * height_m).collect();
-            for pair in thinned(&points, COARSE * height_m).windows(2) {
-                self.stroke([pair[0], pair[1]], half_m, finish);
-            }
-        }
-    }
-}
-
-/// Returns a point of a plate, `off_m` before it.
-fn on(point: Vec2, off_m: f32) -> Vec3 {
-    Vec3::new(off_m, point.x, point.y)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
-        scene::{
-            mesh::tests::{check, faces},
-            network,
-        },
+        map::RoadMap,
+        scene::{mesh::tests::check, network},
         space::Pose3,
     };
 
@@ -359,15 +234,15 @@ mod tests {
 
     #[test]
     fn signs_say_who_goes_first_and_where_limits_change() {
-        use SignKind::{Priority, SpeedLimit, Stop, Yield, Zebra};
+        use SignKind::{Exit, ExitAhead, Priority, SpeedLimit, Stop, Yield, Zebra};
         // Counted by hand from the right of way (`state`) and the speeds in the files.
         let counts: [(&str, &[(SignKind, usize)]); 5] = [
             ("crossing", &[(Priority, 2), (Yield, 2), (SpeedLimit(50), 4)]),
             ("allway", &[(Stop, 4), (SpeedLimit(50), 4)]),
             ("roundabout", &[(Yield, 4), (SpeedLimit(50), 4)]),
             ("zebra", &[(Zebra, 2), (SpeedLimit(50), 2)]),
-            // Both ways onto the motorway, the motorway after the entry, and the exit.
-            ("ramps", &[(SpeedLimit(120), 2), (SpeedLimit(80), 2)]),
+            // Both ways onto the motorway, the motorway after the entry, and the exit, with 292 m of road before its lane.
+            ("ramps", &[(SpeedLimit(120), 2), (SpeedLimit(80), 2), (ExitAhead(1), 1), (ExitAhead(2), 1), (Exit, 1)]),
         ];
         for (name, counts) in counts {
             let net = network(name);
@@ -380,6 +255,39 @@ mod tests {
         // Signals rule there, no vehicle enters the network, and 13.9 m/s is the limit everywhere.
         let net = network("grid-signals");
         assert!(placed(&net, &network::surfaces(&net)).is_empty());
+    }
+
+    #[test]
+    fn an_exit_has_three_beacons_and_a_sign_where_the_roads_part() {
+        let net = RoadMap::load("motorway").expect("a shipped map").network;
+        let signs = placed(&net, &network::surfaces(&net));
+        let away_m = |sign: &Sign| {
+            net.lane(sign.lane)
+                .line
+                .pose(net.lane(sign.lane).line.drawn_m(), 0.0)
+                .position
+                .as_vec3()
+                .distance(sign.foot)
+        };
+        for hundreds in 1..=3 {
+            let beacons: Vec<&Sign> = signs.iter().filter(|sign| sign.kind == SignKind::ExitAhead(hundreds)).collect();
+            let [beacon] = beacons[..] else { panic!("{hundreds}: {signs:?}") };
+            assert!(net.lane(beacon.lane).id.starts_with("middle"), "{beacon:?}");
+            // The last 500 m before the lane of the exit are straight; beacons stand 3 m beside it, and lanes in a bend are longer or shorter
+            // than their road.
+            assert!((away_m(beacon) - 100.0 * hundreds as f32).abs() < 3.0, "{beacon:?}: {} m", away_m(beacon));
+        }
+        let shown: Vec<&Sign> = signs.iter().filter(|sign| sign.kind == SignKind::Exit).collect();
+        let [shown] = shown[..] else { panic!("{signs:?}") };
+        // Between the exit, to its right, and the motorway, to its left, in the first 60 m.
+        let beside_m = |lane: &str| {
+            let lane = net.lane_ids().find(|id| &*net.lane(*id).id == lane).expect("a lane");
+            let poses = (0..90).map(|s_m| net.lane(lane).line.pose(f64::from(s_m), 0.0));
+            let off_m = |pose: &Pose3| pose.position.as_vec3().distance(shown.foot);
+            let nearest = poses.min_by(|a, b| off_m(a).total_cmp(&off_m(b))).expect("poses");
+            direction(&nearest).truncate().perp_dot((shown.foot - nearest.position.as_vec3()).truncate())
+        };
+        assert!(beside_m("off_0") > 2.0 && beside_m("north_0") < -2.0, "{shown:?}");
     }
 
     #[test]
@@ -397,24 +305,12 @@ mod tests {
                 // On the right of the lane, or on the left with left-hand traffic.
                 let ahead = direction(&beside).truncate();
                 let left_m = ahead.perp_dot((sign.foot - beside.position.as_vec3()).truncate());
-                assert!((left_m > 0.0) == net.is_left_hand(), "{name}: {sign:?} {left_m}");
+                let is_exit = sign.kind == SignKind::Exit;
+                assert!((left_m > 0.0) == (net.is_left_hand() != is_exit), "{name}: {sign:?} {left_m}");
                 assert!(left_m.abs() > lane.half_width_m() as f32 + 0.5, "{name}: {sign:?} {left_m}");
                 assert!(sign.facing.truncate().dot(ahead) < -0.99, "{name}: {sign:?}");
             }
             check(&super::signs(&net, &surfaces), name);
-        }
-    }
-
-    #[test]
-    fn a_plate_shows_its_colours_to_the_front_alone() {
-        let kinds = [SignKind::Stop, SignKind::Yield, SignKind::Zebra, SignKind::Priority, SignKind::SpeedLimit(80)];
-        for kind in kinds {
-            let (plate, half_height_m) = plate(kind, 0.6);
-            for (corners, face) in faces(&plate.into_mesh(0.3)) {
-                let is_back = corners[0].colour == STEEL.colour;
-                assert_eq!(face.x > 0.0, !is_back, "{kind:?}: {corners:?}");
-                assert!(corners.iter().all(|corner| corner.position[2] >= -half_height_m - 1e-4), "{kind:?}");
-            }
         }
     }
 }
