@@ -266,12 +266,15 @@ fn number_from(text: &str) -> Option<f64> {
 }
 
 const CHOICE_WIDTH: f32 = 150.0;
+/// Height of an open list, points: shows the shipped maps up to the default, which is the eighth.
+const LIST_HEIGHT: f32 = 280.0;
 
 fn choose(ui: &mut Ui, field: &Field, words: &[String], value: &mut Value, shown: impl Fn(&str) -> String) -> Response {
     let now = value.as_str().unwrap_or_default().to_owned();
     ComboBox::from_id_salt(&field.path)
         .selected_text(shown(&now))
         .width(CHOICE_WIDTH)
+        .height(LIST_HEIGHT)
         .show_ui(ui, |ui| {
             for word in words {
                 if ui.selectable_label(*word == now, word).clicked() {
@@ -297,6 +300,7 @@ fn choose_or_type(ui: &mut Ui, field: &Field, words: &[String], other: &str, val
         let response = ComboBox::from_id_salt(&field.path)
             .selected_text(&now)
             .width(CHOICE_WIDTH)
+            .height(LIST_HEIGHT)
             .show_ui(ui, |ui| {
                 for word in words {
                     if ui.selectable_label(*word == now, word).clicked() {
