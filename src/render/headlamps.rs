@@ -16,7 +16,7 @@ const SHADING_M: f32 = 60.0;
 
 /// Number of beams that the programs of a quality read.
 pub(super) fn most_beams(quality: &Quality) -> usize {
-    // On software rendering each beam costs as much as a tenth of the road.
+    // On software rendering six beams add half to the cost of a picture.
     if quality.fine { MOST_BEAMS } else { 6 }
 }
 

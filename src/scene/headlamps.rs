@@ -47,7 +47,7 @@ pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene:
 mod tests {
     use super::*;
     use crate::{
-        map::RoadMap,
+        map::{RoadMap, network::Network},
         scene::{ViewKind, ViewOptions, view},
         sim::VehicleSnapshot,
         traffic::VehicleId,
@@ -90,5 +90,10 @@ mod tests {
             "{lit:?}"
         );
         assert!(lit.iter().all(|lamps| lamps.inner.distance(Vec3::Y) < 1e-3), "right-hand traffic");
+        let network = Network::load("tests/data/networks/town-left.net.xml").expect("a network of the tests").into();
+        let left_hand = StaticScene { network, ..static_scene };
+        let options = ViewOptions::default().at_hour(22.0);
+        let lit = view(&snapshot, 1.0, ViewKind::Driver, &options, &left_hand).headlamps;
+        assert!(lit.iter().all(|lamps| lamps.inner.distance(Vec3::NEG_Y) < 1e-3), "left-hand traffic");
     }
 }

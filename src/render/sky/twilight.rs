@@ -94,7 +94,7 @@ mod tests {
         // Glossary of the American Meteorological Society, "civil twilight": at sunset, and at its end (docs/references.md: night).
         let [sunset, end] = [0.0, -6.0].map(|deg| lux(&at(deg)));
         assert!((410.0..585.0).contains(&sunset) && (2.0..3.5).contains(&end), "{sunset} lx, {end} lx");
-        // A high full moon: a quarter of a lux, raised in pictures. Some 0.1 lx at 32 degrees, as it lights the ground at a slant.
+        // A full moon gives a quarter of a lux (docs/references.md: night), less where it is not at the zenith; pictures raise it.
         let night = lux(&at(-50.0)) / RAISED;
         assert!((0.1..0.4).contains(&night), "{night} lx");
     }
@@ -105,7 +105,7 @@ mod tests {
         let mut before = shown(&at(8.0));
         for quarter_deg in (-72..31).rev() {
             let now = shown(&at(0.25 * quarter_deg as f32));
-            // A person notices a step of a sixth of a stop between two drives at most, if at all.
+            // A quarter of a degree is one to two minutes. Half of a third of a stop, the step of a light meter.
             assert!(
                 (now / before).log2().abs() < 1.0 / 6.0,
                 "{} degrees: {before} to {now}",
