@@ -221,7 +221,7 @@ impl Renderer {
     /// cost time without being visible.
     fn fit_light(&mut self, view: &View) {
         let sky = self.air.fit(&self.meshes.queue, view.to_sun, view.visibility_m);
-        let lit = !view.headlamps.is_empty() && sky.is_dim();
+        let lit = !view.headlamps.is_empty() && sky.shows_headlamps();
         let beams = if lit { most_beams(&self.quality) } else { 0 };
         if beams != self.pipelines.beams {
             let builder = PipelineBuilder { device: &self.meshes.device, sources: &self.sources };

@@ -8,7 +8,7 @@
 //! distance. Below 1 km a layer of fog lies under the hazy air, whose light is that of an overcast sky. Lengths inside are
 //! kilometres; radiance is in units of about a white sheet in full daylight.
 
-use super::twilight::{DIM, LUX, adaptation, lights, to_shining};
+use super::twilight::{DUSK, LUX, adaptation, lights, to_shining};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
@@ -184,19 +184,19 @@ impl Sky {
     /// like a map: it keeps less of the evening's darkness, and noon is as light as in other pictures.
     pub fn plan_exposure(&self) -> f32 {
         // Daylight to the power of -0.85 rather than -0.5, in the dark of -1.
-        let dusk = self.daylight.max(DIM);
+        let dusk = self.daylight.max(DUSK);
         1.06 * 1.8 * dusk.powf(-0.85) * (dusk / self.daylight) / self.gain
     }
 
     /// Returns true if daylight is so weak that the light of headlamps is visible in it.
-    pub fn is_dim(&self) -> bool {
-        const DIM_LUX: f32 = 5000.0;
-        self.daylight * LUX < DIM_LUX
+    pub fn shows_headlamps(&self) -> bool {
+        const MOST_LUX: f32 = 5000.0;
+        self.daylight * LUX < MOST_LUX
     }
 
     /// Returns the factor on the light that lamps show in a picture from above: at night its exposure is so long that they would be blots.
     pub fn lamps_in_plans(&self) -> f32 {
-        (self.daylight / DIM * self.gain).min(1.0)
+        (self.daylight / DUSK * self.gain).min(1.0)
     }
 
     /// Returns the radiance of the sky in a direction, without the sun's disc; below the horizon, the radiance at the

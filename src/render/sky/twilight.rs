@@ -18,9 +18,9 @@ const MOON: f32 = 2.5e-6 * RAISED;
 const RAISED: f32 = 12.0;
 
 /// Daylight below which the gain rises above 1, as radiance of a white sheet on the ground: just before sunset.
-pub(super) const DIM: f32 = 0.01;
+pub(super) const DUSK: f32 = 0.01;
 /// Daylight that has the same effect on the eye as what headlamps light on the road: some 1.5 lx.
-const LAMPLIGHT: f32 = 2e-5;
+const LIT_ROAD: f32 = 2e-5;
 /// Exponent of the adaptation below that light.
 const ADAPTATION: f32 = 0.95;
 
@@ -69,8 +69,8 @@ fn twilight_lux(elevation_deg: f32, lowest_lux: f32) -> f32 {
 /// Returns the gain of the picture's light and the exposure of the gained light, for daylight as radiance of a white sheet on the ground.
 pub(super) fn adaptation(daylight: f32) -> (f32, f32) {
     // Like the eye, leave some of the evening's darkness.
-    let exposure = 1.8 / daylight.max(DIM).sqrt();
-    let gain = ((DIM + LAMPLIGHT) / (daylight.min(DIM) + LAMPLIGHT)).powf(ADAPTATION);
+    let exposure = 1.8 / daylight.max(DUSK).sqrt();
+    let gain = ((DUSK + LIT_ROAD) / (daylight.min(DUSK) + LIT_ROAD)).powf(ADAPTATION);
     (gain, exposure)
 }
 
