@@ -8,6 +8,8 @@ struct Beam {
     ahead: vec4f,
     // xyz unit vector towards the oncoming traffic; w tangent of half of the angle that the vehicle takes, 0 without one
     inner: vec4f,
+    // x share of its light, less than 1 for the last of the nearest beams
+    share: vec4f,
 }
 
 struct Frame {

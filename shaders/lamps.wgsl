@@ -33,7 +33,7 @@ fn beam_at(beam: Beam, world: vec3f) -> vec4f {
     let square = max(dot(way, way), 1.0);
     let distance = sqrt(square);
     let through = exp(-air.extinction.g * distance);
-    let lux = dipped(aside * slope, up * slope) * smoothstep(0.0, 0.5, ahead) * (1.0 - shaded) * through / square;
+    let lux = beam.share.x * dipped(aside * slope, up * slope) * smoothstep(0.0, 0.5, ahead) * (1.0 - shaded) * through / square;
     return vec4f(-way / distance, lux);
 }
 

@@ -48,6 +48,8 @@ pub struct HeadlampBeam {
     pub ahead: [f32; 4],
     /// Unit vector towards the oncoming traffic; w is the tangent of half of the angle that the vehicle takes, 0 without one.
     pub inner: [f32; 4],
+    /// Share of its light, less than 1 for the last of the nearest beams; the others are unused.
+    pub share: [f32; 4],
 }
 
 /// Light for the time of day (`Air` in `common.wgsl`), see [`Sky`](crate::render::sky::atmosphere::Sky).
@@ -198,7 +200,7 @@ mod tests {
                 beams
             ]
         );
-        same_layout!(HeadlampBeam, "road", "Beam", [place, ahead, inner]);
+        same_layout!(HeadlampBeam, "road", "Beam", [place, ahead, inner, share]);
         same_layout!(Air, "road", "Air", [extinction, fog, harmonics]);
         same_layout!(Light, "shadow", "Light", [clip_from_world]);
         same_layout!(
