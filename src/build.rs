@@ -2,6 +2,10 @@
 //! therefore builds and starts without SUMO, and SUMO's hundred bundled libraries do not get in the way of the graphics drivers. Without
 //! SUMO or a C++ compiler, the build continues with a warning.
 
+#[path = "map/shipped.rs"]
+mod shipped;
+
+use shipped::SHIPPED;
 use std::{
     env,
     path::{Path, PathBuf},
@@ -20,6 +24,7 @@ fn main() {
         println!("cargo:rerun-if-changed={}", root.join(source).display());
     }
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=map/shipped.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-env=CODRIVE_SHIM_DIR={}", out.display());
@@ -79,23 +84,11 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
 
 /// Collects the shipped files below `folder` with one of these name endings. Maps that a user has put beside the shipped ones are left out.
 fn list(folder: &Path, endings: &[&str], files: &mut Vec<PathBuf>) -> std::io::Result<()> {
-    const MAPS: [&str; 10] = [
-        "bottleneck",
-        "figure-eight",
-        "grid",
-        "lane-10km",
-        "merge",
-        "motorway",
-        "practice",
-        "ring-250",
-        "ring-260",
-        "ring-641",
-    ];
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
-            if !folder.ends_with("maps") || MAPS.contains(&name.as_str()) {
+            if !folder.ends_with("maps") || SHIPPED.contains(&name.as_str()) {
                 list(&path, endings, files)?;
             }
         } else if endings.iter().any(|ending| name.ends_with(ending)) {

@@ -7,6 +7,7 @@ use super::{
     limits::MOST_BYTES,
     loop_search::{ChosenEdges, route_of},
     network::{LaneId, Network},
+    shipped::SHIPPED,
 };
 use crate::{
     data_folders,
@@ -86,20 +87,6 @@ pub fn list() -> Vec<MapInfo> {
     maps.dedup_by(|b, a| a.name == b.name);
     maps
 }
-
-/// Names of the maps that come with the program; they mean the same map on every machine.
-pub const SHIPPED: [&str; 10] = [
-    "bottleneck",
-    "figure-eight",
-    "grid",
-    "lane-10km",
-    "merge",
-    "motorway",
-    "practice",
-    "ring-250",
-    "ring-260",
-    "ring-641",
-];
 
 /// Returns true if a map is not one of [`SHIPPED`]: another machine may lack its name, or have another map under it.
 pub fn is_own(name_or_path: &str) -> bool {

@@ -4,7 +4,7 @@
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
 //! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
-//! avoid, and `joined_shapes` joins the lines of lanes. `path_places` reads the places of a path, and `edge_path` builds the open route along them. `catalog` knows the folder `maps/`, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! avoid, and `joined_shapes` joins the lines of lanes. `path_places` reads the places of a path, and `edge_path` builds the open route along them. `catalog` knows the folder `maps/`, of which `shipped` lists the program's own maps, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
@@ -29,6 +29,7 @@ pub mod network;
 mod path_places;
 pub mod ring;
 mod route;
+mod shipped;
 #[cfg(test)]
 mod tests;
 mod tight_turns;
@@ -38,7 +39,7 @@ mod xml_tree;
 mod xml_tree_tests;
 
 pub use canonical::SumoText;
-pub use catalog::{MapInfo, SHIPPED, is_own, is_path, known_as, list, own_folder};
+pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
 pub use path_places::QUICKEST_WAY;
@@ -46,6 +47,7 @@ pub use route::{
     LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
     stop_lines,
 };
+pub use shipped::SHIPPED;
 pub use write::{RoadEdge, net_xml};
 
 use glam::DVec2;

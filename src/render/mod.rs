@@ -143,10 +143,26 @@ impl Renderer {
     pub fn draw(&mut self, view: &View, panel: Option<PanelOutput>, target: &wgpu::TextureView, size: [u32; 2]) {
         let plan = FramePlan::new(view, size, &self.quality);
         self.fit(&plan, size);
-        self.fit_light(view);
-        let Self { meshes, air, shadow, pictures, bloom, tonemap, dial, pipelines, timing, .. } = self;
+        let Self {
+            meshes,
+            quality,
+            bindings,
+            sources,
+            air,
+            shadow,
+            pictures,
+            bloom,
+            tonemap,
+            dial,
+            pipelines,
+            timing,
+            ..
+        } = self;
         let (device, queue) = (&meshes.device, &meshes.queue);
         let sky = air.fit(queue, view.to_sun, view.visibility_m);
+        let are_lit = !view.headlamps.is_empty() && sky.shows_headlamps();
+        let beams = if are_lit { most_beams(quality) } else { 0 };
+        pipelines.fit(&PipelineBuilder { device, sources }, bindings, quality, beams);
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
@@ -158,7 +174,7 @@ impl Renderer {
         let mut cost = FrameCost { shadow: drawn, ..FrameCost::default() };
         for (k, picture) in pictures.iter_mut().enumerate() {
             let Some(ViewPass { frustum, ego, hidden, timed, .. }) = &plan.passes[k] else { continue };
-            let (materials, beams) = (&pipelines.materials, pipelines.beams);
+            let materials = &pipelines.materials;
             let scene = SceneInputs { materials, meshes, view, frustum, lights: &lights, sky, beams };
             let drawn = picture.draw(e, stamps(*timed, plan.bounds_time(k)), &scene, *ego, *hidden);
             *if *timed == TimedPass::Main { &mut cost.main } else { &mut cost.mirror } += drawn;
@@ -171,7 +187,7 @@ impl Renderer {
             exposure: if view.kind == ViewKind::Birdseye { sky.plan_exposure() } else { sky.exposure },
             alone: plan.alone,
             mirrors: plan.mirrors,
-            smooth: self.quality.msaa == 1,
+            smooth: quality.msaa == 1,
         };
         cost.tonemap += tonemap.draw(e, stamps(TimedPass::ToneMap, [false, true]), &pipelines.tonemap, queue, &frame);
         if view.dial.is_some() || view.patch.is_some() {
@@ -214,20 +230,6 @@ impl Renderer {
             bloom.fit(&meshes.device, light(0), drawn);
             let soften = quality.msaa == 1 && drawn == size;
             tonemap.fit(&meshes.device, light(0), [1, 2, 3].map(light), bloom.halo(), drawn, soften);
-        }
-    }
-
-    /// Computes the light of the hour. Creates the materials anew when headlamps begin to light the scene, or end: by day their light would
-    /// cost time without being visible.
-    fn fit_light(&mut self, view: &View) {
-        let sky = self.air.fit(&self.meshes.queue, view.to_sun, view.visibility_m);
-        let lit = !view.headlamps.is_empty() && sky.shows_headlamps();
-        let beams = if lit { most_beams(&self.quality) } else { 0 };
-        if beams != self.pipelines.beams {
-            let builder = PipelineBuilder { device: &self.meshes.device, sources: &self.sources };
-            let materials = self.bindings.materials(&builder, &self.quality, beams);
-            self.pipelines.materials = materials.unwrap_or_else(|e| panic!("the shaders in use are valid: {e}"));
-            self.pipelines.beams = beams;
         }
     }
 
@@ -290,5 +292,15 @@ impl RenderPipelines {
             bloom: bloom.pipelines(builder)?,
             tonemap: tonemap.pipelines(builder)?,
         })
+    }
+
+    /// Creates the materials anew if the number of headlamps' beams has changed, i.e. when a night begins or ends: by day their light would
+    /// cost time without being visible.
+    fn fit(&mut self, builder: &PipelineBuilder, bindings: &SceneBindings, quality: &Quality, beams: usize) {
+        if beams != self.beams {
+            let materials = bindings.materials(builder, quality, beams);
+            self.materials = materials.unwrap_or_else(|e| panic!("the shaders in use are valid: {e}"));
+            self.beams = beams;
+        }
     }
 }

@@ -59,7 +59,7 @@ fn from_above(view: &mut View, at: Vec3) {
 }
 
 /// Luminance of linear red, green and blue (Rec. 709).
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+pub const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Light on a level white sheet by closed forms of the literature, in units of radiance.
 struct Daylight {

@@ -1,7 +1,10 @@
 //! Tests of the night by numbers: headlamps as a regulation requires them, shade behind a car in a beam, sheeting that returns light. In: walls
 //! ahead of the ego. Out: light on them.
 
-use super::{daylight::light_at, place::*};
+use super::{
+    daylight::{LUMINANCE, light_at},
+    place::*,
+};
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
     scene::{Camera, Headlamps, Lens, Material, Mesh, StaticScene, Vertex, View, ViewKind, ViewOptions},
@@ -12,8 +15,6 @@ use glam::Vec3;
 const SIZE: [u32; 2] = [640, 360];
 /// Material and albedo of a wall.
 const MATT: (Material, f32) = (Material::Matt, 0.18);
-/// Weights of the luminance of a colour.
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Wall across the road ahead of the ego's headlamps, at night.
 struct Wall {

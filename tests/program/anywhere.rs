@@ -58,6 +58,20 @@ fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
 }
 
+/// Maps in the folder `maps/` of the project.
+const MAPS: [&str; 10] = [
+    "bottleneck",
+    "figure-eight",
+    "grid",
+    "lane-10km",
+    "merge",
+    "motorway",
+    "practice",
+    "ring-250",
+    "ring-260",
+    "ring-641",
+];
+
 fn maps(list: &str) -> Vec<&str> {
     list.lines().filter_map(|line| line.split_whitespace().next()).collect()
 }
@@ -69,21 +83,7 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
     let elsewhere = Elsewhere::new();
     let listed = run(elsewhere.command().args(["map", "list"]));
     assert!(listed.status.success(), "{}", printed(&listed));
-    assert_eq!(
-        maps(&printed(&listed)),
-        [
-            "bottleneck",
-            "figure-eight",
-            "grid",
-            "lane-10km",
-            "merge",
-            "motorway",
-            "practice",
-            "ring-250",
-            "ring-260",
-            "ring-641"
-        ]
-    );
+    assert_eq!(maps(&printed(&listed)), MAPS);
     let out = elsewhere.at("work/über alles");
     let drove = run(elsewhere.command().args(DRIVE).arg("--out").arg(&out));
     assert!(drove.status.success() && printed(&drove).contains("policy ring-250-speed (auto"), "{}", printed(&drove));
@@ -102,22 +102,8 @@ fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     assert!(made.status.success() && printed(&made).contains("codrive --map ring-300"), "{}", printed(&made));
     assert!(elsewhere.at("home/.local/share/codrive/maps/ring-300/net.xml").is_file());
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(
-        maps(&printed(&listed)),
-        [
-            "bottleneck",
-            "figure-eight",
-            "grid",
-            "lane-10km",
-            "merge",
-            "motorway",
-            "practice",
-            "ring-250",
-            "ring-260",
-            "ring-300",
-            "ring-641"
-        ]
-    );
+    // Its own map stands before ring-641.
+    assert_eq!(maps(&printed(&listed)), [&MAPS[..9], &["ring-300"], &MAPS[9..]].concat());
     let drove = run(elsewhere.command().args(DRIVE).args(["--map", "ring-300", "--policy", "pi"]));
     assert!(drove.status.success() && printed(&drove).contains("22 vehicles on ring-300"), "{}", printed(&drove));
     let refused = run(elsewhere.command().env_remove("HOME").args(["map", "ring", "--circumference", "300"]));
@@ -280,19 +266,5 @@ fn maps_of_the_working_folder_or_above_are_not_the_programs() {
         }
     }
     let listed = run(elsewhere.command().args(["map", "list"]));
-    assert_eq!(
-        maps(&printed(&listed)),
-        [
-            "bottleneck",
-            "figure-eight",
-            "grid",
-            "lane-10km",
-            "merge",
-            "motorway",
-            "practice",
-            "ring-250",
-            "ring-260",
-            "ring-641"
-        ]
-    );
+    assert_eq!(maps(&printed(&listed)), MAPS);
 }

@@ -133,7 +133,7 @@ mod tests {
                 "post/preview.rs" => 1,
                 _ => 0,
             };
-            assert_eq!(builders, allowed, "{name}: new, and in mod.rs reload_shaders_from and fit_light");
+            assert_eq!(builders, allowed, "{name}: new, and in mod.rs reload_shaders_from and draw");
         }
     }
 }

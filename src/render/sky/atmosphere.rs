@@ -8,7 +8,7 @@
 //! distance. Below 1 km a layer of fog lies under the hazy air, whose light is that of an overcast sky. Lengths inside are
 //! kilometres; radiance is in units of about a white sheet in full daylight.
 
-use super::twilight::{DUSK, LUX, adaptation, lights, to_shining};
+use super::twilight::{DUSK, LUX, SkyLight, adaptation, to_shining};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::{PI, TAU};
@@ -120,13 +120,13 @@ impl Sky {
     /// Computes the sky for a sun at `to_sun` and this visibility.
     pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
         let (visibility_km, clear_km) = (visibility_m / 1000.0, (visibility_m / 1000.0).max(FOG_BELOW_KM));
-        let lights = lights(to_sun, |lowest| AtmosphereTables::new(lowest, clear_km).on_ground() * LUX);
         let to_shining = to_shining(to_sun);
         let (mut airs, mut above_fog) = (Vec::new(), Vec3::ZERO);
-        for light in lights {
+        for light in SkyLight::of_the_hour(to_sun) {
             let air = AtmosphereTables::new(light.towards, clear_km);
-            above_fog += SUN * air.sun[0] * light.direct;
-            airs.push((air, light.scattered));
+            let [scattered, direct] = light.shares(|| air.on_ground() * LUX);
+            above_fog += SUN * air.sun[0] * direct;
+            airs.push((air, scattered));
         }
         let fog_per_km = 3.912 / visibility_km - 3.912 / clear_km;
         let mut fog = Fog { depth: fog_per_km * FOG_KM, glow: Vec3::ZERO };

@@ -29,26 +29,30 @@ const ADAPTATION: f32 = 0.95;
 pub(super) struct SkyLight {
     /// Unit direction towards it; in twilight just above the horizon.
     pub towards: Vec3,
-    /// Light that the air scatters, as a share of the sun's.
-    pub scattered: f32,
-    /// Light that shines on surfaces, as a share of the sun's.
-    pub direct: f32,
+    /// Sine of its true elevation.
+    up: f32,
+    /// Light at the same elevation as a share of the sun's.
+    strength: f32,
 }
 
-/// Returns the sun and, after sunset, the moon, given the direction to the sun and the illuminance of a sun at [`LOWEST`], lx.
-pub(super) fn lights(to_sun: Vec3, lowest_lux: impl Fn(Vec3) -> f32) -> Vec<SkyLight> {
-    let light = |towards: Vec3, strength: f32| {
-        let up = towards.z;
-        let raised = towards.with_z(up.max(LOWEST)).normalize();
-        let dimmed = if up < LOWEST { twilight_lux(up.asin().to_degrees(), lowest_lux(raised)) } else { 1.0 };
-        SkyLight {
-            towards: raised,
-            scattered: strength * dimmed,
-            direct: strength * dimmed * (up / LOWEST).clamp(0.0, 1.0),
-        }
-    };
-    let sun = light(to_sun, 1.0);
-    if to_sun.z < 0.0 { vec![sun, light(-to_sun, MOON)] } else { vec![sun] }
+impl SkyLight {
+    /// Returns the lights of the hour: the sun and, after sunset, the moon.
+    pub fn of_the_hour(to_sun: Vec3) -> Vec<Self> {
+        let light = |towards: Vec3, strength: f32| {
+            let raised = towards.with_z(towards.z.max(LOWEST)).normalize();
+            Self { towards: raised, up: towards.z, strength }
+        };
+        let sun = light(to_sun, 1.0);
+        if to_sun.z < 0.0 { vec![sun, light(-to_sun, MOON)] } else { vec![sun] }
+    }
+
+    /// Returns the light that the air scatters and that shines on surfaces, as shares of the sun's in the direction `towards`. `lowest_lux` is
+    /// the illuminance of a sun at [`LOWEST`], asked for in twilight alone.
+    pub fn shares(&self, lowest_lux: impl FnOnce() -> f32) -> [f32; 2] {
+        let dimmed = if self.up < LOWEST { twilight(self.up.asin().to_degrees(), lowest_lux()) } else { 1.0 };
+        let scattered = self.strength * dimmed;
+        [scattered, scattered * (self.up / LOWEST).clamp(0.0, 1.0)]
+    }
 }
 
 /// Returns the unit direction towards the light that casts shadows: the sun, or the moon after sunset.
@@ -58,7 +62,7 @@ pub fn to_shining(to_sun: Vec3) -> Vec3 {
 }
 
 /// Returns twilight as a share of the light of a sun at [`LOWEST`], which is `lowest_lux`.
-fn twilight_lux(elevation_deg: f32, lowest_lux: f32) -> f32 {
+fn twilight(elevation_deg: f32, lowest_lux: f32) -> f32 {
     let table = [(LOWEST.asin().to_degrees(), lowest_lux)].into_iter().chain(TWILIGHT).collect::<Vec<_>>();
     let below = table.windows(2).find(|pair| elevation_deg >= pair[1].0).unwrap_or(&table[table.len() - 2..]);
     let [(high_deg, high), (low_deg, low)] = [below[0], below[1]];

@@ -131,6 +131,8 @@ fn exit_signs(net: &Network, outermost: LaneId, onto: LaneId, surfaces: &RoadSur
             signs.extend(sign(net, SignKind::ExitAhead(hundreds), street, row, surfaces));
         }
     }
+    // Of an exit with several lanes, the one beside the motorway.
+    let onto = net.edge_of(onto).lanes().filter(|lane| is_driven(net, *lane)).last().unwrap_or(onto);
     let rows = (1..40).map(|k| 2.0 * f64::from(k)).take_while(|row| *row < length_m(onto));
     signs.extend(rows.filter_map(|row| sign(net, SignKind::Exit, onto, row, surfaces)).next());
     signs
@@ -262,12 +264,8 @@ mod tests {
         let net = RoadMap::load("motorway").expect("a shipped map").network;
         let signs = placed(&net, &network::surfaces(&net));
         let away_m = |sign: &Sign| {
-            net.lane(sign.lane)
-                .line
-                .pose(net.lane(sign.lane).line.drawn_m(), 0.0)
-                .position
-                .as_vec3()
-                .distance(sign.foot)
+            let line = &net.lane(sign.lane).line;
+            line.pose(line.drawn_m(), 0.0).position.as_vec3().distance(sign.foot)
         };
         for hundreds in 1..=3 {
             let beacons: Vec<&Sign> = signs.iter().filter(|sign| sign.kind == SignKind::ExitAhead(hundreds)).collect();
@@ -279,7 +277,7 @@ mod tests {
         }
         let shown: Vec<&Sign> = signs.iter().filter(|sign| sign.kind == SignKind::Exit).collect();
         let [shown] = shown[..] else { panic!("{signs:?}") };
-        // Between the exit, to its right, and the motorway, to its left, in the first 60 m.
+        // Between the exit, to its right, and the motorway, to its left, in the first 90 m.
         let beside_m = |lane: &str| {
             let lane = net.lane_ids().find(|id| &*net.lane(*id).id == lane).expect("a lane");
             let poses = (0..90).map(|s_m| net.lane(lane).line.pose(f64::from(s_m), 0.0));
