@@ -132,7 +132,7 @@ fn exit_signs(net: &Network, outermost: LaneId, onto: LaneId, surfaces: &RoadSur
         }
     }
     // Of an exit with several lanes, the one beside the motorway.
-    let onto = net.edge_of(onto).lanes().filter(|lane| is_driven(net, *lane)).last().unwrap_or(onto);
+    let onto = net.edge_of(onto).lanes().rfind(|lane| is_driven(net, *lane)).unwrap_or(onto);
     let rows = (1..40).map(|k| 2.0 * f64::from(k)).take_while(|row| *row < length_m(onto));
     signs.extend(rows.filter_map(|row| sign(net, SignKind::Exit, onto, row, surfaces)).next());
     signs
