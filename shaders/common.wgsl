@@ -31,6 +31,10 @@ struct Frame {
     shadow: vec4f,
     // x radiance of a dipped head lamp, 0 if off; y factor on the light that lamps show; z radiance of a white sheet in a light of 1 lx
     lamps: vec4f,
+    // xyz velocity of the eye, m/s; w intensity of the rain, mm/h
+    motion: vec4f,
+    // x time from the begin of a sweep of the wipers to the next, y duration of a sweep, s
+    wipers: vec4f,
     beams: array<Beam, 16>,
 }
 

@@ -31,11 +31,15 @@ const SIGNAL_LAMP = 14u;
 const REFLECTOR = 15u;
 const HEAD_LAMP = 16u;
 
+// True for the picture of a body in the water under it.
+override IN_WATER: bool = false;
+
 @vertex
 fn vertex(corner: Corner, at: Placed) -> Surface {
     var out: Surface;
     out.world = place(at, corner.position);
-    out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
+    let depth = select(0.0, 2.0 * (out.world.z - at.z.w), IN_WATER);
+    out.clip = frame.clip_from_world * vec4f(out.world - vec3f(0.0, 0.0, depth), 1.0);
     out.normal = turn(at, corner.normal);
     out.colour = corner.colour;
     out.uv = corner.uv;

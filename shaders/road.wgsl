@@ -2,6 +2,8 @@
 
 // Distance of wheel tracks from the centre of the lane, metres.
 const TRACK = 0.75;
+// True in rain. The road then mirrors what is already in the picture: the share that it lets through is in the alpha channel.
+override WET: bool = false;
 
 // Returns a repaired patch, one in every few stretches of road: x is 1 inside, y has the tar seam.
 fn patch_at(uv: vec2f) -> vec2f {
@@ -97,6 +99,14 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let tarred = in.material == ASPHALT || line;
     var albedo = select(verge, bare, tarred);
     albedo = select(albedo, marking, line);
+    // Water fills the wheels' tracks and hollows, and covers the stones elsewhere only in part. Wet stone and earth are darker.
+    var film = 0.0;
+    if WET {
+        let hollow = smoothstep(0.44, 0.60, 0.6 * coarse.g + 0.4 * broad.g);
+        let stony = 0.35 * pale + 0.5 * max(fine.r - 0.5, 0.0);
+        film = select(0.12, 0.42 + 0.22 * track + 0.16 * hollow - stony * (0.4 + 0.6 * close), tarred);
+        albedo *= select(0.75, mix(0.62, 0.48, clamp(film, 0.0, 1.0)), tarred);
+    }
 
     // Stones stand up from the tar: their sides face different directions.
     let rough_ground = select(0.7, 0.22 - 0.1 * track, tarred);
@@ -114,5 +124,10 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     light += mirror * (0.75 + 0.5 * track) * free * sky_light_blurred(vec3f(-view.xy, abs(view.z)), 3.0);
     let hidden = clamp(4.0 * frame.to_sun_time.z * frame.to_sun_time.z, 0.14, 1.0);
     light += sun_glint(normal, view, rough, 0.035) * sun * gloss * hidden * (0.42 + 0.25 * track);
+    if WET {
+        let share = clamp(film, 0.0, 1.0) * fresnel(flat_normal, view, 0.02);
+        let left = through_air_from(distance(in.world, frame.eye.xyz)).g;
+        return vec4f(through_air(light * (1.0 - share), in.world), share * left);
+    }
     return vec4f(through_air(light, in.world), 1.0);
 }

@@ -30,6 +30,9 @@ pub struct Mixer {
     rumble: [FilteredNoise; 2],
     swish: [FilteredNoise; 2],
     wind: [FilteredNoise; 2],
+    /// Rain: the patter on the roof, and its hiss.
+    patter: [FilteredNoise; 2],
+    hiss: [FilteredNoise; 2],
     others: [OtherVoice; NEAR],
     horn: Horn,
     thump: ContactSound,
@@ -72,6 +75,8 @@ impl Mixer {
             rumble: pair(FilteredNoise::below, 11),
             swish: pair(FilteredNoise::around, 13),
             wind: pair(FilteredNoise::around, 15),
+            patter: pair(FilteredNoise::below, 17),
+            hiss: pair(FilteredNoise::around, 19),
             others: std::array::from_fn(|index| OtherVoice::new(index, rate_hz)),
             horn: Horn::new(rate_hz),
             thump: ContactSound::new(rate_hz),
@@ -130,14 +135,23 @@ impl Mixer {
             let (asphalt, meadow) = (0.035 * brisk * brisk.sqrt(), 0.075 * brisk.min(1.5));
             let rumble = asphalt + (meadow - asphalt) * grass;
             let rumble_hz = (330.0 + 12.0 * speed_mps) * (1.0 - 0.55 * grass);
-            let swish = 0.018 * brisk + (0.030 * brisk.min(1.5) - 0.018 * brisk) * grass;
-            let swish_hz = 850.0 + 1700.0 * grass;
+            // Water under the tyres hisses.
+            let wet = if sound_scene.rain_mmph > 0.0 { 0.040 * brisk * (1.0 - grass) } else { 0.0 };
+            let swish = 0.018 * brisk + (0.030 * brisk.min(1.5) - 0.018 * brisk) * grass + wet;
+            let swish_hz = if wet > 0.0 { 2400.0 } else { 850.0 + 1700.0 * grass };
             let wind = 0.016 * brisk * brisk * brisk.sqrt();
             let wind_hz = 320.0 + 14.0 * speed_mps;
             for (side, sample) in sides.iter_mut().enumerate() {
                 *sample += self.levels.road
                     * (rumble * self.rumble[side].next(rumble_hz) + swish * self.swish[side].next(swish_hz))
                     + self.levels.wind * wind * self.wind[side].next(wind_hz);
+            }
+        }
+        if sound_scene.rain_mmph > 0.0 {
+            // Ten times the rain is 6 dB louder here: more drops, and larger ones.
+            let rain = self.levels.wind * (sound_scene.rain_mmph / 10.0).powf(0.3);
+            for (side, sample) in sides.iter_mut().enumerate() {
+                *sample += rain * (0.022 * self.patter[side].next(750.0) + 0.016 * self.hiss[side].next(3200.0));
             }
         }
         sides.map(|sample| limited(master * sample))

@@ -3,6 +3,7 @@
 use crate::{
     controls::Controls,
     ego::GroundSurface,
+    scenario::Scenario,
     sim::{Event, EventKind, Snapshot},
     traffic::VehicleId,
 };
@@ -42,6 +43,8 @@ pub struct SoundScene {
     pub throttle: f32,
     /// Share of the wheels on grass, 0 to 1.
     pub grass: f32,
+    /// Intensity of the rain, mm/h; 0 is dry.
+    pub rain_mmph: f32,
     /// True while the horn is pressed.
     pub horn: bool,
     /// Vehicles nearby; each keeps its place as long as it is heard.
@@ -59,7 +62,7 @@ pub struct SoundScene {
 /// Length of a [`SoundScene`] as a row of numbers, for the transfer to another thread.
 pub(super) const WORDS: usize = SINGLE + 3 * NEAR;
 /// Number of values that are not about another vehicle.
-const SINGLE: usize = 10;
+const SINGLE: usize = 11;
 
 impl SoundScene {
     /// Converts the scene to a row of numbers; a place without a vehicle is NaN.
@@ -72,6 +75,7 @@ impl SoundScene {
             self.engine_rpm,
             self.throttle,
             self.grass,
+            self.rain_mmph,
             flag(self.horn),
             self.contacts as f32,
             self.contact_mps,
@@ -99,11 +103,12 @@ impl SoundScene {
             engine_rpm: words[2],
             throttle: words[3],
             grass: words[4],
-            horn: words[5] > 0.5,
-            contacts: words[6] as u32,
-            contact_mps: words[7],
-            advices: words[8] as u32,
-            questions: words[9] as u32,
+            rain_mmph: words[5],
+            horn: words[6] > 0.5,
+            contacts: words[7] as u32,
+            contact_mps: words[8],
+            advices: words[9] as u32,
+            questions: words[10] as u32,
             near: std::array::from_fn(near),
         }
     }
@@ -121,9 +126,10 @@ pub struct Listener {
 }
 
 impl Listener {
-    /// Starts a drive; `tone` is the scenario's setting.
-    pub fn new(tone: bool) -> Self {
-        Self { sound_scene: SoundScene::default(), places: [Err(0); NEAR], advised_mps: None, tone }
+    /// Starts a drive of this scenario.
+    pub fn new(scenario: &Scenario) -> Self {
+        let sound_scene = SoundScene { rain_mmph: scenario.rain_mmph as f32, ..SoundScene::default() };
+        Self { sound_scene, places: [Err(0); NEAR], advised_mps: None, tone: scenario.advice_tone }
     }
 
     /// Updates the scene after a tick with these controls.

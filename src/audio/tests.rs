@@ -175,6 +175,21 @@ fn a_vehicle_is_heard_on_its_side_and_louder_if_near_or_fast() {
     assert!(ears(6.0, 0.0, 12.0)[0] > 1.5 * ears(6.0, 0.0, 4.0)[0]);
 }
 
+#[test]
+fn rain_patters_on_a_standing_vehicle_and_wet_tyres_hiss() {
+    let rain = |levels: &SoundLevels, rain_mmph, speed_mps| {
+        left(&steady(levels, &SoundScene { rain_mmph, ..driving(speed_mps, 0.0) }, 0.5))
+    };
+    let roof = only(|l| l.wind_db = 0.0);
+    assert_eq!(level(&rain(&roof, 0.0, 0.0)), 0.0);
+    // Ten times the rain is 6 dB louder.
+    let louder = level(&rain(&roof, 20.0, 0.0)) / level(&rain(&roof, 2.0, 0.0));
+    assert!((louder - 2.0).abs() < 0.05, "{louder}");
+    let tyres = only(|l| l.road_db = 0.0);
+    let [dry, wet] = [0.0, 5.0].map(|rain_mmph| band(&rain(&tyres, rain_mmph, 20.0), 2000, 4000));
+    assert!(wet > 2.0 * dry, "{dry} {wet}");
+}
+
 /// Renders this many seconds of everything at once: gears, grass, horn, contacts, tones, vehicles that come and go.
 fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
@@ -269,7 +284,7 @@ fn a_contact_thumps_and_a_change_of_advice_rings_once() {
 /// Returns the scenes of a drive with full throttle, then none.
 fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
     let mut world = World::new(scenario).unwrap();
-    let mut listener = Listener::new(scenario.advice_tone);
+    let mut listener = Listener::new(&scenario);
     (0..ticks)
         .map(|tick| {
             let throttle = if tick < ticks / 2 { 1.0 } else { 0.0 };
@@ -317,7 +332,7 @@ fn wheels_on_grass_are_heard_by_their_share() {
     let world = World::new(&scenario).unwrap();
     let mut snapshot = world.snapshot().clone();
     snapshot.ego.wheels[1].surface = GroundSurface::Grass;
-    let mut listener = Listener::new(false);
+    let mut listener = Listener::new(&Scenario::default());
     listener.tick(&snapshot, &[], &Controls::default());
     assert_eq!(listener.scene(true, true).grass, 0.25);
     assert!(listener.scene(true, true).horn && !listener.scene(false, false).running);

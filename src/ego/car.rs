@@ -210,7 +210,7 @@ impl EgoCar {
         let pick = |at_front: f64, at_rear: f64| (if front { at_front } else { at_rear }) as f32;
         let weight_n = p.body.mass_kg as f32 * GRAVITY;
         let (friction, rolling) = match self.wheels[i].surface {
-            GroundSurface::Asphalt => (p.tyres.asphalt_friction, p.tyres.asphalt_rolling),
+            GroundSurface::Asphalt => (p.tyres.asphalt_friction_at(f64::from(vx_mps)), p.tyres.asphalt_rolling),
             GroundSurface::Grass => {
                 let growing = p.tyres.grass_rolling + p.tyres.grass_rolling_per_mps * f64::from(vx_mps.abs());
                 (p.tyres.grass_friction, growing.min(p.tyres.grass_rolling_max))

@@ -70,7 +70,7 @@ impl LongitudinalCar {
         let height_m = b.cg_height_m - self.params.suspension.link_height_m;
         let moved = self.accel_mps2 / f64::from(GRAVITY) * height_m / b.wheelbase_m;
         [b.front_share - moved, 1.0 - b.front_share + moved]
-            .map(|load| t.asphalt_friction * t.slip_control * load.max(0.0))
+            .map(|load| t.asphalt_friction_at(self.speed_mps) * t.slip_control * load.max(0.0))
     }
 
     /// Advances by one tick on a road of this grade, the tangent of the slope angle, positive uphill. Returns the way, m.

@@ -10,6 +10,7 @@ mod longitudinal;
 mod params;
 mod powertrain;
 mod tyre;
+mod wet_road;
 
 pub use car::EgoCar;
 pub use longitudinal::LongitudinalCar;
@@ -17,6 +18,7 @@ pub use params::{
     BodyParams, BrakeParams, CarParams, EgoError, EngineParams, GearboxParams, SteeringParams, SuspensionParams,
     TyreParams,
 };
+pub use wet_road::water_mm;
 
 use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road};
 use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
@@ -24,7 +26,7 @@ use glam::{DVec2, DVec3, EulerRot, Quat, Vec3};
 /// Ground surface under a wheel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum GroundSurface {
-    /// Dry asphalt, as on all roads.
+    /// Asphalt, as on all roads.
     #[default]
     Asphalt,
     /// Meadow, with less grip and more rolling resistance.

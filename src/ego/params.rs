@@ -2,6 +2,7 @@
 //! file, or nothing. Out: [`CarParams`], checked. SI units, ratios and shares without unit; engine speeds are in 1/min,
 //! as in data sheets.
 
+use super::wet_road;
 use serde::{Deserialize, Serialize};
 
 /// Error in the parameters of the ego.
@@ -131,6 +132,8 @@ impl Default for SuspensionParams {
 pub struct TyreParams {
     /// Friction coefficient on dry asphalt
     pub asphalt_friction: f64,
+    /// Depth of the water on asphalt, mm; 0 is dry
+    pub water_mm: f64,
     /// Friction coefficient on grass
     pub grass_friction: f64,
     /// Cornering stiffness of the front tyres as a share of their load, 1/rad
@@ -163,6 +166,7 @@ impl Default for TyreParams {
     fn default() -> Self {
         Self {
             asphalt_friction: 0.98,
+            water_mm: 0.0,
             grass_friction: 0.35,
             front_cornering: 14.5,
             rear_cornering: 18.0,
@@ -175,6 +179,13 @@ impl Default for TyreParams {
             grass_rolling_per_mps: 0.0125,
             grass_rolling_max: 0.25,
         }
+    }
+}
+
+impl TyreParams {
+    /// Returns the friction coefficient on asphalt at a speed; water makes it less, the more the faster.
+    pub(super) fn asphalt_friction_at(&self, speed_mps: f64) -> f64 {
+        self.asphalt_friction * wet_road::share_of_dry(self.water_mm, speed_mps)
     }
 }
 
@@ -348,6 +359,7 @@ impl CarParams {
             ("suspension.anti_roll_npm[1]", susp.anti_roll_npm[1], 0.0, 100_000.0),
             ("suspension.link_height_m", susp.link_height_m, 0.0, body.cg_height_m),
             ("tyres.asphalt_friction", tyre.asphalt_friction, 0.05, 1.5),
+            ("tyres.water_mm", tyre.water_mm, 0.0, 2.0),
             ("tyres.grass_friction", tyre.grass_friction, 0.05, 1.5),
             ("tyres.front_cornering", tyre.front_cornering, 2.0, 60.0),
             ("tyres.rear_cornering", tyre.rear_cornering, 2.0, 60.0),

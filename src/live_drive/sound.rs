@@ -20,7 +20,7 @@ pub struct DriveSound {
 impl DriveSound {
     /// Creates the sound; nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
-        Self { listener: Listener::new(scenario.advice_tone), speaker: None, horn: false }
+        Self { listener: Listener::new(scenario), speaker: None, horn: false }
     }
 
     /// Starts playing at the scenario's levels.

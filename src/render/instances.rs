@@ -9,7 +9,7 @@ use super::{
     level_of_detail::{CarDetail, DetailShares, InstanceBatches, LEVELS, TreeDetail},
     models::{ModelMesh, ModelMeshes},
 };
-use crate::scene::{CarInstance, Cockpit, DriverSeat, LitLamp, StaticScene, TreePlace};
+use crate::scene::{CarInstance, Cockpit, DriverSeat, LitLamp, SprayPuff, StaticScene, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -103,6 +103,8 @@ pub struct SceneContents<'a> {
     pub inside: Option<&'a DriverSeat>,
     /// Lamps that are lit.
     pub lamps: &'a [LitLamp],
+    /// Fine drops in the air behind vehicles.
+    pub spray: &'a [SprayPuff],
 }
 
 /// Instance buffer that is refilled for every picture. It grows when a picture holds more than any before it.
@@ -154,6 +156,8 @@ impl InstanceCollector {
             self.fill(|list| list.extend(seat.map(|seat| body(&seat.car)))),
             self.fill(|list| list.extend(cabin.map(|seat| body(&seat.car)))),
             self.fill(|list| list.extend(seat.and_then(steering_wheel))),
+            self.fill(|list| list.extend(seat.filter(|seat| seat.wiper_rad.is_none()).map(|seat| body(&seat.car)))),
+            self.fill(|list| list.extend(seat.into_iter().flat_map(moving_wipers))),
         ];
         let housings = std::array::from_fn(|which| self.fill(|list| list.extend(housings(seat, which))));
         let first = self.instances.len() as u32;
@@ -179,6 +183,8 @@ impl InstanceCollector {
                 && seen(lamp.position, lamp.radius_m).is_some()
         });
         let lamps = self.fill(|list| list.extend(lit.map(lit_lamp)));
+        let puffs = around.spray.iter().filter(|puff| seen(puff.position, puff.radius_m).is_some());
+        let spray = self.fill(|list| list.extend(puffs.map(spray_puff)));
         let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
         let wanted = |(tuft, _): &(&BoundingSphere, &DrawnTree)| grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
@@ -188,7 +194,7 @@ impl InstanceCollector {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, tufts, roots, trees }
+        InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, spray, tufts, roots, trees }
     }
 
     /// Binds the instances as the source of the pass's draws, in `slot`.
@@ -289,6 +295,19 @@ fn lit_lamp(lamp: &LitLamp) -> Instance {
     let turn = Quat::from_rotation_arc(Vec3::X, lamp.facing);
     let world = Affine3A::from_scale_rotation_translation(Vec3::splat(lamp.radius_m), turn, lamp.position);
     Instance::new(world, lamp.light, 0.0)
+}
+
+/// Returns a puff as its place, radius and opacity.
+fn spray_puff(puff: &SprayPuff) -> Instance {
+    let world = Affine3A::from_scale_rotation_translation(Vec3::splat(puff.radius_m), Quat::IDENTITY, puff.position);
+    Instance::new(world, [1.0; 3], puff.opacity)
+}
+
+/// Returns both wipers while they move, as in rain.
+fn moving_wipers(seat: &DriverSeat) -> impl Iterator<Item = Instance> {
+    let body = Affine3A::from_rotation_translation(seat.car.rotation, seat.car.position);
+    let arms = seat.wiper_rad.map(Cockpit::body_from_wipers);
+    arms.into_iter().flatten().map(move |arm| Instance::new(body * arm, [1.0; 3], 0.0))
 }
 
 /// Returns the steering wheel, if it is visible.

@@ -8,8 +8,8 @@ use std::ops::Range;
 /// Ranges in the instance buffer. The first instance is the world itself, for road and land.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct InstanceBatches {
-    /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel.
-    pub inside: [Range<u32>; 3],
+    /// The ego seen from inside, if it is: bonnet and shelf, cabin, steering wheel, wipers at rest, wipers that move.
+    pub inside: [Range<u32>; 5],
     /// Housings of the ego's mirrors by mesh.
     pub housings: [Range<u32>; 4],
     /// All car bodies, for the patches of contact shade under them.
@@ -20,6 +20,8 @@ pub struct InstanceBatches {
     pub wheels: [Range<u32>; 3],
     /// Lamps that are lit.
     pub lamps: Range<u32>,
+    /// Puffs of fine drops behind vehicles.
+    pub spray: Range<u32>,
     /// Tufts of grass in range.
     pub tufts: Range<u32>,
     /// Patches of shade at the feet of trees.

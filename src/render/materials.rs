@@ -9,12 +9,23 @@ use super::{
     },
     quality::Quality,
 };
+use crate::scene::cockpit::wipers;
 
 /// Width of a pixel from which blades of grass are no longer visible, m.
 pub(super) const AFAR_M: f32 = 0.075;
 
 /// Variant for a parallel lens from above.
 const FROM_ABOVE: (&str, f64) = ("FROM_ABOVE", 1.0);
+
+/// Blending of a surface over what it mirrors, of which it lets the share in its alpha channel through.
+const OVER_MIRRORED: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::SrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent::REPLACE,
+};
 
 /// All pipelines of the scene.
 #[derive(Debug)]
@@ -23,6 +34,8 @@ pub struct MaterialPipelines {
     pub(super) ground: GroundPipelines,
     pub(super) plants: PlantPipelines,
     pub(super) sky: wgpu::RenderPipeline,
+    /// Pipelines for rain alone.
+    pub(super) rain: Option<RainPipelines>,
 }
 
 /// The area hidden by the mirror, cars, uncoated parts (posts, wheels), and windows.
@@ -56,13 +69,34 @@ pub(super) struct PlantPipelines {
     pub grass: wgpu::RenderPipeline,
 }
 
+/// Pipelines for rain: what the wet road mirrors (sky and trees, bodies, then depth as if nothing had been drawn), the depth of the road, drops in
+/// the air and on the windscreen, spray.
+#[derive(Debug)]
+pub(super) struct RainPipelines {
+    pub mirrored_sky: wgpu::RenderPipeline,
+    pub mirrored_car: wgpu::RenderPipeline,
+    pub nothing: wgpu::RenderPipeline,
+    pub road_depth: wgpu::RenderPipeline,
+    pub drops: wgpu::RenderPipeline,
+    pub windscreen: wgpu::RenderPipeline,
+    pub spray: wgpu::RenderPipeline,
+}
+
 /// Inputs of the pipelines.
 pub(super) struct MaterialsDesc<'a> {
     pub layout: &'a wgpu::PipelineLayout,
     pub sky_layout: &'a wgpu::PipelineLayout,
     pub quality: &'a Quality,
+    pub weather: PipelineWeather,
+}
+
+/// Light and weather that pipelines are made for: by day and when it is dry, lamps and water would cost time without being visible.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PipelineWeather {
     /// Number of beams of headlamps that light the scene, 0 by day.
     pub beams: usize,
+    /// True if it rains and the road mirrors.
+    pub is_wet: bool,
 }
 
 impl MaterialsDesc<'_> {
@@ -75,7 +109,8 @@ impl MaterialsDesc<'_> {
             || builder.both(|| self.bodies(builder), || self.ground(builder)),
             || builder.both(|| self.plants(builder), || self.sky(builder)),
         );
-        Ok(MaterialPipelines { bodies: bodies?, ground: ground?, plants: plants?, sky: sky? })
+        let rain = if self.weather.is_wet { Some(self.rain(builder)?) } else { None };
+        Ok(MaterialPipelines { bodies: bodies?, ground: ground?, plants: plants?, sky: sky?, rain })
     }
 
     fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, ShaderFault> {
@@ -83,18 +118,7 @@ impl MaterialsDesc<'_> {
         let lit = [soft, beams];
         let solid = self.solid(&mesh, &lit);
         let [hidden, car, uncoated, glass] = builder.pipelines([
-            PipelineDesc {
-                program: "hidden",
-                buffers: &[],
-                depth: Some(wgpu::DepthStencilState {
-                    depth_compare: Some(wgpu::CompareFunction::Always),
-                    ..depth(true, Default::default())
-                }),
-                writes: wgpu::ColorWrites::empty(),
-                cull: None,
-                constants: &[],
-                ..solid.clone()
-            },
+            self.mask(&[]),
             PipelineDesc { program: "car", ..solid.clone() },
             PipelineDesc { program: "car", constants: &[soft, beams, ("COATED", 0.0)], ..solid.clone() },
             PipelineDesc {
@@ -124,8 +148,17 @@ impl MaterialsDesc<'_> {
             constants: &[],
             ..solid.clone()
         };
+        let wet = ("WET", f64::from(u8::from(self.weather.is_wet)));
+        let road = PipelineDesc {
+            program: "road",
+            // A wet road lets some of what it mirrors through: its uppermost layer alone, of which the depth is drawn before.
+            colour: Some((HDR, self.weather.is_wet.then_some(OVER_MIRRORED))),
+            depth: Some(if self.weather.is_wet { equal_depth() } else { depth(true, Default::default()) }),
+            constants: &[soft, beams, wet],
+            ..solid.clone()
+        };
         let [road, road_from_above, land, land_from_above, contact, root] = builder.pipelines([
-            PipelineDesc { program: "road", ..solid.clone() },
+            road,
             PipelineDesc { program: "road", constants: &[soft, FROM_ABOVE], ..solid.clone() },
             PipelineDesc { program: "land", constants: &[soft, beams, afar], ..solid.clone() },
             PipelineDesc { program: "land", constants: &[soft, FROM_ABOVE, afar, ("AFAR", 1.0)], ..solid.clone() },
@@ -154,14 +187,7 @@ impl MaterialsDesc<'_> {
             constants: &samples_alone,
             ..solid.clone()
         };
-        let covered = PipelineDesc {
-            depth: Some(wgpu::DepthStencilState {
-                depth_compare: Some(wgpu::CompareFunction::Equal),
-                ..depth(false, Default::default())
-            }),
-            cull: None,
-            ..solid.clone()
-        };
+        let covered = PipelineDesc { depth: Some(equal_depth()), cull: None, ..solid.clone() };
         let cut_out = self.quality.msaa > 1;
         let least = ("LEAST_COVER", if cut_out { 0.1 } else { 0.5 });
         let reach = ("REACH_M", f64::from(self.quality.grass_m));
@@ -202,6 +228,59 @@ impl MaterialsDesc<'_> {
         Ok(sky)
     }
 
+    fn rain(&self, builder: &PipelineBuilder) -> Result<RainPipelines, ShaderFault> {
+        let (mesh, instances) = (mesh_buffers(), [Some(instance_buffer())]);
+        let lit = [self.soft(), self.beams()];
+        let solid = self.solid(&mesh, &lit);
+        let in_water = [self.soft(), self.beams(), ("IN_WATER", 1.0)];
+        let wipers = [
+            ("AXLE_0", wipers::AXLES_M[0]),
+            ("AXLE_1", wipers::AXLES_M[1]),
+            ("ARM_0", wipers::ARMS_M[0]),
+            ("ARM_1", wipers::ARMS_M[1]),
+            ("BARE", wipers::BARE),
+            ("SWEEP", wipers::SWEEP_RAD),
+        ];
+        let wipers = wipers.map(|(name, value)| (name, f64::from(value)));
+        let air = PipelineDesc {
+            buffers: &[],
+            colour: Some((HDR, Some(wgpu::BlendState::ALPHA_BLENDING))),
+            depth: Some(depth(false, Default::default())),
+            cull: None,
+            ..solid.clone()
+        };
+        let [mirrored_sky, mirrored_car, nothing, road_depth, drops, windscreen, spray] = builder.pipelines([
+            PipelineDesc { program: "mirrored_sky", colour: Some((HDR, None)), constants: &lit[..1], ..air.clone() },
+            // Mirrored triangles turn the other way.
+            PipelineDesc { program: "car", cull: Some(wgpu::Face::Front), constants: &in_water, ..solid.clone() },
+            self.mask(&[("DEPTH", 0.0)]),
+            PipelineDesc {
+                program: "depth_alone",
+                writes: wgpu::ColorWrites::empty(),
+                constants: &[],
+                ..solid.clone()
+            },
+            PipelineDesc { program: "rain", ..air.clone() },
+            PipelineDesc { program: "windscreen", buffers: &mesh, constants: &wipers, ..air.clone() },
+            PipelineDesc { program: "spray", buffers: &instances, ..air },
+        ])?;
+        Ok(RainPipelines { mirrored_sky, mirrored_car, nothing, road_depth, drops, windscreen, spray })
+    }
+
+    /// Returns the description of a mask, which sets the depth alone.
+    fn mask<'a>(&'a self, constants: &'a [(&'static str, f64)]) -> PipelineDesc<'a> {
+        PipelineDesc {
+            program: "hidden",
+            depth: Some(wgpu::DepthStencilState {
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                ..depth(true, Default::default())
+            }),
+            writes: wgpu::ColorWrites::empty(),
+            cull: None,
+            ..self.solid(&[], constants)
+        }
+    }
+
     /// Returns the description for opaque surfaces seen from in front; the other pipelines are variants of it.
     fn solid<'a>(
         &'a self,
@@ -224,7 +303,7 @@ impl MaterialsDesc<'_> {
 
     /// Returns the constant for the number of beams.
     fn beams(&self) -> (&'static str, f64) {
-        ("BEAMS", self.beams as f64)
+        ("BEAMS", self.weather.beams as f64)
     }
 
     /// Returns the constant for soft shadow edges; programs without sunshine ignore it.
@@ -241,4 +320,9 @@ fn depth(write: bool, bias: wgpu::DepthBiasState) -> wgpu::DepthStencilState {
         stencil: Default::default(),
         bias,
     }
+}
+
+/// Returns the test of surfaces whose depth has been drawn before.
+fn equal_depth() -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState { depth_compare: Some(wgpu::CompareFunction::Equal), ..depth(false, Default::default()) }
 }

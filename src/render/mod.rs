@@ -4,7 +4,7 @@
 //! Five fixed passes: [`shadow`], [`scene_pass`] (main camera, then mirrors), [`post::tonemap`] (with [`post::bloom`]),
 //! the [`dial`], and the experimenter's panel. `frame_plan` plans them, [`Renderer::draw`] runs them. Nothing is created while driving: buffers
 //! grow only when a picture holds more cars than any before it, targets change with the window's size, pipelines with
-//! the shaders and at nightfall.
+//! the shaders, at nightfall and in rain.
 
 mod auto_quality;
 pub mod device;
@@ -42,7 +42,7 @@ use device::timing::{PassTimings, TimedPass};
 use dial::DialPass;
 use frame_plan::{FramePlan, ViewPass};
 use headlamps::most_beams;
-use materials::MaterialPipelines;
+use materials::{MaterialPipelines, PipelineWeather};
 use post::bloom::{BloomPass, BloomPipelines};
 use post::tonemap::{ToneMapPass, ToneMapPipelines, ToneMappedFrame};
 use post::ui_pass::{OverlayTarget, UiPass};
@@ -88,8 +88,8 @@ pub struct PanelOutput<'a> {
 struct RenderPipelines {
     shadow: ShadowPipeline,
     materials: MaterialPipelines,
-    /// Number of headlamps' beams that the materials read, 0 by day.
-    beams: usize,
+    /// Light and weather that the materials are made for.
+    weather: PipelineWeather,
     bloom: BloomPipelines,
     tonemap: ToneMapPipelines,
 }
@@ -115,8 +115,15 @@ impl Renderer {
         tonemap.fit(device, main, [mirror; 3], bloom.halo(), [1, 1], quality.msaa == 1);
         let sources = ShaderSources::built_in();
         let builder = PipelineBuilder { device, sources: &sources };
-        let pipelines = RenderPipelines::new(&builder, &bindings, &shadow, &bloom, &tonemap, (&quality, 0))
-            .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
+        let pipelines = RenderPipelines::new(
+            &builder,
+            &bindings,
+            &shadow,
+            &bloom,
+            &tonemap,
+            (&quality, PipelineWeather::default()),
+        )
+        .unwrap_or_else(|e| panic!("the built-in shaders are tested: {e}"));
         let timing = PassTimings::new(device, &gpu.queue);
         let dial = DialPass::new(device, format);
         let panel = UiPass::new(device, format);
@@ -159,10 +166,11 @@ impl Renderer {
             ..
         } = self;
         let (device, queue) = (&meshes.device, &meshes.queue);
-        let sky = air.fit(queue, view.to_sun, view.visibility_m);
+        let sky = air.fit(queue, view);
         let are_lit = !view.headlamps.is_empty() && sky.shows_headlamps();
         let beams = if are_lit { most_beams(quality) } else { 0 };
-        pipelines.fit(&PipelineBuilder { device, sources }, bindings, quality, beams);
+        let weather = PipelineWeather { beams, is_wet: view.rain_mmph > 0.0 };
+        pipelines.fit(&PipelineBuilder { device, sources }, bindings, quality, weather);
         let descriptor = wgpu::CommandEncoderDescriptor { label: Some("frame") };
         let mut encoder = device.create_command_encoder(&descriptor);
         let e = &mut encoder;
@@ -175,7 +183,7 @@ impl Renderer {
         for (k, picture) in pictures.iter_mut().enumerate() {
             let Some(ViewPass { frustum, ego, hidden, timed, .. }) = &plan.passes[k] else { continue };
             let materials = &pipelines.materials;
-            let scene = SceneInputs { materials, meshes, view, frustum, lights: &lights, sky, beams };
+            let scene = SceneInputs { materials, meshes, view, frustum, lights: &lights, sky, weather };
             let drawn = picture.draw(e, stamps(*timed, plan.bounds_time(k)), &scene, *ego, *hidden);
             *if *timed == TimedPass::Main { &mut cost.main } else { &mut cost.mirror } += drawn;
         }
@@ -260,7 +268,7 @@ impl Renderer {
         let sources = ShaderSources::from_directory(directory)?;
         let device = &self.meshes.device;
         // Catches errors that naga does not find: a missing entry point, a binding of another type.
-        let settings = (&self.quality, self.pipelines.beams);
+        let settings = (&self.quality, self.pipelines.weather);
         let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
         let builder = PipelineBuilder { device, sources: &sources };
         let made = RenderPipelines::new(&builder, &self.bindings, &self.shadow, &self.bloom, &self.tonemap, settings);
@@ -283,24 +291,29 @@ impl RenderPipelines {
         shadow: &ShadowPass,
         bloom: &BloomPass,
         tonemap: &ToneMapPass,
-        (quality, beams): (&Quality, usize),
+        (quality, weather): (&Quality, PipelineWeather),
     ) -> Result<Self, ShaderFault> {
         Ok(Self {
             shadow: shadow.pipeline(builder)?,
-            materials: bindings.materials(builder, quality, beams)?,
-            beams,
+            materials: bindings.materials(builder, quality, weather)?,
+            weather,
             bloom: bloom.pipelines(builder)?,
             tonemap: tonemap.pipelines(builder)?,
         })
     }
 
-    /// Creates the materials anew if the number of headlamps' beams has changed, i.e. when a night begins or ends: by day their light would
-    /// cost time without being visible.
-    fn fit(&mut self, builder: &PipelineBuilder, bindings: &SceneBindings, quality: &Quality, beams: usize) {
-        if beams != self.beams {
-            let materials = bindings.materials(builder, quality, beams);
+    /// Creates the materials anew if light or weather have changed, i.e. when a night begins or ends.
+    fn fit(
+        &mut self,
+        builder: &PipelineBuilder,
+        bindings: &SceneBindings,
+        quality: &Quality,
+        weather: PipelineWeather,
+    ) {
+        if weather != self.weather {
+            let materials = bindings.materials(builder, quality, weather);
             self.materials = materials.unwrap_or_else(|e| panic!("the shaders in use are valid: {e}"));
-            self.beams = beams;
+            self.weather = weather;
         }
     }
 }

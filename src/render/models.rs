@@ -54,8 +54,8 @@ pub struct ModelMeshes {
     pub bodies: Vec<[ModelMesh; CAR_LEVELS]>,
     /// Windows of near and mid cars, by style.
     pub glass: Vec<[ModelMesh; 2]>,
-    /// Parts of the ego seen from inside: bonnet, shelf, cabin, steering wheel.
-    pub cockpit: [ModelMesh; 4],
+    /// Parts of the ego seen from inside: bonnet, shelf, cabin, steering wheel, wipers at rest, one wiper, windscreen.
+    pub cockpit: [ModelMesh; 7],
     /// Housings of the ego's mirrors, see [`Cockpit::housings`].
     pub housings: [ModelMesh; 4],
     /// One wheel by level.
@@ -89,8 +89,9 @@ impl ModelMeshes {
         });
         let bodies = bodies.collect();
         let glass = static_scene.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
-        let Cockpit { bonnet, shelf, cabin, wheel, housings } = &static_scene.cockpit;
-        let cockpit = [bonnet, shelf, cabin, wheel].map(&mut add);
+        let Cockpit { bonnet, shelf, cabin, wheel, resting_wipers, wiper, windscreen, housings } =
+            &static_scene.cockpit;
+        let cockpit = [bonnet, shelf, cabin, wheel, resting_wipers, wiper, windscreen].map(&mut add);
         let housings = [0, 1, 2, 3].map(|which| add(&housings[which]));
         let wheels = [0, 1, 2].map(|level| add(&static_scene.wheels[level]));
         let pictured = |corners: &[Vec2]| -> Vec<Mesh> {
@@ -135,8 +136,8 @@ impl ModelMeshes {
 
     /// Draws parts without a clear coat: the ego's shelf and cabin, wheels of all levels.
     pub fn draw_uncoated(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
-        let [_, shelf, cabin, _] = &self.cockpit;
-        let [body, furnished, _] = &batches.inside;
+        let [_, shelf, cabin, ..] = &self.cockpit;
+        let [body, furnished, ..] = &batches.inside;
         shelf.draw(pass, body.clone());
         cabin.draw(pass, furnished.clone());
         for (model, range) in self.wheels.iter().zip(&batches.wheels) {
@@ -144,15 +145,27 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws bodies of all styles and levels, the ego's bonnet, steering wheel and mirror housings.
+    /// Draws bodies of all styles and levels, the ego's bonnet, steering wheel, wipers and mirror housings.
     pub fn draw_cars(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
-        let [bonnet, _, _, wheel] = &self.cockpit;
-        let [body, _, steered] = &batches.inside;
-        bonnet.draw(pass, body.clone());
-        wheel.draw(pass, steered.clone());
+        let [bonnet, _, _, wheel, resting, wiper, _] = &self.cockpit;
+        let [body, _, steered, at_rest, moving] = &batches.inside;
+        for (model, range) in [(bonnet, body), (wheel, steered), (resting, at_rest), (wiper, moving)] {
+            model.draw(pass, range.clone());
+        }
         for (model, range) in self.housings.iter().zip(&batches.housings) {
             model.draw(pass, range.clone());
         }
+        self.draw_bodies(pass, batches);
+    }
+
+    /// Draws the ego's windscreen, if the picture is taken from inside.
+    pub fn draw_windscreen(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
+        let [.., windscreen] = &self.cockpit;
+        windscreen.draw(pass, batches.inside[0].clone());
+    }
+
+    /// Draws bodies of all styles and levels.
+    pub fn draw_bodies(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
             model.draw(pass, range.clone());
         }

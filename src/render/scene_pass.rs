@@ -13,7 +13,7 @@ use super::{
     headlamps::beams,
     instances::{InstanceCollector, SceneContents},
     level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
-    materials::{AFAR_M, MaterialPipelines, MaterialsDesc},
+    materials::{AFAR_M, MaterialPipelines, MaterialsDesc, PipelineWeather},
     quality::Quality,
     shadow::ShadowLookup,
     sky::{
@@ -23,7 +23,7 @@ use super::{
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
 };
-use crate::scene::{View, ViewKind};
+use crate::scene::{View, ViewKind, WiperMotion};
 use glam::Vec3;
 
 /// Visibility of the ego in a picture.
@@ -63,8 +63,8 @@ pub struct SceneInputs<'a> {
     pub lights: &'a ShadowLookup,
     /// Light of the hour.
     pub sky: &'a Sky,
-    /// Number of beams of headlamps that the pipelines read.
-    pub beams: usize,
+    /// Light and weather that the pipelines are made for.
+    pub weather: PipelineWeather,
 }
 
 /// One picture of the scene, with its own camera, instances and targets.
@@ -163,7 +163,7 @@ impl SceneBindings {
 }
 
 impl SceneBindings {
-    /// Creates all pipelines of the scene, for this number of headlamps' beams.
+    /// Creates all pipelines of the scene, for this light and weather.
     ///
     /// # Errors
     /// A mistake in a shader.
@@ -171,9 +171,9 @@ impl SceneBindings {
         &self,
         builder: &PipelineBuilder,
         quality: &Quality,
-        beams: usize,
+        weather: PipelineWeather,
     ) -> Result<MaterialPipelines, ShaderFault> {
-        MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality, beams }.pipelines(builder)
+        MaterialsDesc { layout: &self.pipeline, sky_layout: &self.sky_pipeline, quality, weather }.pipelines(builder)
     }
 }
 
@@ -259,6 +259,16 @@ impl ScenePass {
         pass.set_bind_group(0, &self.group, &[]);
         models.bind(pass);
         instances.bind(pass, 1);
+        let from_above = frustum.from_above();
+        let rain = materials.rain.as_ref().filter(|_| !from_above);
+        if let Some(rain) = rain {
+            pass.set_pipeline(&rain.mirrored_sky);
+            pass.draw(0..3, 0..1);
+            pass.set_pipeline(&rain.mirrored_car);
+            models.draw_bodies(pass, &batches);
+            pass.set_pipeline(&rain.nothing);
+            pass.draw(0..3, 0..1);
+        }
         if let Some([left, top, width, height]) = hidden {
             pass.set_pipeline(&materials.bodies.hidden);
             pass.set_scissor_rect(left, top, width, height);
@@ -277,7 +287,6 @@ impl ScenePass {
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.plants.tree);
         models.draw_trees(pass, &batches.trees);
-        let from_above = frustum.from_above();
         let which = usize::from(from_above);
         for pipeline in [&materials.plants.far_cover[which], &materials.plants.impostor[which]] {
             pass.set_pipeline(pipeline);
@@ -285,6 +294,10 @@ impl ScenePass {
         }
         pass.set_pipeline(&materials.plants.grass);
         models.tuft.draw(pass, batches.tufts.clone());
+        if let Some(rain) = rain {
+            pass.set_pipeline(&rain.road_depth);
+            models.road.draw(pass, seen);
+        }
         pass.set_pipeline(&materials.ground.road[which]);
         models.road.draw(pass, seen);
         let afar = from_above && frustum.pixels(frustum.camera.eye, AFAR_M) <= 1.0;
@@ -303,6 +316,17 @@ impl ScenePass {
         models.bind(pass);
         instances.bind(pass, 1);
         models.draw_glass(pass, &batches);
+        if let Some(rain) = rain {
+            pass.set_pipeline(&rain.spray);
+            instances.bind(pass, 0);
+            pass.draw(0..6, batches.spray.clone());
+            pass.set_pipeline(&rain.drops);
+            pass.draw(0..6, 0..falling_drops(scene.view.rain_mmph));
+            pass.set_pipeline(&rain.windscreen);
+            models.bind(pass);
+            instances.bind(pass, 1);
+            models.draw_windscreen(pass, &batches);
+        }
         pass.cost()
     }
 
@@ -315,7 +339,7 @@ impl ScenePass {
             (&meshes.device, &meshes.queue),
             &meshes.models,
             cars,
-            SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps },
+            SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps, spray: &view.spray },
             |centre, radius_m| CarDetail::seen(frustum, centre, radius_m),
             |centre, radius_m| match frustum.sees(centre, radius_m) {
                 true => TreeDetail::shares(frustum.pixels(centre, radius_m) * self.detail, self.samples),
@@ -328,6 +352,11 @@ impl ScenePass {
             },
         )
     }
+}
+
+/// Returns the number of drops that stand for all those around the eye: as many more in stronger rain as its extinction is more.
+fn falling_drops(rain_mmph: f32) -> u32 {
+    (700.0 * rain_mmph.powf(0.63)).min(6000.0) as u32
 }
 
 /// Radiance of a dipped head lamp, as pictures show it.
@@ -354,6 +383,9 @@ fn frame(scene: &SceneInputs) -> Frame {
             sky.one_lux,
             0.0,
         ],
-        beams: beams(view, frustum, scene.beams),
+        motion: view.velocity_mps.extend(view.rain_mmph).to_array(),
+        wipers: WiperMotion::in_rain(view.rain_mmph)
+            .map_or([1.0; 4], |wipers| [wipers.period_s as f32, wipers.sweep_s as f32, 0.0, 0.0]),
+        beams: beams(view, frustum, scene.weather.beams),
     }
 }

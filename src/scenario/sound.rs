@@ -20,7 +20,7 @@ pub struct SoundLevels {
     /// Tyres of the own vehicle on road and grass
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub road_db: f64,
-    /// Air around the own vehicle
+    /// Air around the own vehicle, and rain on it
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub wind_db: f64,
     /// Other vehicles near the own vehicle

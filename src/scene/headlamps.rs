@@ -1,11 +1,7 @@
 //! Headlamps of vehicles. In: the vehicles of a picture. Out: positions and directions of dipped beams, metres from the scene's origin.
 
-use super::{CarInstance, StaticScene, vehicles};
-use crate::{
-    sim::Snapshot,
-    space::Pose,
-    traffic::{VehicleBody, VehicleKind},
-};
+use super::{CarInstance, StaticScene, traffic_parts::drawn_vehicles, vehicles};
+use crate::{sim::Snapshot, space::Pose, traffic::VehicleKind};
 use glam::Vec3;
 
 /// Dipped headlamps of a vehicle, as one lamp between them.
@@ -21,14 +17,10 @@ pub struct Headlamps {
 /// Returns the headlamps of all motor vehicles, the ego's first. `cars` are the parts of the vehicles, in the same order.
 pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene: &StaticScene) -> Vec<Headlamps> {
     let inner = if static_scene.network.is_left_hand() { Vec3::NEG_Y } else { Vec3::Y };
-    let bodies = std::iter::once(VehicleBody::CAR).chain(snapshot.cars.iter().map(|car| car.body));
-    let mut drawn = cars.iter();
     let mut lit = Vec::with_capacity(cars.len());
-    for body in bodies {
-        let mut parts = body.parts(&Pose::default(), None).zip(&mut drawn);
-        let front = parts.next();
-        parts.for_each(drop);
-        let Some((part, car)) = front else { break };
+    for (body, parts) in drawn_vehicles(snapshot, cars) {
+        let front = body.parts(&Pose::default(), None).zip(parts).next();
+        let Some((part, car)) = front else { continue };
         if matches!(body.kind, VehicleKind::Bicycle | VehicleKind::Pedestrian) {
             continue;
         }
@@ -50,7 +42,7 @@ mod tests {
         map::{RoadMap, network::Network},
         scene::{ViewKind, ViewOptions, view},
         sim::VehicleSnapshot,
-        traffic::VehicleId,
+        traffic::{VehicleBody, VehicleId},
     };
 
     fn vehicle(id: u32, kind: VehicleKind, length_m: f64, x: f64) -> VehicleSnapshot {

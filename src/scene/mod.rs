@@ -13,6 +13,7 @@ mod network;
 mod options;
 mod point_key;
 mod scenario_options;
+mod spray;
 mod static_scene;
 mod traffic_parts;
 mod trees;
@@ -21,12 +22,14 @@ mod view;
 
 pub use cockpit::instrument_cluster::{CLUSTER_M, CLUSTER_RADIUS_M};
 pub use cockpit::mirrors::MirrorPane;
+pub use cockpit::wipers::WiperMotion;
 pub use cockpit::{BONNET_EDGE, Cockpit};
 pub use headlamps::Headlamps;
 pub use mirror_options::MirrorOptions;
 pub use network::signals::SignalHead;
 pub use options::ViewOptions;
 pub use scenario_options::view_options;
+pub use spray::SprayPuff;
 pub use view::view;
 
 use crate::hud::Palette;
@@ -292,8 +295,14 @@ pub struct View {
     pub seat: Option<DriverSeat>,
     /// Unit direction **towards** the sun, which may have set.
     pub to_sun: Vec3,
-    /// Distance at which haze leaves 2 % of a contrast, metres.
+    /// Distance at which air and rain leave 2 % of a contrast, metres.
     pub visibility_m: f32,
+    /// Intensity of the rain, mm/h; 0 is dry.
+    pub rain_mmph: f32,
+    /// Velocity of the camera, m/s: drops fall past it.
+    pub velocity_mps: Vec3,
+    /// Spray behind vehicles on a wet road.
+    pub spray: Vec<SprayPuff>,
     /// Time since the start of the drive, for wind, seconds; starts again at 0 every ten hours.
     pub time_s: f32,
     /// Wind speed, m/s; at 0 no plant moves.
@@ -317,6 +326,8 @@ pub struct DriverSeat {
     pub look: Camera,
     /// Angle of the steering wheel, radians, positive to the left; `None` shows the bonnet alone.
     pub steering_wheel_rad: Option<f32>,
+    /// Angle of the wipers over their rest, radians; `None` on a dry day.
+    pub wiper_rad: Option<f32>,
     /// Rear-view, left and right mirror, if they are drawn in the cockpit; the picture then has no inset.
     pub mirrors: Option<[MirrorPane; 3]>,
 }

@@ -28,8 +28,10 @@ pub struct ViewOptions {
     pub sun_azimuth_deg: f32,
     /// Height of the sun above the horizon, degrees.
     pub sun_elevation_deg: f32,
-    /// Distance at which haze leaves 2 % of a contrast, metres.
+    /// Distance at which haze leaves 2 % of a contrast without rain, metres.
     pub visibility_m: f32,
+    /// Intensity of the rain, mm/h; 0 is dry.
+    pub rain_mmph: f32,
     /// Speed of the wind in trees, m/s.
     pub wind_mps: f32,
     /// The ego's paint, linear.
@@ -59,6 +61,7 @@ impl Default for ViewOptions {
             sun_azimuth_deg: 130.0,
             sun_elevation_deg: 42.0,
             visibility_m: 30_000.0,
+            rain_mmph: 0.0,
             wind_mps: 2.5,
             ego_paint: [0.479, 0.008, 0.006],
             traffic_paint: [0.030, 0.36, 0.060],
@@ -83,11 +86,18 @@ impl ViewOptions {
         Vec3::new(sin_a * cos_e, cos_a * cos_e, sin_e)
     }
 
-    /// Returns true if vehicles have their headlamps on: from shortly before sunset to shortly after sunrise, and in fog.
+    /// Returns the distance at which air and rain leave 2 % of a contrast, metres.
+    pub fn sight_m(&self) -> f32 {
+        // Extinction by rain, 1/km (docs/references.md: rain).
+        let rain_per_m = 0.21e-3 * self.rain_mmph.powf(0.63);
+        1.0 / (1.0 / self.visibility_m + rain_per_m / 3.912)
+    }
+
+    /// Returns true if vehicles have their headlamps on: from shortly before sunset to shortly after sunrise, in fog, and in rain.
     pub fn headlamps_lit(&self) -> bool {
         const LOW_SUN_DEG: f32 = 3.0;
         const FOG_M: f32 = 400.0;
-        self.sun_elevation_deg < LOW_SUN_DEG || self.visibility_m < FOG_M
+        self.sun_elevation_deg < LOW_SUN_DEG || self.visibility_m < FOG_M || self.rain_mmph > 0.0
     }
 
     /// Returns the options with the sun's position at a solar hour (12 is its highest) late in August at 48 degrees north: 43
@@ -184,6 +194,17 @@ mod tests {
         }
         let fog = ViewOptions { visibility_m: 200.0, ..ViewOptions::default() };
         assert!(fog.headlamps_lit());
+        assert!(ViewOptions { rain_mmph: 0.5, ..ViewOptions::default() }.headlamps_lit());
+    }
+
+    #[test]
+    fn rain_shortens_the_sight() {
+        let sight_m =
+            |rain_mmph, visibility_m| ViewOptions { rain_mmph, visibility_m, ..ViewOptions::default() }.sight_m();
+        assert_eq!(sight_m(0.0, 30_000.0), 30_000.0);
+        // By hand: 3.912 / (0.21 x 10^0.63) = 4.37 km in the clearest air, less where the air is hazy already.
+        assert!((sight_m(10.0, 1e9) - 4370.0).abs() < 5.0, "{}", sight_m(10.0, 1e9));
+        assert!((1.0 / sight_m(10.0, 5000.0) - (1.0 / 4370.0 + 1.0 / 5000.0)).abs() < 1e-6);
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub fn view_options(scenario: &Scenario) -> ViewOptions {
         ego_paint: colour::linear(&scenario.display.ego_colour).unwrap_or(usual.ego_paint),
         traffic_paint: colour::linear(&scenario.display.traffic_colour).unwrap_or(usual.traffic_paint),
         visibility_m: (1000.0 * scenario.display.visibility_km) as f32,
+        rain_mmph: scenario.rain_mmph as f32,
         wind_mps: scenario.display.wind_mps as f32,
         ..usual
     }
@@ -59,6 +60,7 @@ mod tests {
                 wind_mps: 7.0,
                 ..DisplaySettings::default()
             },
+            rain_mmph: 2.5,
             ..Scenario::default()
         };
         let options = view_options(&scenario);
@@ -71,7 +73,7 @@ mod tests {
         // White is 1 in every channel, black 0.
         assert!(options.ego_paint.iter().all(|part| (part - 1.0).abs() < 1e-6), "{:?}", options.ego_paint);
         assert!(options.traffic_paint.iter().all(|part| part.abs() < 1e-6), "{:?}", options.traffic_paint);
-        assert_eq!((options.visibility_m, options.wind_mps), (500.0, 7.0));
+        assert_eq!((options.visibility_m, options.rain_mmph, options.wind_mps), (500.0, 2.5, 7.0));
         assert_eq!(view_options(&Scenario::default()).palette, Palette::HC22);
         // The sun is higher at noon than in the evening, and in another direction.
         let [noon, evening] = [12.0, 17.0].map(|time_h| {

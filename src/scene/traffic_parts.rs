@@ -7,9 +7,9 @@ use super::{
     vehicles,
 };
 use crate::{
-    sim::VehicleSnapshot,
+    sim::{Snapshot, VehicleSnapshot},
     space::{Pose, wrap_angle},
-    traffic::{Articulation, VehicleId, VehiclePart},
+    traffic::{Articulation, VehicleBody, VehicleId, VehiclePart},
 };
 use glam::{Quat, Vec3};
 use std::f64::consts::TAU;
@@ -26,6 +26,20 @@ pub(super) fn traffic_parts(
     let bent = car.articulation_before.zip(car.articulation).map(|(before, now)| before.lerp(&now, share));
     let parts = car.body.parts(&pose, bent.or(car.articulation));
     parts.enumerate().map(move |(k, part)| traffic_part(car, (k, part), fraction, colour, static_scene))
+}
+
+/// Returns the body and the drawn parts of each vehicle, the ego's first. `cars` are the parts of all of them, in the same order.
+pub(super) fn drawn_vehicles<'a>(
+    snapshot: &'a Snapshot,
+    cars: &'a [CarInstance],
+) -> impl Iterator<Item = (VehicleBody, &'a [CarInstance])> {
+    let bodies = std::iter::once(VehicleBody::CAR).chain(snapshot.cars.iter().map(|car| car.body));
+    let mut rest = cars;
+    bodies.map_while(move |body| {
+        let (parts, others) = rest.split_at_checked(body.parts(&Pose::default(), None).count())?;
+        rest = others;
+        Some((body, parts))
+    })
 }
 
 /// Returns a part of a vehicle, given its index from the front.

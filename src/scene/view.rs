@@ -2,11 +2,12 @@
 //! fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
-    CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions,
+    CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions, WiperMotion,
     camera::{birdseye_camera, chase_camera, driver_camera, driver_look, mirror_camera},
     car::number_plate,
     cockpit::mirrors,
     headlamps::headlamps,
+    spray::spray,
     traffic_parts::traffic_parts,
     vehicles,
 };
@@ -32,6 +33,8 @@ pub fn view(
     options: &ViewOptions,
     static_scene: &StaticScene,
 ) -> View {
+    let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
+    let now_s = (snapshot.tick.seconds() - before_s).max(0.0);
     let ego = EgoAt::new(snapshot, fraction, static_scene.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     for car in &snapshot.cars {
@@ -45,6 +48,7 @@ pub fn view(
             car: CarInstance { rotation, ..cars[0] },
             look: driver_look(options),
             steering_wheel_rad: full.then_some(ego.steering_wheel_rad),
+            wiper_rad: WiperMotion::in_rain(options.rain_mmph).map(|wipers| wipers.angle_rad(now_s)),
             mirrors: full.then(|| mirrors::panes(body, mirror_camera(&ego, options), options)),
         }
     });
@@ -54,18 +58,19 @@ pub fn view(
         ViewKind::Birdseye => birdseye_camera((!snapshot.is_without_ego).then_some(&ego), options, static_scene),
         ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, static_scene),
     };
-    let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
-    let now_s = (snapshot.tick.seconds() - before_s).max(0.0);
     View {
         kind,
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
         lamps: lit_lamps(snapshot, &cars, kind, now_s, static_scene),
         headlamps: if options.headlamps_lit() { headlamps(snapshot, &cars, static_scene) } else { vec![] },
+        spray: spray(snapshot, &cars, options.rain_mmph, now_s),
         cars,
         seat,
         to_sun: options.to_sun(),
-        visibility_m: options.visibility_m,
+        visibility_m: options.sight_m(),
+        rain_mmph: options.rain_mmph,
+        velocity_mps: if kind == ViewKind::Birdseye { Vec3::ZERO } else { snapshot.ego.velocity },
         wind_mps: options.wind_mps,
         time_s: (now_s % WIND_S) as f32,
         dial: None,

@@ -115,8 +115,9 @@ impl Field {
 }
 
 fn flag_of(path: &str) -> String {
-    let bare =
-        ["_mph", "_mps", "_mps2", "_s", "_m", "_h", "_km", "_deg"].iter().find_map(|unit| path.strip_suffix(unit));
+    let bare = ["_mph", "_mps", "_mps2", "_mmph", "_s", "_m", "_h", "_km", "_deg"]
+        .iter()
+        .find_map(|unit| path.strip_suffix(unit));
     bare.unwrap_or(path).replace('_', "-")
 }
 

@@ -22,11 +22,11 @@ const FRAME_M: f64 = 2.0;
 const FRAMES: u32 = 8;
 
 /// Upper limits for one picture of a drive.
-struct Budget {
+pub struct Budget {
     name: &'static str,
-    quality: Quality,
+    pub quality: Quality,
     /// Limit for the driver's view and the chase view, which cost most.
-    triangles: u64,
+    pub triangles: u64,
     instances: u64,
     uploaded_bytes: u64,
 }
@@ -39,7 +39,7 @@ struct Budget {
 ///
 /// An instance has 64 bytes, and a tree between two levels is two instances. 256 kB per picture are 15 MB/s at 60 Hz, which the processor
 /// copies in a hundredth of its time. A card may have twice that, for grass that reaches further.
-const BUDGETS: [Budget; 4] = [
+pub const BUDGETS: [Budget; 4] = [
     Budget { name: "low", quality: Quality::LOW, triangles: 300_000, instances: 4_000, uploaded_bytes: 256_000 },
     Budget {
         name: "medium in software",

@@ -149,7 +149,7 @@ fn a_grey_card_has_the_brightness_of_daylight_in_sun_and_shade() {
         let mut renderer = Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW);
         let image = draw_with(&mut renderer, &view, [160, 160]);
 
-        let sky = Sky::new(to_sun, visibility_m);
+        let sky = Sky::new(to_sun, visibility_m, false);
         // Integrates the upper hemisphere on a fine grid of height and bearing, independently of the renderer's harmonics.
         let mut from_sky = Vec3::ZERO;
         let (n, m) = (60, 90);

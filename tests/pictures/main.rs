@@ -14,4 +14,5 @@ mod pixels;
 mod place;
 mod plates;
 mod poses;
+mod rain;
 mod trees;

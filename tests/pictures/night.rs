@@ -57,7 +57,7 @@ impl Wall {
     /// Returns the light that the ego's headlamps add to points on the wall, as that of a grey sheet in an illuminance, lx. Points are metres
     /// towards the oncoming traffic and up from the lamps.
     fn lux<const N: usize>(&mut self, points: [(f32, f32); N]) -> [f32; N] {
-        let sky = Sky::new(self.view.to_sun, self.view.visibility_m);
+        let sky = Sky::new(self.view.to_sun, self.view.visibility_m, false);
         let places = points.map(|(inner_m, up_m)| self.middle + self.lamps.inner * inner_m + Vec3::Z * up_m);
         // A beam a kilometre away, so that both pictures have headlamps.
         let mut dark = self.view.clone();

@@ -1,4 +1,4 @@
-//! Tests of many camera poses and hours: light is a number, and no picture is burnt out.
+//! Tests of many camera poses, hours and weathers: light is a number, and no picture is burnt out.
 
 use crate::place::gpu;
 use codrive::{
@@ -49,9 +49,10 @@ fn update_derived_state(name: &str) {
     let mut draw = |low: f64, high: f64| random.uniform(low, high);
     let mut options = ViewOptions::default();
     for pose in 0..POSES {
-        // The hour changes only every 25 poses, as each hour needs a new sky.
+        // The hour changes only every 25 poses, as each hour needs a new sky. It rains in every fifth of them.
         if pose % 25 == 0 {
-            options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, ..ViewOptions::default() }
+            let rain_mmph = if pose % 125 == 50 { draw(0.1, 50.0) as f32 } else { 0.0 };
+            options = ViewOptions { visibility_m: draw(1e3, 1e5) as f32, rain_mmph, ..ViewOptions::default() }
                 .at_hour(draw(0.0, 24.0) as f32);
         }
         let mut view = scene::view(&snapshot, 1.0, ViewKind::Chase, &options, &static_scene);
@@ -66,7 +67,8 @@ fn update_derived_state(name: &str) {
             Camera { eye, forward, up: Vec3::Z, lens: Lens::Perspective { fov_x_rad: draw(0.3, 1.8) as f32 } };
         let light = render_to_light(gpu(), &mut renderer, &view, SIZE).unwrap_or_else(|e| panic!("{e}"));
         let seen = || format!("{} pose {pose}: eye {eye}, forward {forward}", map.name);
-        assert!(light.iter().flatten().all(|v| v.is_finite() && *v >= 0.0), "{}", seen());
+        let wrong = light.iter().position(|pixel| pixel.iter().any(|v| !(v.is_finite() && *v >= 0.0)));
+        assert_eq!(wrong.map(|k| (k, light[k])), None, "{}, pixel and its light", seen());
         assert!(light.iter().any(|p| p[0] > 0.0), "{}: black", seen());
         // The sun and its glints may be white, but not a large part of the picture.
         let white = light.iter().filter(|p| p[0].min(p[1]).min(p[2]) > 4.0).count();

@@ -18,6 +18,7 @@ mod onnx;
 mod persons;
 mod policies;
 mod python_episode;
+mod rain;
 mod right_of_way;
 mod train;
 #[cfg(feature = "desktop")]

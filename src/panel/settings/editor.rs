@@ -50,7 +50,16 @@ const SECTIONS: [(&str, &[&str]); 8] = [
     ("Rig", &["rev_lamps", "flash_patch", "extra_delay_s"]),
     (
         "Surroundings",
-        &["time_h", "visibility_km", "wind_mps", "trees", "ego_colour", "traffic_colour", "ordinary_paints"],
+        &[
+            "time_h",
+            "rain_mmph",
+            "visibility_km",
+            "wind_mps",
+            "trees",
+            "ego_colour",
+            "traffic_colour",
+            "ordinary_paints",
+        ],
     ),
     ("Run", &[]),
 ];

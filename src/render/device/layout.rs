@@ -31,6 +31,10 @@ pub struct Frame {
     pub shadow: [f32; 4],
     /// Radiance of a dipped head lamp, 0 if off; factor on the light that lamps show; radiance of a white sheet in a light of 1 lx; unused.
     pub lamps: [f32; 4],
+    /// Velocity of the eye, m/s; w is the intensity of the rain, mm/h.
+    pub motion: [f32; 4],
+    /// Time from the begin of a sweep of the wipers to the next, s; duration of a sweep, s; the others are unused.
+    pub wipers: [f32; 4],
     /// Beams of headlamps near the picture.
     pub beams: [HeadlampBeam; MOST_BEAMS],
 }
@@ -197,6 +201,8 @@ mod tests {
                 to_sun_time,
                 shadow,
                 lamps,
+                motion,
+                wipers,
                 beams
             ]
         );

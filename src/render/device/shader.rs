@@ -9,7 +9,7 @@ use wgpu::naga;
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// All programs and their parts. A part is a file in `shaders/` without its extension.
-pub const PROGRAMS: [ShaderProgram; 20] = [
+pub const PROGRAMS: [ShaderProgram; 25] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -26,6 +26,11 @@ pub const PROGRAMS: [ShaderProgram; 20] = [
     ("grass", &["common", "light", "lamps", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
+    ("mirrored_sky", &["common", "light", "mirrored_sky"]),
+    ("depth_alone", &["common", "corner", "mesh", "depth_alone"]),
+    ("rain", &["common", "light", "lamps", "rain"]),
+    ("spray", &["common", "light", "lamps", "spray"]),
+    ("windscreen", &["common", "light", "corner", "mesh", "windscreen"]),
     ("bloom", &["bloom"]),
     ("tonemap", &["quad", "edges", "tonemap"]),
     ("soften", &["quad", "edges", "soften"]),
@@ -38,7 +43,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 32] = built_in![
+const FILES: [(&str, &str); 37] = built_in![
     "common",
     "light",
     "lamps",
@@ -65,6 +70,11 @@ const FILES: [(&str, &str); 32] = built_in![
     "grass",
     "contact",
     "hidden",
+    "mirrored_sky",
+    "depth_alone",
+    "rain",
+    "spray",
+    "windscreen",
     "bloom",
     "quad",
     "edges",

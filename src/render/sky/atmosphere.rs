@@ -39,6 +39,8 @@ const HAZE_KM: f32 = 1.2;
 /// Visibility below which there is fog, by its definition, and height of its layer.
 const FOG_BELOW_KM: f32 = 1.0;
 const FOG_KM: f32 = 0.4;
+/// Optical depth of rain clouds: a fifth of the light of a high sun arrives (docs/references.md: rain).
+const RAIN_CLOUDS: f32 = 40.0;
 /// Asymmetry of the scattering by droplets.
 const FOG_FORWARD: f32 = 0.85;
 /// Albedo of the land.
@@ -55,6 +57,8 @@ pub struct Sky {
     pub to_sun: Vec3,
     /// Distance at which 2 % of a contrast is left, m.
     pub visibility_m: f32,
+    /// True under a closed layer of rain clouds.
+    pub is_overcast: bool,
     /// Unit direction towards the light that casts shadows, the sun or the moon.
     pub to_shining: Vec3,
     /// Radiance of a white sheet that faces that light, without the sky's.
@@ -77,7 +81,7 @@ pub struct Sky {
     fog: Fog,
 }
 
-/// Layer of fog on the ground.
+/// Layer of fog on the ground, with the rain clouds above it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Fog {
     /// Optical depth, straight up; 0 without fog.
@@ -117,8 +121,8 @@ struct AtmosphereTables {
 }
 
 impl Sky {
-    /// Computes the sky for a sun at `to_sun` and this visibility.
-    pub fn new(to_sun: Vec3, visibility_m: f32) -> Self {
+    /// Computes the sky for a sun at `to_sun` and this visibility, clear or under rain clouds.
+    pub fn new(to_sun: Vec3, visibility_m: f32, is_overcast: bool) -> Self {
         let (visibility_km, clear_km) = (visibility_m / 1000.0, (visibility_m / 1000.0).max(FOG_BELOW_KM));
         let to_shining = to_shining(to_sun);
         let (mut airs, mut above_fog) = (Vec::new(), Vec3::ZERO);
@@ -129,7 +133,8 @@ impl Sky {
             airs.push((air, scattered));
         }
         let fog_per_km = 3.912 / visibility_km - 3.912 / clear_km;
-        let mut fog = Fog { depth: fog_per_km * FOG_KM, glow: Vec3::ZERO };
+        let clouds = if is_overcast { RAIN_CLOUDS } else { 0.0 };
+        let mut fog = Fog { depth: fog_per_km * FOG_KM + clouds, glow: Vec3::ZERO };
         let sun = above_fog * (-fog.depth / to_shining.z).exp();
         const N: usize = 1000;
         let share = 4.0 / N as f32;
@@ -167,6 +172,7 @@ impl Sky {
         Self {
             to_sun,
             visibility_m,
+            is_overcast,
             to_shining,
             sun: sun * gain,
             extinction_per_m: (airs[0].0.extinction(0.0) + fog_per_km) / 1000.0,
@@ -205,7 +211,7 @@ impl Sky {
         self.fog.over(clear_radiance(&self.airs, direction) * self.gain, direction.z)
     }
 
-    /// Returns the radiance of thick fog at the zenith, and how thick the fog is: 0 without fog, 1 if nothing above is seen through it.
+    /// Returns the radiance of thick fog or clouds at the zenith, and how thick they are: 0 without them, 1 if nothing above is seen through them.
     pub fn fog(&self) -> (Vec3, f32) {
         (self.fog.glow, ((self.fog.depth - 3.0) / 3.0).clamp(0.0, 1.0))
     }
@@ -369,7 +375,7 @@ mod tests {
 
     fn at(elevation_deg: f32, visibility_m: f32) -> Sky {
         let (sin, cos) = elevation_deg.to_radians().sin_cos();
-        Sky::new(Vec3::new(cos, 0.0, sin), visibility_m)
+        Sky::new(Vec3::new(cos, 0.0, sin), visibility_m, false)
     }
 
     fn light(colour: Vec3) -> f32 {
@@ -433,7 +439,7 @@ mod tests {
     fn fog_lets_through_as_much_light_as_photons_that_are_followed_one_by_one() {
         const PHOTONS: u32 = 20_000;
         for (visibility_m, up) in [(50.0_f32, 0.669_f32), (200.0, 0.669), (100.0, 0.3)] {
-            let fog = Sky::new(Vec3::new((1.0 - up * up).sqrt(), 0.0, up), visibility_m).fog;
+            let fog = Sky::new(Vec3::new((1.0 - up * up).sqrt(), 0.0, up), visibility_m, false).fog;
             let mut random = crate::rng::stream(1, "photons");
             let mut unit = || random.uniform(0.0, 1.0) as f32;
             let mut arrived = 0;

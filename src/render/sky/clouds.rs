@@ -51,6 +51,9 @@ pub fn paint(sky: &Sky, side: usize) -> Vec<Vec4> {
         let r2 = at.length_squared();
         let direction = (at * 2.0).extend(1.0 - r2) / (1.0 + r2);
         let open = smooth_between(&clear, (0.5 + 0.5 * atmosphere::RIM * at) * atmosphere::SIZE as f32 - 0.5);
+        if sky.is_overcast {
+            return (open * weather.under_rain(direction)).extend(1.0);
+        }
         let cloud = weather.seen(direction, open, sky);
         (open * (1.0 - cloud.w) + cloud.truncate()).extend(cloud.w)
     };
@@ -97,6 +100,16 @@ impl CloudTables {
             (sum / total).clamp(0.0, 1.0)
         });
         Self { map, noise }
+    }
+
+    /// Returns the light of rain clouds in a direction beside their mean: their undersides are uneven.
+    fn under_rain(&self, direction: Vec3) -> f32 {
+        const UNDERSIDE_KM: f32 = 0.7;
+        let p = direction.truncate() * (UNDERSIDE_KM / (direction.z + 0.07));
+        let at = |period_km: f32| fast_plane::<MAP>(&self.map, p * (MAP as f32 / period_km)) - 0.5;
+        // Those near the horizon lie behind rain.
+        let near = (direction.z / 0.25).min(1.0);
+        (1.0 + near * (0.30 * at(29.0) + 0.16 * at(11.0))).clamp(0.6, 1.4)
     }
 
     /// Returns the height of the map above the threshold of a heap at a place; negative between heaps.
@@ -262,7 +275,7 @@ mod tests {
     #[test]
     fn clouds_leave_most_of_the_sky_free_and_are_lit_but_not_burnt() {
         for (height, visibility_m) in [(0.65f32, 30_000.0), (0.2, 30_000.0), (0.65, 3000.0)] {
-            let sky = Sky::new(Vec3::new((1.0 - height * height).sqrt(), 0.0, height), visibility_m);
+            let sky = Sky::new(Vec3::new((1.0 - height * height).sqrt(), 0.0, height), visibility_m, false);
             let side = 128;
             let picture = paint(&sky, side);
             assert!(picture == paint(&sky, side), "the same clouds every time");

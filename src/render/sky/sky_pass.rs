@@ -1,5 +1,5 @@
 //! The sky on the device: its picture with mip levels for dull reflections, its clouds, and the uniforms of the light.
-//! In: a view's sun and visibility. Out: bindings. They are filled when the time of day changes, i.e. once a drive,
+//! In: a view's sun, visibility and rain. Out: bindings. They are filled when the time of day changes, i.e. once a drive,
 //! without new allocations on the device.
 
 use super::{
@@ -7,6 +7,7 @@ use super::{
     clouds,
 };
 use crate::render::device::{cost::CountedQueue, layout::Air, targets::uniform_buffer};
+use crate::scene::View;
 use glam::Vec3;
 
 /// Offset of the sun's colour in the buffer, bytes: uniforms are bound at multiples of this.
@@ -108,19 +109,20 @@ impl SkyPass {
         &self.clouds_group
     }
 
-    /// Computes and uploads the sky for this sun and visibility, unless it is the current one; returns it.
-    pub fn fit(&mut self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> &Sky {
-        let same = |sky: &Sky| sky.to_sun == to_sun && sky.visibility_m == visibility_m;
+    /// Computes and uploads the sky of a view, unless it is the current one; returns it.
+    pub fn fit(&mut self, queue: &CountedQueue, view: &View) -> &Sky {
+        let (to_sun, visibility_m, is_overcast) = (view.to_sun, view.visibility_m, view.rain_mmph > 0.0);
+        let same = |sky: &Sky| (sky.to_sun, sky.visibility_m, sky.is_overcast) == (to_sun, visibility_m, is_overcast);
         if !self.sky.as_ref().is_some_and(same) {
-            let sky = self.make(queue, to_sun, visibility_m);
+            let sky = Sky::new(to_sun, visibility_m, is_overcast);
+            self.upload(queue, &sky);
             self.sky = Some(sky);
         }
         self.sky.as_ref().expect("made above")
     }
 
-    /// Computes a sky and writes it to the device.
-    fn make(&self, queue: &CountedQueue, to_sun: Vec3, visibility_m: f32) -> Sky {
-        let sky = Sky::new(to_sun, visibility_m);
+    /// Writes a sky to the device.
+    fn upload(&self, queue: &CountedQueue, sky: &Sky) {
         let wide = |v: Vec3| v.extend(0.0).to_array();
         let (glow, thick) = sky.fog();
         let air = Air {
@@ -131,7 +133,7 @@ impl SkyPass {
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&air));
         queue.write_buffer(&self.uniform, SUN_AT, bytemuck::bytes_of(&wide(sky.sun)));
         let side = self.clouds.width();
-        let clouds: Vec<[u16; 4]> = clouds::paint(&sky, side as usize).iter().map(|t| t.to_array().map(half)).collect();
+        let clouds: Vec<[u16; 4]> = clouds::paint(sky, side as usize).iter().map(|t| t.to_array().map(half)).collect();
         queue.write_texture(
             self.clouds.as_image_copy(),
             bytemuck::cast_slice(&clouds),
@@ -155,7 +157,6 @@ impl SkyPass {
                 .map(|(x, y)| (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1)) / 4.0)
                 .collect();
         }
-        sky
     }
 }
 

@@ -85,7 +85,7 @@ mod tests {
 
     fn at(elevation_deg: f32) -> Sky {
         let (sin, cos) = elevation_deg.to_radians().sin_cos();
-        Sky::new(Vec3::new(cos, 0.0, sin), 30_000.0)
+        Sky::new(Vec3::new(cos, 0.0, sin), 30_000.0, false)
     }
 
     /// Returns the illuminance on level ground, lx.

@@ -1,9 +1,10 @@
 //! The ego seen from the driver's seat. Out: meshes in metres: bonnet and wings; the shelf behind the windscreen with the doors
 //! beside it; instruments, doors and pillars (these three in the body's frame); the steering wheel about its hub, its axle along
-//! x towards the driver; and the mirrors' housings. Drawn in the driver's view only.
+//! x towards the driver; the mirrors' housings; [`wipers`]. Drawn in the driver's view only.
 
 pub(super) mod instrument_cluster;
 pub(super) mod mirrors;
+pub mod wipers;
 
 use super::{
     Material, Mesh,
@@ -41,8 +42,13 @@ const RIM_M: f32 = 0.185;
 /// Meshes of the ego seen from the driver's seat.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cockpit {
-    /// Bonnet, wings and wipers, in the body's frame.
+    /// Bonnet and wings, in the body's frame.
     pub bonnet: Mesh,
+    /// Both wipers at rest, in the body's frame.
+    pub resting_wipers: Mesh,
+    /// One wiper, placed by [`Cockpit::body_from_wipers`], and the windscreen, in the body's frame: both for rain.
+    pub wiper: Mesh,
+    pub windscreen: Mesh,
     /// The dashboard's top from the windscreen's foot on, and the doors below their windows.
     pub shelf: Mesh,
     /// Housing of the instruments, edges of the doors, pillars.
@@ -57,7 +63,16 @@ pub struct Cockpit {
 impl Cockpit {
     /// Builds all parts, for the ego's body style.
     pub(in crate::scene) fn new() -> Self {
-        Self { bonnet: bonnet(), shelf: shelf(), cabin: cabin(), wheel: wheel(), housings: mirrors::housings() }
+        Self {
+            bonnet: bonnet(),
+            resting_wipers: resting_wipers(),
+            wiper: wipers::arm(),
+            windscreen: wipers::windscreen(),
+            shelf: shelf(),
+            cabin: cabin(),
+            wheel: wheel(),
+            housings: mirrors::housings(),
+        }
     }
 
     /// Returns the transform from the steering wheel to the body when it is turned by `wheel_rad`, positive to the left.
@@ -80,7 +95,6 @@ fn bonnet() -> Mesh {
     sheet.smooth(0.95);
     let mut mesh = sheet.mesh();
     let mut parts = TriangleList::default();
-    wipers(&mut parts);
     seal(&mut parts);
     mesh.append(&parts.into_mesh(CREASE_RAD));
     mesh
@@ -93,8 +107,9 @@ fn dip_m(flat: Vec3) -> f32 {
     0.034 * body_profile::smooth((1.85 - flat.x) / 0.60) * body_profile::smooth((0.99 - share) / 0.20)
 }
 
-/// Draws two thin arms at rest on the bonnet's rear edge.
-fn wipers(parts: &mut TriangleList) {
+/// Returns two thin arms at rest on the bonnet's rear edge.
+fn resting_wipers() -> Mesh {
+    let mut parts = TriangleList::default();
     const PLACES: usize = 12;
     for (from, to) in [(0.62, 0.06), (0.01, -0.56)] {
         let ring = |i: usize| {
@@ -105,6 +120,7 @@ fn wipers(parts: &mut TriangleList) {
         };
         parts.bar(PLACES, ring, GLOSS);
     }
+    parts.into_mesh(CREASE_RAD)
 }
 
 /// Draws the black seal along the windscreen's foot, under which the bonnet's rear edge ends.

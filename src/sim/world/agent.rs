@@ -20,7 +20,7 @@ use super::{
 use crate::{
     controls::{Controls, Indicator},
     driver::{DriverParams, SimulatedDriver},
-    ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle},
+    ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle, water_mm},
     map::RoadMap,
     rng,
     scenario::{AdvisedBody, PlannedDrive, Scenario},
@@ -338,5 +338,6 @@ pub(super) struct NewAgent {
 pub(super) fn car_params(scenario: &Scenario) -> CarParams {
     let mut params = CarParams::default();
     params.gearbox.creep = scenario.creep;
+    params.tyres.water_mm = water_mm(scenario.rain_mmph);
     params
 }

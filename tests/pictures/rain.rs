@@ -1,0 +1,143 @@
+//! Tests of rain by numbers: light under clouds, what a wet road mirrors, drops that wipers take from the windscreen, costs. In: scenes of the
+//! ring with few vehicles. Out: properties of the pixels and counts.
+
+use super::{
+    costs::{BUDGETS, Budget},
+    daylight::LUMINANCE,
+    pixels::*,
+    place::*,
+};
+use codrive::{
+    render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
+    scene::{SprayPuff, View, ViewKind, ViewOptions, WiperMotion},
+    sim::Snapshot,
+    time::Tick,
+};
+use glam::Vec3;
+use image::RgbaImage;
+
+const SIZE: [u32; 2] = [320, 180];
+
+fn rain(rain_mmph: f32, options: ViewOptions) -> ViewOptions {
+    ViewOptions { rain_mmph, ..options }
+}
+
+#[test]
+fn under_rain_clouds_there_is_no_shadow_and_a_tenth_of_the_light() {
+    let lux = |time_h: f32, rain_mmph: f32| {
+        let view = view(&snapshot(vec![]), ViewKind::Chase, &rain(rain_mmph, ViewOptions::default().at_hour(time_h)));
+        let sky = Sky::new(view.to_sun, view.visibility_m, rain_mmph > 0.0);
+        [sky.sun * sky.to_shining.z, sky.ambient(Vec3::Z)].map(|light| light.dot(LUMINANCE) / sky.one_lux)
+    };
+    for time_h in [7.0, 9.75, 12.0] {
+        let [sun, clouds] = lux(time_h, 8.0);
+        assert!(sun < 0.01 * clouds, "{time_h} h: {sun} lx of the sun, {clouds} lx of the clouds");
+        // docs/references.md: fog: 1,000 to 30,000 lx under overcast skies.
+        assert!((1000.0..30_000.0).contains(&clouds), "{time_h} h: {clouds} lx");
+        let clear = lux(time_h, 0.0).iter().sum::<f32>();
+        assert!((0.05..0.30).contains(&(clouds / clear)), "{time_h} h: {clouds} of {clear} lx");
+    }
+}
+
+/// Number of pixels in a box on the road below vehicle 1, which is magenta and stands 18 m ahead, that have its hue.
+fn hue_below(image: &RgbaImage, view: &View) -> usize {
+    let pose = on_lane(23.0, 0.0);
+    let rear = (pose.position - pose.forward() * 2.5).as_vec2().extend(0.0);
+    let left = pose.left().as_vec2().extend(0.0);
+    let at = |point: Vec3| {
+        let seen = view.camera.project(point, SIZE[0] as f32 / SIZE[1] as f32).expect("in the picture");
+        [seen.x * SIZE[0] as f32, seen.y * SIZE[1] as f32]
+    };
+    // The body of its mirror image lies from 0.3 to 0.9 m below the road.
+    let [x0, y0] = at(rear + left * 0.6 - Vec3::Z * 0.35);
+    let [x1, y1] = at(rear - left * 0.6 - Vec3::Z * 0.85);
+    let is_inside = |[x, y]: &[u32; 2]| (x0..x1).contains(&(*x as f32 + 0.5)) && (y0..y1).contains(&(*y as f32 + 0.5));
+    pixels(image, |[r, g, b]| r > g + 0.03 && b > g + 0.03).iter().filter(|at| is_inside(at)).count()
+}
+
+#[test]
+fn a_wet_road_mirrors_the_vehicle_ahead_and_a_dry_one_does_not() {
+    let ahead = snapshot(vec![car(1, on_lane(23.0, 0.0))]);
+    let [dry, wet] = [0.0, 8.0].map(|rain_mmph| {
+        let mut view = view(&ahead, ViewKind::Driver, &rain(rain_mmph, marked()));
+        // Without bonnet and drops before it.
+        (view.seat, view.mirror) = (None, None);
+        hue_below(&draw(&view, false, SIZE), &view)
+    });
+    println!("{dry} pixels on the dry road, {wet} on the wet one");
+    // Its image is about 17 pixels wide and 7 high; stones break some of it.
+    assert!(dry == 0 && wet > 40, "{dry} pixels on the dry road, {wet} on the wet one");
+}
+
+/// Returns the driver's picture at a time in rain, and the number of pixels in which it differs from a picture without windscreen, above the
+/// bonnet.
+fn drops(rain_mmph: f32, time_s: f64) -> usize {
+    let at = Snapshot { tick: Tick((100.0 * time_s).round() as u64), ..snapshot(vec![]) };
+    let mut view = view(&at, ViewKind::Driver, &rain(rain_mmph, ViewOptions::default()));
+    (view.mirror, view.dial) = (None, None);
+    let seen = draw(&view, false, SIZE);
+    view.seat = None;
+    let free = draw(&view, false, SIZE);
+    let above = |y: u32| y < SIZE[1] * 6 / 10;
+    seen.enumerate_pixels().filter(|(x, y, pixel)| above(*y) && difference(pixel, free.get_pixel(*x, *y)) > 6).count()
+}
+
+#[test]
+fn wipers_take_the_drops_from_the_windscreen() {
+    const LIGHT_MMPH: f32 = 2.5;
+    let motion = WiperMotion::in_rain(LIGHT_MMPH).expect("rain");
+    assert!(motion.sweep_s < 0.5 * motion.period_s, "the arms rest between two sweeps");
+    // The arms rest at both times; half a minute after the start, so that beside their reach as many drops come as go.
+    let start_s = 10.0 * motion.period_s;
+    let after = drops(LIGHT_MMPH, start_s + motion.sweep_s + 0.05);
+    let before = drops(LIGHT_MMPH, start_s + motion.period_s - 0.05);
+    println!("{before} pixels before a sweep, {after} after it");
+    // Within their reach 2.7 s of rain have gathered before, 0.05 to 1.4 s after a sweep, beside it as many.
+    assert!(before > 60 && f64::from(after as u32) < 0.75 * f64::from(before as u32), "{before}, then {after}");
+    assert!(drops(20.0, start_s + 0.9) > before, "more in heavy rain");
+}
+
+#[test]
+fn a_picture_in_rain_is_the_same_again_and_keeps_the_budget() {
+    let Budget { quality, triangles, .. } = BUDGETS[0];
+    let mut renderer = renderer(true, quality);
+    let mut fast = full_ring();
+    fast.ego.velocity = Vec3::X * 12.0;
+    fast.cars.iter_mut().for_each(|car| car.speed_mps = 12.0);
+    let [dry, wet] =
+        [0.0, 50.0].map(|rain_mmph| view(&fast, ViewKind::Driver, &rain(rain_mmph, ViewOptions::default())));
+    assert!(!wet.spray.is_empty());
+    let mut drawn = |view: &View| {
+        let image = draw_with(&mut renderer, view, SIZE);
+        (image, renderer.cost())
+    };
+    let ((first, _), (between, plain)) = (drawn(&wet), drawn(&dry));
+    let ((again, rainy), (dry_again, _)) = (drawn(&wet), drawn(&dry));
+    assert!(again == first, "a replay shows the same drops");
+    assert!(dry_again == between && first != between);
+    println!("{rainy:?}, dry {plain:?}");
+    // The strongest rain has the budget of a dry picture. Drops have no bytes, and a puff of spray has those of an instance.
+    assert!(rainy.total().triangles < triangles, "{rainy:?}");
+    let puffs = wet.spray.len() as u64;
+    assert!(rainy.uploaded_bytes <= plain.uploaded_bytes + 2 * 64 * puffs + 1024, "{rainy:?}, dry {plain:?}");
+}
+
+#[test]
+fn spray_hides_part_of_what_is_behind_it() {
+    let ahead = snapshot(vec![car(1, on_lane(30.0, 0.0))]);
+    let mut view = view(&ahead, ViewKind::Driver, &rain(0.1, marked()));
+    (view.seat, view.mirror) = (None, None);
+    let mut renderer = Renderer::new(gpu(), static_scene(false), OFFSCREEN, Quality::LOW);
+    // Sum of the hue of the magenta vehicle.
+    let mut hue = |spray: Vec<SprayPuff>| {
+        view.spray = spray;
+        let image = draw_with(&mut renderer, &view, SIZE);
+        image.pixels().map(|pixel| rgb(pixel)).map(|[r, g, b]| (r.min(b) - g).max(0.0)).sum::<f32>()
+    };
+    let between = on_lane(20.0, 0.0).position.as_vec2().extend(0.8);
+    let (free, hidden) = (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, opacity: 0.9 }]));
+    println!("{free}, behind spray {hidden}");
+    assert!(free > 50.0 && hidden < 0.8 * free, "{free}, behind spray {hidden}");
+    let far = SprayPuff { position: on_lane(50.0, 0.0).position.as_vec2().extend(0.8), radius_m: 3.0, opacity: 0.9 };
+    assert!(hue(vec![far]) > 0.95 * free, "spray beyond the vehicle does not hide it");
+}
