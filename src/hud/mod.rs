@@ -2,18 +2,20 @@
 //! egui. As in HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable
 //! range a green band, the number green inside the range and white outside.
 
+mod guidance;
 pub mod lettering;
 mod number;
 mod palette;
 mod scale;
 mod speedometer;
 
+pub use guidance::DialGuidance;
 pub use number::{NumberFilter, RangeTooNarrow, check_range};
 pub use palette::{Palette, Rgb};
 pub use scale::{SpeedometerScale, expected_top_mps};
 pub use speedometer::Speedometer;
 
-use crate::{controls::Indicator, units::SpeedUnit};
+use crate::{controls::Indicator, map::NextManoeuvre, units::SpeedUnit};
 
 /// Content of the speedometer in one frame. Speeds are in the dial's unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +40,8 @@ pub struct DialView {
     pub reverse: bool,
     /// Telltale of the indicators that is lit now.
     pub indicator: Indicator,
+    /// Guidance to the next manoeuvre of the path.
+    pub guidance: Option<DialGuidance>,
 }
 
 /// Advice as the dial shows it, in the dial's unit.
@@ -96,6 +100,7 @@ impl DialView {
             inside: advice.is_some_and(|(_, low, high)| (low..=high).contains(&speed_mps)),
             reverse,
             indicator: Indicator::Off,
+            guidance: None,
         }
         .agreeing()
     }
@@ -103,6 +108,12 @@ impl DialView {
     /// Returns this dial with a telltale lit.
     pub fn indicating(self, indicator: Indicator) -> Self {
         Self { indicator, ..self }
+    }
+
+    /// Returns this dial with guidance to the next manoeuvre.
+    pub fn guiding(self, next: Option<NextManoeuvre>) -> Self {
+        let guidance = next.and_then(|next| DialGuidance::to(next, self.unit));
+        Self { guidance, ..self }
     }
 
     /// Returns this dial with its number steadied by `filter`, which must see every frame.

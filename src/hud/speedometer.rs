@@ -13,13 +13,21 @@ use crate::{
 pub struct Speedometer {
     unit: SpeedUnit,
     scale: SpeedometerScale,
+    /// True if the dial guides to the next manoeuvre.
+    guides: bool,
     filter: NumberFilter,
 }
 
 impl Speedometer {
     /// Creates the speedometer of this drive; its scale does not change during the drive.
     pub fn new(world: &World) -> Self {
-        Self { unit: world.scenario().display.units, scale: Self::scale(world), filter: NumberFilter::default() }
+        let display = &world.scenario().display;
+        Self {
+            unit: display.units,
+            scale: Self::scale(world),
+            guides: display.guidance,
+            filter: NumberFilter::default(),
+        }
     }
 
     /// Returns the scale given by the scenario, or one that suits the drive.
@@ -41,6 +49,7 @@ impl Speedometer {
         let reverse = snapshot.ego.gear < 0;
         DialView::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse)
             .indicating(snapshot.ego_indicator.lit_at(snapshot.tick.seconds()))
+            .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
             .steadied(&mut self.filter)
     }
 }

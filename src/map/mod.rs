@@ -44,8 +44,8 @@ pub use error::MapError;
 pub use import::{Imported, import};
 pub use path_places::QUICKEST_WAY;
 pub use route::{
-    LaneChange, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule, Turns, YieldLine, is_against,
-    stop_lines,
+    LaneChange, Manoeuvre, NextManoeuvre, PathGuidance, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule,
+    Turns, YieldLine, is_against, stop_lines,
 };
 pub use shipped::SHIPPED;
 pub use write::{RoadEdge, net_xml};

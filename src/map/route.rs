@@ -3,8 +3,10 @@
 //! at [`Route::length_m`]. An open route continues straight beyond its ends, and positions before its start are negative. The lateral
 //! offset is positive to the left.
 //!
-//! `path_lanes` has the network's lanes along a route, on which `stop_lines`, `yield_lines`, `lane_changes` and `turns` lie.
+//! `path_lanes` has the network's lanes along a route, on which `stop_lines`, `yield_lines`, `lane_changes`, `turns` and
+//! `guidance` lie.
 
+mod guidance;
 mod lane_changes;
 mod path_lanes;
 mod route_lane;
@@ -12,6 +14,7 @@ mod stop_lines;
 mod turns;
 mod yield_lines;
 
+pub use guidance::{Manoeuvre, NextManoeuvre, PathGuidance};
 pub use lane_changes::LaneChange;
 pub use path_lanes::{PathLanes, is_against};
 pub use route_lane::RouteLane;

@@ -5,7 +5,10 @@ pub use crate::traffic::Leader;
 use crate::{
     controls::Indicator,
     ego::{EgoState, Obstacle},
-    map::network::{LanePosition, SignalStates},
+    map::{
+        NextManoeuvre,
+        network::{LanePosition, SignalStates},
+    },
     policy::Advice,
     rng,
     space::{CAR_WIDTH_M, Pose},
@@ -90,6 +93,8 @@ pub struct Snapshot {
     pub ego_lane: Option<LanePosition>,
     /// Ego's indicators that are on.
     pub ego_indicator: Indicator,
+    /// Next manoeuvre of the ego's path; `None` if there is none.
+    pub next_manoeuvre: Option<NextManoeuvre>,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.
     pub lane_offset_m: f64,
     /// All other vehicles and persons on foot, by ascending id. Persons have no lane.

@@ -2,6 +2,7 @@
 
 use codrive::{
     hud::{DialView, Palette, Rgb},
+    map::{Manoeuvre, NextManoeuvre},
     render::{
         Gpu, OFFSCREEN,
         dial::{DialPass, DialPlace, layout},
@@ -209,6 +210,45 @@ fn the_needle_hides_no_numeral() {
             resting.iter().zip(&other).flat_map(|(a, b)| (0..3).map(move |i| (a[i] - b[i]).abs())).fold(0.0, f64::max);
         assert!(off < 2.0, "{speed_mph} mph changes the numerals by {off}");
     }
+}
+
+#[test]
+fn the_arrow_of_the_guidance_points_to_its_side_in_the_gap_of_the_scale() {
+    let shown = |next: Option<(Manoeuvre, f64)>| {
+        let next = next.map(|(manoeuvre, ahead_m)| NextManoeuvre { manoeuvre, ahead_m });
+        hc22(&ring_dial(2.0, None).guiding(next))
+    };
+    // White below the hub on a side of the middle: arrows and text lie within 20 degrees of 6 o'clock.
+    let sides = |picture: &Picture| {
+        [160.0_f64, 181.0].map(|from| {
+            let angles = (0..38).map(|k| from + f64::from(k) / 2.0);
+            let radii = (0..16).map(|k| 0.52 + 0.012 * f64::from(k));
+            let points = radii.flat_map(|radius| angles.clone().map(move |angle| (angle, radius)));
+            points.map(|(angle, radius)| white(picture.polar(angle, radius))).sum::<f64>()
+        })
+    };
+    let [right, left] = sides(&shown(None));
+    assert!(right + left < 1.0, "nothing without a manoeuvre: {right} {left}");
+    // Angles are clockwise from 12 o'clock: the right side comes before 180 degrees. The foot stands on the other side.
+    for manoeuvre in [Manoeuvre::Right, Manoeuvre::Left, Manoeuvre::KeepRight, Manoeuvre::KeepLeft] {
+        let is_right = matches!(manoeuvre, Manoeuvre::Right | Manoeuvre::KeepRight);
+        // Degrees from 6 o'clock, and radius, of the tips of a turn and of a fork.
+        let is_turn = matches!(manoeuvre, Manoeuvre::Right | Manoeuvre::Left);
+        let (from, radius) = if is_turn { (8, 0.585) } else { (4, 0.54) };
+        let side = if is_right { -1.0 } else { 1.0 };
+        let tip = |picture: &Picture| {
+            (from..from + 4).map(|k| white(picture.polar(180.0 + side * f64::from(k), radius))).sum::<f64>()
+        };
+        let mirrored = match manoeuvre {
+            Manoeuvre::Right => Manoeuvre::Left,
+            Manoeuvre::Left => Manoeuvre::Right,
+            Manoeuvre::KeepRight => Manoeuvre::KeepLeft,
+            _ => Manoeuvre::KeepRight,
+        };
+        let [own, other] = [manoeuvre, mirrored].map(|to| tip(&shown(Some((to, 120.0)))));
+        assert!(own > 1.5 * other && own > 1.0, "{manoeuvre:?}: {own} at its tip, {other} with the opposite");
+    }
+    assert!(shown(Some((Manoeuvre::Left, 5000.0))).polar(189.0, 0.585) == shown(None).polar(189.0, 0.585), "far away");
 }
 
 #[test]

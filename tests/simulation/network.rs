@@ -4,7 +4,10 @@ use super::world::one_at_a_time;
 use codrive::{
     controls::Controls,
     driver::{SimulatedDriver, preset},
-    map::network::{Network, SignalId, SignalLight},
+    map::{
+        Manoeuvre,
+        network::{Network, SignalId, SignalLight},
+    },
     scenario::Scenario,
     sim::{EndReason, EventKind, SummaryAccumulator, VehicleSnapshot, World},
     space::CAR_LENGTH_M,
@@ -42,6 +45,23 @@ pub(super) fn drive(scenario: &Scenario, mut see: impl FnMut(&World)) -> codrive
         see(&world);
     }
     summary.to_summary()
+}
+
+#[test]
+fn a_drive_on_a_path_is_guided_from_turn_to_turn() {
+    let _alone = one_at_a_time();
+    // Right into B1C1, left into C1C2 (`src/map/route/guidance.rs` has the distances).
+    let mut turns: Vec<Manoeuvre> = Vec::new();
+    let mut last_m = f64::INFINITY;
+    drive(&scenario("B0B1 B1C1 C1C2", Demand::default()), |world| {
+        let next = world.snapshot().next_manoeuvre;
+        let ahead_m = next.map_or(f64::INFINITY, |next| next.ahead_m);
+        if ahead_m > last_m + 1.0 || turns.is_empty() {
+            turns.extend(next.map(|next| next.manoeuvre));
+        }
+        last_m = ahead_m;
+    });
+    assert_eq!(turns, [Manoeuvre::Right, Manoeuvre::Left]);
 }
 
 const ROUND: &str = "A0B0 B0B1 B1C1 C1C2 C2B2 B2A2 A2A1 A1A0 A0B0 B0B1 B1B2";

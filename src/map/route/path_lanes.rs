@@ -5,6 +5,7 @@
 //! front is less than half a lane from the route's line.
 
 use super::{
+    guidance::PathGuidance,
     lane_changes::{LaneChange, lane_changes},
     stop_lines::{StopLine, stop_lines},
     turns::Turns,
@@ -142,6 +143,11 @@ impl PathLanes {
     /// Returns the turns and lane changes of the path.
     pub fn turns(&self, map: &RoadMap, changes: &[LaneChange]) -> Turns {
         Turns::new(map, &self.lanes, changes)
+    }
+
+    /// Returns the guidance along the path.
+    pub fn guidance(&self, map: &RoadMap) -> PathGuidance {
+        PathGuidance::new(map, &self.lanes)
     }
 
     /// Returns the predecessors of the route's first edge and their predecessors.

@@ -6,7 +6,7 @@ use crate::{
     controls::Indicator,
     map::{
         RoadMap,
-        network::{LaneId, Side, TurnDirection},
+        network::{Connection, LaneId, Side, TurnDirection},
     },
 };
 
@@ -51,26 +51,41 @@ impl Turns {
     }
 }
 
-/// Returns the turn at the junction at the end of the route's lane `k`.
-fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
+/// Way of a route over the junction at the end of a street.
+pub(super) struct JunctionWay<'a> {
+    pub connection: &'a Connection,
+    /// End of the street on the route, metres.
+    pub at_s_m: f64,
+    /// Length of the way within the junction, metres.
+    pub length_m: f64,
+}
+
+/// Returns the way over the junction at the end of the route's lane `k`; `None` within junctions, and at the route's end.
+pub(super) fn way_at_end<'a>(map: &'a RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<JunctionWay<'a>> {
     let (net, route) = (&map.network, &map.route);
     let next = |k: usize| (k + 1) % lanes.len();
     let (from, to) = (lanes[k]?, lanes[route.next_lane(k)?]?);
     if !net.edge_of(from).kind.is_street() {
         return None;
     }
-    let way = net.connections_from(from).iter().find(|way| way.next() == to)?;
-    let side = match way.direction {
-        TurnDirection::Left | TurnDirection::PartLeft | TurnDirection::Turnaround => Indicator::Left,
-        TurnDirection::Right | TurnDirection::PartRight | TurnDirection::TurnaroundLeftHand => Indicator::Right,
-        TurnDirection::Straight | TurnDirection::Unknown => return None,
-    };
+    let connection = net.connections_from(from).iter().find(|way| way.next() == to)?;
     let inside = std::iter::successors(Some(next(k)), |k| Some(next(*k)))
         .take(lanes.len())
         .take_while(|k| !route.lanes()[*k].is_street(net));
     let length_m = inside.map(|k| route.lanes()[k].length_m).sum();
     let here = &route.lanes()[k];
-    Some(Turn { from_s_m: route.wrap(here.start_s_m + here.length_m), length_m, side })
+    Some(JunctionWay { connection, at_s_m: route.wrap(here.start_s_m + here.length_m), length_m })
+}
+
+/// Returns the turn at the junction at the end of the route's lane `k`.
+fn turn(map: &RoadMap, lanes: &[Option<LaneId>], k: usize) -> Option<Turn> {
+    let JunctionWay { connection, at_s_m, length_m } = way_at_end(map, lanes, k)?;
+    let side = match connection.direction {
+        TurnDirection::Left | TurnDirection::PartLeft | TurnDirection::Turnaround => Indicator::Left,
+        TurnDirection::Right | TurnDirection::PartRight | TurnDirection::TurnaroundLeftHand => Indicator::Right,
+        TurnDirection::Straight | TurnDirection::Unknown => return None,
+    };
+    Some(Turn { from_s_m: at_s_m, length_m, side })
 }
 
 /// Returns the turn for a lane change.

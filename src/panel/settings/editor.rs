@@ -35,6 +35,7 @@ const SECTIONS: [(&str, &[&str]); 8] = [
         &[
             "units",
             "palette",
+            "guidance",
             "dial_full",
             "screen_width_m",
             "eye_distance_m",

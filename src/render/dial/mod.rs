@@ -45,6 +45,10 @@ pub mod layout {
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
     /// Arrows of the indicators: distance of the tip beside and below the centre, length, half the height.
     pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
+    /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
+    pub const GUIDANCE: (f32, f32, f32) = (0.625, 0.115, 0.05);
+    /// Height of the distance below the arrow, and the distance of its middle below the centre.
+    pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.845);
 }
 
 /// Place of the instrument at the bottom of the picture.
@@ -205,6 +209,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     needle(&brush, dial, palette);
     number(&brush, dial, palette);
     indicator(&brush, dial, palette);
+    guidance(&brush, dial, palette);
 }
 
 /// Dark edge that separates needle and red line from the parts below.
@@ -327,4 +332,23 @@ fn indicator(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let colour = opaque(palette.indicator);
     brush.polygon(vec![at(tip, 0.0), at(neck, half), at(neck, -half)], colour);
     brush.polygon(vec![at(neck, shaft), at(tip - length, shaft), at(tip - length, -shaft), at(neck, -shaft)], colour);
+}
+
+/// Draws the guidance in the gap of the scale: an arrow, and the distance below it. In reverse the R stands there.
+fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
+    let Some(guidance) = dial.guidance.as_ref().filter(|_| !dial.reverse) else { return };
+    let (down, half, width) = layout::GUIDANCE;
+    let colour = opaque(palette.needle);
+    let points: Vec<Pos2> =
+        guidance.arrow().iter().map(|[x, y]| brush.centre + vec2(x * half, down - y * half) * brush.radius).collect();
+    let [.., before, tip] = &points[..] else { return };
+    let along = (*tip - *before).normalized();
+    let head = brush.radius * half;
+    let neck = *tip - along * (0.75 * head);
+    let across = along.rot90() * (0.62 * head);
+    let shaft = points[..points.len() - 1].iter().copied().chain([neck]).collect();
+    brush.painter.line(shaft, egui::Stroke::new(brush.at_least_px(width, 2.0) * brush.radius, colour));
+    brush.polygon(vec![*tip, neck + across, neck - across], colour);
+    let (height, down) = layout::GUIDANCE_DISTANCE;
+    brush.text(&guidance.distance, brush.below(down), height, colour);
 }

@@ -9,7 +9,7 @@ use crate::{
         manoeuvres::{LaneChanging, RightOfWay},
     },
     map::{
-        PathLanes, RoadMap, SHOULDER_M, StopLine, Turns,
+        PathGuidance, PathLanes, RoadMap, SHOULDER_M, StopLine, Turns,
         network::{LanePosition, SignalLight},
     },
     policy::SignalAhead,
@@ -35,6 +35,7 @@ pub(super) struct NetworkView {
     right_of_way: RightOfWay,
     changing: LaneChanging,
     turns: Turns,
+    guidance: PathGuidance,
     persons: PersonsAhead,
     /// True if the ego is on the last edge of its path, or was there until its front reached the end.
     is_on_last: bool,
@@ -49,6 +50,7 @@ impl NetworkView {
         Self {
             right_of_way,
             turns: lanes.turns(map, &changes),
+            guidance: lanes.guidance(map),
             changing: LaneChanging::new(changes),
             persons: PersonsAhead::new(map),
             lanes,
@@ -80,8 +82,10 @@ impl NetworkView {
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
     }
 
-    /// Updates the ego's state at the next line and its lane change; during the latter it sets the leader to the one in the ego's own lane.
+    /// Updates the ego's next manoeuvre, its state at the next line and its lane change; during the latter it sets the leader to the one in the
+    /// ego's own lane.
     pub fn update_derived(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
+        snapshot.next_manoeuvre = self.guidance.next(map, snapshot.ego_s_m);
         self.changing.update(snapshot, map);
         self.right_of_way.update(snapshot, map);
     }

@@ -1,0 +1,133 @@
+//! PathGuidance of the ego's path, for the guidance of a participant. In: a [`RoadMap`]. Out: the next place at which the path leaves the road that goes
+//! straight on, and the way to it. Metres.
+
+use super::turns::{JunctionWay, way_at_end};
+use crate::map::{
+    RoadMap,
+    network::{Connection, LaneId, TurnDirection},
+};
+
+/// Way on at a junction or a fork.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Manoeuvre {
+    Left,
+    Right,
+    /// The left one of two roads that both lead on.
+    KeepLeft,
+    /// The right one of two roads that both lead on, as at the exit of a motorway.
+    KeepRight,
+    /// Back on the same road.
+    TurnAround,
+}
+
+/// Manoeuvre that comes next, or is under way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NextManoeuvre {
+    pub manoeuvre: Manoeuvre,
+    /// Distance from the ego's front bumper to the end of the street, metres; 0 within the junction.
+    pub ahead_m: f64,
+}
+
+/// PathGuidance of a route, each with the end of its street and the length within its junction, metres.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PathGuidance(Vec<(f64, f64, Manoeuvre)>);
+
+impl PathGuidance {
+    /// Returns the manoeuvres of a map's route; `lanes` are the network's lanes of the route's.
+    pub fn new(map: &RoadMap, lanes: &[Option<LaneId>]) -> Self {
+        let found = (0..lanes.len()).filter_map(|k| {
+            let JunctionWay { connection, at_s_m, length_m } = way_at_end(map, lanes, k)?;
+            Some((at_s_m, length_m, manoeuvre(map, connection)?))
+        });
+        Self(found.collect())
+    }
+
+    /// Returns the manoeuvre under way, else the next one after a position of the route.
+    pub fn next(&self, map: &RoadMap, s_m: f64) -> Option<NextManoeuvre> {
+        let ahead = self.0.iter().filter_map(|(at_s_m, length_m, manoeuvre)| {
+            let is_under_way = (-length_m..0.0).contains(&map.route.difference(s_m, *at_s_m));
+            let ahead_m = if is_under_way { 0.0 } else { map.route.drawn_ahead_m(s_m, *at_s_m) };
+            // On an open route those behind have a negative distance.
+            (ahead_m >= 0.0).then_some(NextManoeuvre { manoeuvre: *manoeuvre, ahead_m })
+        });
+        ahead.min_by(|a, b| a.ahead_m.total_cmp(&b.ahead_m))
+    }
+}
+
+/// Returns the manoeuvre from a lane's end to another lane; `None` where there is no choice, or the way leads straight on.
+fn manoeuvre(map: &RoadMap, way: &Connection) -> Option<Manoeuvre> {
+    let net = &map.network;
+    let edge = net.lane(way.from).edge;
+    let from: Vec<LaneId> = net.edge(edge).lanes().collect();
+    let onto = net.lane(way.to).edge;
+    // Other ways on from this street for cars.
+    let others = || {
+        let ways =
+            from.iter().enumerate().flat_map(|(k, lane)| net.connections_from(*lane).iter().map(move |way| (k, way)));
+        ways.filter(|(_, other)| {
+            let lane = net.lane(other.to);
+            lane.edge != onto && lane.admits_cars() && !other.is_turnaround()
+        })
+    };
+    if others().next().is_none() {
+        return None;
+    }
+    match way.direction {
+        TurnDirection::Left => Some(Manoeuvre::Left),
+        TurnDirection::Right => Some(Manoeuvre::Right),
+        TurnDirection::PartLeft => Some(Manoeuvre::KeepLeft),
+        TurnDirection::PartRight => Some(Manoeuvre::KeepRight),
+        TurnDirection::Turnaround | TurnDirection::TurnaroundLeftHand => Some(Manoeuvre::TurnAround),
+        TurnDirection::Straight | TurnDirection::Unknown => {
+            // A fork: the slower road is the exit. Lanes are counted from the outer side.
+            let own = from.iter().position(|lane| *lane == way.from)?;
+            let straight = others().filter(|(_, other)| other.direction == way.direction);
+            let faster =
+                straight.filter(|(_, other)| net.lane(other.to).speed_limit_mps > net.lane(way.to).speed_limit_mps);
+            let inner = faster.map(|(k, _)| k > own).reduce(|a, b| a && b)?;
+            Some(if inner != net.is_left_hand() { Manoeuvre::KeepRight } else { Manoeuvre::KeepLeft })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::PathLanes;
+
+    /// Returns the manoeuvres at positions of a map's route.
+    fn at(map: &RoadMap, positions_m: &[f64]) -> Vec<Option<(Manoeuvre, f64)>> {
+        let guidance = PathLanes::new(map).guidance(map);
+        let next = |s_m: &f64| guidance.next(map, *s_m).map(|next| (next.manoeuvre, next.ahead_m.round()));
+        positions_m.iter().map(next).collect()
+    }
+
+    #[test]
+    fn a_path_turns_at_crossings_and_goes_straight_on_without_a_word() {
+        use Manoeuvre::{Left, Right};
+        let file = "tests/data/networks/grid-signals.net.xml";
+        let map = RoadMap::load_along(file, &["B0B1", "B1C1", "C1C2"]).expect("a path");
+        let lanes = map.route.lanes();
+        // B0B1_0 has 69.20 m and turns right into B1C1; then C1C2 turns left.
+        let left_m = lanes.iter().find(|lane| lane.edge_id(&map.network) == "B1C1").expect("B1C1").start_s_m;
+        assert_eq!(at(&map, &[0.0, 49.2, 70.0]), [Some((Right, 69.0)), Some((Right, 20.0)), Some((Right, 0.0))]);
+        let after = at(&map, &[left_m + 1.0]);
+        assert!(matches!(after[0], Some((Left, ahead_m)) if (40.0..90.0).contains(&ahead_m)), "{after:?}");
+        assert_eq!(at(&map, &[map.route.length_m() - 1.0]), [None]);
+        let map = RoadMap::load_along(file, &["A1B1", "B1C1"]).expect("a path");
+        assert_eq!(at(&map, &[0.0, 69.0, 100.0]), [None; 3], "straight on");
+    }
+
+    #[test]
+    fn the_exit_of_the_motorway_is_the_only_manoeuvre_of_its_path() {
+        let map = RoadMap::load("motorway").expect("a map that is shipped");
+        // By its README the roads part at km 8.2, 300 m after the lane of the exit begins at km 7.9; the path begins at km 0.
+        let start = at(&map, &[0.0, 5000.0]);
+        let Some((Manoeuvre::KeepRight, whole_m)) = start[0] else { panic!("{start:?}") };
+        assert!((7800.0..8400.0).contains(&whole_m), "{whole_m}");
+        assert_eq!(start[1], Some((Manoeuvre::KeepRight, whole_m - 5000.0)));
+        assert_eq!(at(&map, &[whole_m + 300.0]), [None]);
+        let ring = RoadMap::load("ring-250").expect("a map that is shipped");
+        assert_eq!(at(&ring, &[0.0]), [None]);
+    }
+}
