@@ -284,7 +284,7 @@ fn a_contact_thumps_and_a_change_of_advice_rings_once() {
 /// Returns the scenes of a drive with full throttle, then none.
 fn listened(scenario: &Scenario, ticks: usize) -> Vec<SoundScene> {
     let mut world = World::new(scenario).unwrap();
-    let mut listener = Listener::new(&scenario);
+    let mut listener = Listener::new(scenario);
     (0..ticks)
         .map(|tick| {
             let throttle = if tick < ticks / 2 { 1.0 } else { 0.0 };

@@ -132,7 +132,7 @@ fn spray_hides_part_of_what_is_behind_it() {
     let mut hue = |spray: Vec<SprayPuff>| {
         view.spray = spray;
         let image = draw_with(&mut renderer, &view, SIZE);
-        image.pixels().map(|pixel| rgb(pixel)).map(|[r, g, b]| (r.min(b) - g).max(0.0)).sum::<f32>()
+        image.pixels().map(rgb).map(|[r, g, b]| (r.min(b) - g).max(0.0)).sum::<f32>()
     };
     let between = on_lane(20.0, 0.0).position.as_vec2().extend(0.8);
     let (free, hidden) = (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, opacity: 0.9 }]));

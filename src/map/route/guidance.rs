@@ -1,5 +1,5 @@
-//! PathGuidance of the ego's path, for the guidance of a participant. In: a [`RoadMap`]. Out: the next place at which the path leaves the road that goes
-//! straight on, and the way to it. Metres.
+//! Manoeuvres of the ego's path, for the guidance of a participant. In: a [`RoadMap`]. Out: the next place at which the path leaves the road
+//! that goes straight on, and the way to it. Metres.
 
 use super::turns::{JunctionWay, way_at_end};
 use crate::map::{
@@ -28,7 +28,7 @@ pub struct NextManoeuvre {
     pub ahead_m: f64,
 }
 
-/// PathGuidance of a route, each with the end of its street and the length within its junction, metres.
+/// Manoeuvres of a route, each with the end of its street and the length within its junction, metres.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PathGuidance(Vec<(f64, f64, Manoeuvre)>);
 
@@ -69,9 +69,7 @@ fn manoeuvre(map: &RoadMap, way: &Connection) -> Option<Manoeuvre> {
             lane.edge != onto && lane.admits_cars() && !other.is_turnaround()
         })
     };
-    if others().next().is_none() {
-        return None;
-    }
+    others().next()?;
     match way.direction {
         TurnDirection::Left => Some(Manoeuvre::Left),
         TurnDirection::Right => Some(Manoeuvre::Right),
