@@ -124,7 +124,7 @@ fn fragment(in: Blade) -> @location(0) vec4f {
         discard;
     }
     // Blades differ in brightness.
-    let tone = max(1.0 + (1.0 - many) * (0.6 * (own - 0.5) + 0.9 * (min(inside, 0.2) - 0.07)), 0.1);
+    let tone = 1.0 + (1.0 - many) * (0.6 * (own - 0.5) + 0.9 * (min(inside, 0.2) - 0.07));
     var tint = vec3f(tone);
     // Some stalks carry flowers: white, yellow, violet.
     let kind = fract(in.card.y * 37.0);

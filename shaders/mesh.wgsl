@@ -1,7 +1,8 @@
 // Surfaces of placed meshes.
 
 struct Surface {
-    @builtin(position) clip: vec4f,
+    // The same in the passes of a wet road, of which one tests the depth of the other.
+    @invariant @builtin(position) clip: vec4f,
     @location(0) world: vec3f,
     @location(1) normal: vec3f,
     @location(2) colour: vec3f,

@@ -70,7 +70,9 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     tone = mix(tone, 0.70 + 0.5 * grit + 0.12 * (coarse.g - 0.5), repair.x) * (1.0 - 0.6 * repair.y);
     tone *= 1.0 - 0.55 * sealed_at(in.uv, coarse.g, pixel_m);
     let line = in.material == MARKING;
-    let bare = select(in.colour, vec3f(0.0902, 0.0902, 0.0946), line) * vec3f(1.08, 1.03, 0.95) * max(tone, 0.12);
+    // In slivers of a pixel's width, interpolation can leave the range of their corners' colours.
+    let colour = clamp(in.colour, vec3f(0.0), vec3f(1.0));
+    let bare = select(colour, vec3f(0.0902, 0.0902, 0.0946), line) * vec3f(1.08, 1.03, 0.95) * max(tone, 0.12);
 
     // The line, 12 cm wide, 16 cm into its strip. Its edge is straight except where stones broke off. Its paint is worn on the tops of
     // stones, and most where wheels cut the bend.
@@ -78,7 +80,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let there = covered(frayed, 0.059, fwidth(in.colour.b));
     let worn = smoothstep(0.20, 0.44, 0.55 * coarse.g + 0.25 * fine.r + 0.2 * stones.r + 0.05);
     let chipped = close * smoothstep(0.62, 0.80, fine.r) * smoothstep(0.62, 0.40, coarse.g);
-    let paint = in.colour.r * vec3f(1.0, 1.0, 0.96) * (0.92 + 0.20 * (coarse.g - 0.5) + 0.18 * (fine.r - 0.5) + 0.25 * (broad.g - 0.5));
+    let paint = colour.r * vec3f(1.0, 1.0, 0.96) * (0.92 + 0.20 * (coarse.g - 0.5) + 0.18 * (fine.r - 0.5) + 0.25 * (broad.g - 0.5));
     let marking = mix(bare, paint, there * (0.30 + 0.70 * worn) * (1.0 - 0.65 * chipped));
 
     // Gravel, and grass that grows into it from its edge: the verge falls from 0 over -2 cm to -14 cm. Beside rising roads, the blue
@@ -86,7 +88,7 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let fallen = select(-0.5 - 40.0 * in.world.z, 0.3 - 11.0 * (in.world.z + 0.02), in.material == GRASS);
     let says = in.material == VERGE;
     let outwards = select(fallen, in.colour.b, says);
-    let meadow = vec3f(in.colour.rg, select(in.colour.b, 0.36 * in.colour.g, says));
+    let meadow = vec3f(colour.rg, select(colour.b, 0.36 * colour.g, says));
     let grown = smoothstep(-0.10, 0.14, outwards - 0.34 + 1.3 * (coarse.g - 0.5) + 0.9 * (fine.a - 0.5) + 0.3 * (stones.r - 0.5));
     // Stones of all sizes, some pale or rusty, with earth between them.
     let heap = 0.9 * (fine.r - 0.5) + 1.0 * (stones.r - 0.5) + 0.6 * (stones.g - 0.5);

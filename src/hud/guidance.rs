@@ -32,10 +32,29 @@ impl DialGuidance {
             Manoeuvre::Left | Manoeuvre::Right => &[[-0.45, -1.0], [-0.45, 0.35], [0.95, 0.35]],
             Manoeuvre::KeepLeft | Manoeuvre::KeepRight => &[[-0.35, -1.0], [-0.35, -0.15], [0.55, 0.95]],
             Manoeuvre::TurnAround => &[[0.5, -1.0], [0.5, 0.6], [-0.5, 0.6], [-0.5, -0.6]],
+            Manoeuvre::Roundabout { exit_deg, is_clockwise } => return round_arrow(exit_deg, is_clockwise),
         };
         let is_left = matches!(self.manoeuvre, Manoeuvre::Left | Manoeuvre::KeepLeft);
         line.iter().map(|[x, y]| [if is_left { -x } else { *x }, *y]).collect()
     }
+}
+
+/// Returns the line of an arrow around a circle: in from below, out to the exit.
+fn round_arrow(exit_deg: i16, is_clockwise: bool) -> Vec<[f32; 2]> {
+    const RADIUS: f32 = 0.42;
+    /// Beyond this, the exit is the way in, after a whole round.
+    const BACK_DEG: f32 = 150.0;
+    let exit_deg = f32::from(exit_deg);
+    // Angles anticlockwise from the right; the way in is at -90 degrees.
+    let out_deg = match is_clockwise {
+        false if exit_deg < -BACK_DEG => exit_deg + 450.0,
+        false => exit_deg + 90.0,
+        true if exit_deg > BACK_DEG => exit_deg - 630.0,
+        true => exit_deg - 270.0,
+    };
+    let at = |degrees: f32, radius: f32| [radius * degrees.to_radians().cos(), radius * degrees.to_radians().sin()];
+    let arc = (0..=12).map(|k| at(-90.0 + (out_deg + 90.0) * k as f32 / 12.0, RADIUS));
+    [[0.0, -1.0]].into_iter().chain(arc).chain([at(out_deg, 1.0)]).collect()
 }
 
 /// Returns a distance as navigation devices show it: in steps of 10, 50 or 100 m, or of 50 feet and tenths of a mile.
@@ -77,6 +96,14 @@ mod tests {
         assert!(tip(Manoeuvre::Left)[0] < -0.5 && tip(Manoeuvre::KeepLeft)[0] < -0.3);
         assert!(tip(Manoeuvre::Right)[0] > 0.5 && tip(Manoeuvre::KeepRight)[0] > 0.3);
         assert!(tip(Manoeuvre::TurnAround)[1] < 0.0, "back");
+        let round = |exit_deg, is_clockwise| tip(Manoeuvre::Roundabout { exit_deg, is_clockwise });
+        for is_clockwise in [false, true] {
+            assert!(round(0, is_clockwise)[1] > 0.9, "straight on");
+            assert!(round(-90, is_clockwise)[0] > 0.9 && round(90, is_clockwise)[0] < -0.9, "right and left");
+        }
+        // With right-hand traffic one keeps to the right on the way to the left.
+        let left = to(Manoeuvre::Roundabout { exit_deg: 90, is_clockwise: false }, 50.0).expect("near").arrow();
+        assert!(left.iter().any(|[x, _]| *x > 0.4), "{left:?}");
         assert_eq!(to(Manoeuvre::Left, 2001.0), None);
     }
 }

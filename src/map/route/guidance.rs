@@ -2,10 +2,14 @@
 //! that goes straight on, and the way to it. Metres.
 
 use super::turns::{JunctionWay, way_at_end};
-use crate::map::{
-    RoadMap,
-    network::{Connection, LaneId, TurnDirection},
+use crate::{
+    map::{
+        RoadMap,
+        network::{Connection, EdgeId, LaneId, TurnDirection},
+    },
+    space::wrap_angle,
 };
+use std::collections::BTreeSet;
 
 /// Way on at a junction or a fork.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +22,13 @@ pub enum Manoeuvre {
     KeepRight,
     /// Back on the same road.
     TurnAround,
+    /// Through a roundabout to one of its exits.
+    Roundabout {
+        /// Direction of the exit from that of the way in, degrees, positive to the left: 0 is straight on.
+        exit_deg: i16,
+        /// True with left-hand traffic.
+        is_clockwise: bool,
+    },
 }
 
 /// Manoeuvre that comes next, or is under way.
@@ -35,9 +46,17 @@ pub struct PathGuidance(Vec<(f64, f64, Manoeuvre)>);
 impl PathGuidance {
     /// Returns the manoeuvres of a map's route; `lanes` are the network's lanes of the route's.
     pub fn new(map: &RoadMap, lanes: &[Option<LaneId>]) -> Self {
+        let net = &map.network;
+        let rings: BTreeSet<EdgeId> = net.roundabouts().iter().flat_map(|ring| ring.edges.iter().copied()).collect();
+        let is_on_ring = |lane: LaneId| rings.contains(&net.lane(lane).edge);
         let found = (0..lanes.len()).filter_map(|k| {
             let JunctionWay { connection, at_s_m, length_m } = way_at_end(map, lanes, k)?;
-            Some((at_s_m, length_m, manoeuvre(map, connection)?))
+            match [connection.from, connection.to].map(is_on_ring) {
+                // All is said before the way in.
+                [true, _] => None,
+                [false, true] => roundabout(map, lanes, (k, at_s_m), is_on_ring),
+                [false, false] => Some((at_s_m, length_m, manoeuvre(map, connection)?)),
+            }
         });
         Self(found.collect())
     }
@@ -52,6 +71,28 @@ impl PathGuidance {
         });
         ahead.min_by(|a, b| a.ahead_m.total_cmp(&b.ahead_m))
     }
+}
+
+/// Returns the manoeuvre through a roundabout that begins after the route's lane `k`, at `at_s_m`, with the length to its exit; `None` if the
+/// route ends within.
+fn roundabout(
+    map: &RoadMap,
+    lanes: &[Option<LaneId>],
+    (k, at_s_m): (usize, f64),
+    is_on_ring: impl Fn(LaneId) -> bool,
+) -> Option<(f64, f64, Manoeuvre)> {
+    /// Distance from the roundabout at which its roads have their own direction, metres.
+    const AWAY_M: f64 = 10.0;
+    let (net, route) = (&map.network, &map.route);
+    let n = lanes.len();
+    let mut after = (k + 1..if route.is_closed() { k + n } else { n }).map(|k| k % n);
+    let is_exit = |k: &usize| lanes[*k].is_some_and(|lane| net.edge_of(lane).kind.is_street() && !is_on_ring(lane));
+    let exit = &route.lanes()[after.find(is_exit)?];
+    let in_rad = route.yaw_at(at_s_m - AWAY_M);
+    let out_rad = route.yaw_at(exit.start_s_m + AWAY_M.min(exit.length_m / 2.0));
+    let exit_deg = wrap_angle(out_rad - in_rad).to_degrees().round() as i16;
+    let manoeuvre = Manoeuvre::Roundabout { exit_deg, is_clockwise: net.is_left_hand() };
+    Some((at_s_m, route.ahead(at_s_m, exit.start_s_m), manoeuvre))
 }
 
 /// Returns the manoeuvre from a lane's end to another lane; `None` where there is no choice, or the way leads straight on.
@@ -114,6 +155,27 @@ mod tests {
         assert_eq!(at(&map, &[map.route.length_m() - 1.0]), [None]);
         let map = RoadMap::load_along(file, &["A1B1", "B1C1"]).expect("a path");
         assert_eq!(at(&map, &[0.0, 69.0, 100.0]), [None; 3], "straight on");
+    }
+
+    #[test]
+    fn a_roundabout_is_one_manoeuvre_with_the_direction_of_its_exit() {
+        // Four arms; the way in comes from the south.
+        for (path, wanted_deg) in
+            [(vec!["Ss", "se", "eE"], -90), (vec!["Ss", "se", "en", "nN"], 0), (vec!["Ss", "se", "en", "nw", "wW"], 90)]
+        {
+            let map = RoadMap::load_along("tests/data/networks/roundabout.net.xml", &path).expect("a path");
+            let seen = at(&map, &[0.0]);
+            let Some((Manoeuvre::Roundabout { exit_deg, is_clockwise: false }, ahead_m)) = seen[0] else {
+                panic!("{path:?}: {seen:?}")
+            };
+            assert!((exit_deg - wanted_deg).abs() < 15, "{path:?}: {exit_deg}");
+            // On the ring it is under way, and after it nothing is left to say.
+            assert_eq!(
+                at(&map, &[ahead_m + 5.0]),
+                [Some((Manoeuvre::Roundabout { exit_deg, is_clockwise: false }, 0.0))]
+            );
+            assert_eq!(at(&map, &[map.route.length_m() - 1.0]), [None]);
+        }
     }
 
     #[test]
