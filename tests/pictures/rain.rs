@@ -92,8 +92,8 @@ fn wipers_take_the_drops_from_the_windscreen() {
     let after = drops(LIGHT_MMPH, start_s + motion.sweep_s + 0.05);
     let before = drops(LIGHT_MMPH, start_s + motion.period_s - 0.05);
     println!("{before} pixels before a sweep, {after} after it");
-    // Within their reach 2.7 s of rain have gathered before, 0.05 to 1.4 s after a sweep, beside it as many.
-    assert!(before > 60 && f64::from(after as u32) < 0.75 * f64::from(before as u32), "{before}, then {after}");
+    // Within their reach 2.7 s of rain have gathered before, 0.05 to 1.4 s after a sweep: a quarter. Beside it there are as many.
+    assert!(before > 60 && 2 * after < before, "{before}, then {after}");
     assert!(drops(20.0, start_s + 0.9) > before, "more in heavy rain");
 }
 
