@@ -41,7 +41,7 @@ impl DialGuidance {
 
 /// Returns the line of an arrow around a circle: in from below, out to the exit.
 fn round_arrow(exit_deg: i16, is_clockwise: bool) -> Vec<[f32; 2]> {
-    const RADIUS: f32 = 0.42;
+    const RADIUS: f32 = 0.45;
     /// Beyond this, the exit is the way in, after a whole round.
     const BACK_DEG: f32 = 150.0;
     let exit_deg = f32::from(exit_deg);

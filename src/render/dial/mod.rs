@@ -46,9 +46,9 @@ pub mod layout {
     /// Arrows of the indicators: distance of the tip beside and below the centre, length, half the height.
     pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
-    pub const GUIDANCE: (f32, f32, f32) = (0.625, 0.115, 0.05);
+    pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
     /// Height of the distance below the arrow, and the distance of its middle below the centre.
-    pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.845);
+    pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.855);
 }
 
 /// Place of the instrument at the bottom of the picture.
@@ -344,8 +344,8 @@ fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let [.., before, tip] = &points[..] else { return };
     let along = (*tip - *before).normalized();
     let head = brush.radius * half;
-    let neck = *tip - along * (0.75 * head);
-    let across = along.rot90() * (0.62 * head);
+    let neck = *tip - along * (0.55 * head);
+    let across = along.rot90() * (0.42 * head);
     let shaft = points[..points.len() - 1].iter().copied().chain([neck]).collect();
     brush.painter.line(shaft, egui::Stroke::new(brush.at_least_px(width, 2.0) * brush.radius, colour));
     brush.polygon(vec![*tip, neck + across, neck - across], colour);
