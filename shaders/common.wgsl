@@ -62,6 +62,9 @@ struct Air {
 // True for a parallel lens from above, with no air between. It is a constant, as software rendering executes both sides of a branch.
 override FROM_ABOVE: bool = false;
 
+// Speed of a falling drop of 2 mm, m/s.
+const FALL = 6.5;
+
 // An instance: rows of the mesh-to-world transform; paint; for vehicles, w has the number on the plates plus half of the brake lamps'
 // light.
 struct Placed {
@@ -104,4 +107,10 @@ fn to_eye(world: vec3f) -> vec3f {
 // Returns the share of light that comes through the air from a surface at this distance, m.
 fn through_air_from(distance: f32) -> vec3f {
     return exp(-air.extinction.rgb * (distance * frame.eye.w));
+}
+
+// Returns the corners of a square of half side 1, as two triangles.
+fn square_corner(index: u32) -> vec2f {
+    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
+    return corners[index];
 }

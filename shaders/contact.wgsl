@@ -15,8 +15,7 @@ const FLOOR = vec2f(2.3, 0.72);
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, at: Placed) -> Patch {
-    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
-    let p = corners[index] * REACH;
+    let p = square_corner(index) * REACH;
     let world = place(at, vec3f(p, 0.015));
     return Patch(frame.clip_from_world * vec4f(world, 1.0), p, through_air_from(distance(world, frame.eye.xyz)).g);
 }

@@ -11,8 +11,7 @@ struct Streak {
 
 // Size of the box, metres.
 const BOX = vec3f(16.0, 16.0, 8.0);
-// Speed of a drop of 2 mm, m/s, and drift by each m/s of wind.
-const FALL = 6.5;
+// Drift of drops by each m/s of wind.
 const DRIFT = 0.4;
 // Time over which the eye sees a drop as a streak, s.
 const SEEN_S = 0.03;
@@ -29,8 +28,7 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) drop: u32
     let velocity = vec3f(DRIFT * frame.forward.w, 0.0, -FALL);
     let from_eye = (fract(start + (velocity * frame.to_sun_time.w - frame.eye.xyz) / BOX) - 0.5) * BOX;
     let way = (velocity - frame.motion.xyz) * SEEN_S;
-    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
-    let at = corners[corner];
+    let at = square_corner(corner);
     let distance = length(from_eye);
     let half = max(HALF, HALF_RAD * distance);
     let across = normalize(cross(way, from_eye)) * half;

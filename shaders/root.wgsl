@@ -10,8 +10,7 @@ struct Patch {
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32, at: Placed) -> Patch {
-    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
-    let p = corners[index];
+    let p = square_corner(index);
     let world = place(at, vec3f(p, 0.0));
     let left = through_air_from(distance(place(at, vec3f(0.0)), frame.eye.xyz)).g;
     return Patch(frame.clip_from_world * vec4f(world, 1.0), p, vec2f(length(at.x.xyz), at.colour_brake.w * left));

@@ -5,19 +5,6 @@
 // Radius of the horizon in the clouds' picture, see `RIM` in `clouds.rs`.
 const CLOUDS_RIM = 0.98;
 
-struct Ray {
-    @builtin(position) clip: vec4f,
-    @location(0) direction: vec3f,
-}
-
-@vertex
-fn vertex(@builtin(vertex_index) index: u32) -> Ray {
-    // One triangle that covers the picture.
-    let corner = vec2f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0);
-    let direction = frame.forward.xyz + corner.x * frame.right.xyz + corner.y * frame.up.xyz;
-    return Ray(vec4f(corner, 0.0, 1.0), direction);
-}
-
 @fragment
 fn fragment(ray: Ray) -> @location(0) vec4f {
     let direction = normalize(ray.direction);

@@ -12,8 +12,7 @@ struct Puff {
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, at: Placed) -> Puff {
-    let corners = array(vec2f(-1.0, -1.0), vec2f(1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, -1.0), vec2f(1.0, 1.0), vec2f(-1.0, 1.0));
-    let p = corners[corner];
+    let p = square_corner(corner);
     let middle = place(at, vec3f(0.0));
     let radius = at.x.x;
     let world = middle + radius * (p.x * normalize(frame.right.xyz) + p.y * normalize(frame.up.xyz));

@@ -11,8 +11,6 @@ override SWEEP: f32 = 1.0;
 
 // Time after which a drop beside the wipers' reach has run off, s.
 const RUN_OFF_S = 9.0;
-// Speed of falling drops, m/s, see `rain.wgsl`.
-const FALL = 6.5;
 
 // Returns the time since a wiper has passed a place, s, and the number of sweeps up and down until then; a negative time out of its reach.
 fn wiped(at: vec2f, axle: f32, arm: f32) -> vec2f {

@@ -9,6 +9,7 @@ mod car;
 mod longitudinal;
 mod params;
 mod powertrain;
+mod table;
 mod tyre;
 mod wet_road;
 

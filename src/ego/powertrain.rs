@@ -11,6 +11,7 @@
 //!   there.
 
 use super::params::{CarParams, EngineParams, GearboxParams};
+use super::table::interpolated;
 use crate::controls::{Controls, Selector};
 use std::f64::consts::PI;
 
@@ -232,7 +233,7 @@ impl Powertrain {
     fn engine_nm(&self, engine: &EngineParams, idle_load_nm: f64) -> f64 {
         let speed = self.engine_rad_s;
         let rpm = speed / RAD_S_PER_RPM;
-        let full_nm = torque_at(&engine.torque_curve, rpm);
+        let full_nm = interpolated(&engine.torque_curve, rpm);
         let pedal = self.pedal;
         let share = engine.pedal_linear * pedal + (1.0 - engine.pedal_linear) * pedal * pedal;
         let power_nm = engine.pedal_power_w * pedal * pedal / speed.max(1.0);
@@ -253,17 +254,4 @@ impl Powertrain {
 /// Returns `value` moved towards `target` by at most `step`.
 fn approach(value: f64, target: f64, step: f64) -> f64 {
     value + (target - value).clamp(-step, step)
-}
-
-/// Interpolates linearly in a torque curve, N m; its end values hold outside.
-fn torque_at(curve: &[(f64, f64)], rpm: f64) -> f64 {
-    let next = curve.partition_point(|point| point.0 <= rpm);
-    if next == 0 {
-        return curve[0].1;
-    }
-    if next == curve.len() {
-        return curve[next - 1].1;
-    }
-    let (a, b) = (curve[next - 1], curve[next]);
-    a.1 + (b.1 - a.1) * (rpm - a.0) / (b.0 - a.0)
 }

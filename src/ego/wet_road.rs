@@ -1,6 +1,8 @@
 //! Grip of a wet road. In: the intensity of rain; depth of the water and speed. Out: that depth; the friction coefficient as a share of that on a
 //! dry road. Sources: docs/references.md: rain.
 
+use super::table::interpolated;
+
 /// Depth of the water where only the texture of the asphalt is wet, mm, the least that measurements of grip state.
 const WET_MM: f64 = 0.2;
 /// Road of the depth: mean depth of its texture, mm, way of the water to the edge, m, and crossfall.
@@ -28,18 +30,11 @@ pub(super) fn share_of_dry(water_mm: f64, speed_mps: f64) -> f64 {
     if water_mm == 0.0 {
         return 1.0;
     }
-    let shares = FRICTION.map(|(depth_mm, friction)| {
-        let shares = std::array::from_fn::<_, 3, _>(|k| friction[k] / FRICTION[0].1[k]);
-        (depth_mm, between(&SPEEDS_MPS, &shares, speed_mps.abs()))
-    });
-    between(&shares.map(|(depth_mm, _)| depth_mm), &shares.map(|(_, share)| share), water_mm)
-}
-
-/// Interpolates `values` at `places`, which ascend; outside of them the nearest value counts.
-fn between(places: &[f64], values: &[f64], at: f64) -> f64 {
-    let k = places.partition_point(|place| *place < at).clamp(1, places.len() - 1);
-    let share = ((at - places[k - 1]) / (places[k] - places[k - 1])).clamp(0.0, 1.0);
-    values[k - 1] + (values[k] - values[k - 1]) * share
+    let share_at_speed = |friction: [f64; 3]| {
+        let shares: [_; 3] = std::array::from_fn(|k| (SPEEDS_MPS[k], friction[k] / FRICTION[0].1[k]));
+        interpolated(&shares, speed_mps.abs())
+    };
+    interpolated(&FRICTION.map(|(depth_mm, friction)| (depth_mm, share_at_speed(friction))), water_mm)
 }
 
 #[cfg(test)]

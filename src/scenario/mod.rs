@@ -73,7 +73,7 @@ flat_settings! {
             /// Largest lateral acceleration of the other vehicles in bends; 0: automatic (3 m/s2, unlimited on rings); 100: unlimited
             #[schemars(range(min = 0.0, max = 100.0), extend("unit" = "m/s2"))]
             lateral_accel_mps2: f64 = 0.0,
-            /// Rain, and a wet road from the start: less grip for the ego and the advised vehicles, less far sight, headlamps on
+            /// Rain, and a wet road from the start: less grip for the ego and the advised vehicles, shorter sight, headlamps on
             #[schemars(range(min = 0.0, max = 50.0), extend("unit" = "mm/h"))]
             // docs/references.md: rain: 50 mm/h is a violent shower.
             rain_mmph: f64 = 0.0,

@@ -13,7 +13,7 @@ pub const PROGRAMS: [ShaderProgram; 25] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
-    ("sky", &["common", "light", "sky"]),
+    ("sky", &["common", "light", "ray", "sky"]),
     ("road", &["common", "light", "lamps", "corner", "mesh", "ground", "road"]),
     ("land", &["common", "light", "lamps", "corner", "mesh", "ground", "land"]),
     ("car", &["common", "light", "lamps", "corner", "mesh", "car"]),
@@ -26,7 +26,7 @@ pub const PROGRAMS: [ShaderProgram; 25] = [
     ("grass", &["common", "light", "lamps", "corner", "grass"]),
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
-    ("mirrored_sky", &["common", "light", "mirrored_sky"]),
+    ("mirrored_sky", &["common", "light", "ray", "mirrored_sky"]),
     ("depth_alone", &["common", "corner", "mesh", "depth_alone"]),
     ("rain", &["common", "light", "lamps", "rain"]),
     ("spray", &["common", "light", "lamps", "spray"]),
@@ -43,7 +43,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 37] = built_in![
+const FILES: [(&str, &str); 38] = built_in![
     "common",
     "light",
     "lamps",
@@ -52,6 +52,7 @@ const FILES: [(&str, &str); 37] = built_in![
     "shadow",
     "leaf_shadow",
     "root",
+    "ray",
     "sky",
     "ground",
     "road",

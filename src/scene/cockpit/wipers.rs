@@ -29,7 +29,7 @@ pub struct WiperMotion {
 }
 
 impl WiperMotion {
-    /// Returns the motion that a rain sensor chooses; `None` without rain. The rates are those of UN and EU rules (docs/references.md: rain).
+    /// Returns the motion that a rain sensor chooses; `None` without rain. The rates are those of EU rules (docs/references.md: rain).
     pub fn in_rain(rain_mmph: f32) -> Option<Self> {
         /// Upper limits of light and of moderate rain, mm/h.
         const LIGHT: f32 = 2.5;
