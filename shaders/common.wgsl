@@ -29,12 +29,15 @@ struct Frame {
     to_sun_time: vec4f,
     // xyz width of a shadow texel in metres (moving objects, static objects near by, static objects far away); w texels per side
     shadow: vec4f,
-    // x radiance of a dipped head lamp, 0 if off; y factor on the light that lamps show; z radiance of a white sheet in a light of 1 lx
+    // x radiance of a dipped head lamp, 0 if off; y factor on the light that lamps show; z radiance of a white sheet in a light of 1 lx;
+    // w height of the highest street lamp over the lowest, m
     lamps: vec4f,
     // xyz velocity of the eye, m/s; w intensity of the rain, mm/h
     motion: vec4f,
     // x time from the begin of a sweep of the wipers to the next, y duration of a sweep, s
     wipers: vec4f,
+    // xy south-west corner of the picture of the street lamps' light, m; z 1 over its side, 1/m; w height of the lowest lamp, m
+    street_lamps: vec4f,
     beams: array<Beam, 16>,
 }
 

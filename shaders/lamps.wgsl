@@ -1,4 +1,7 @@
-// Light of headlamps (`render/headlamps.rs`).
+// Light of headlamps (`render/headlamps.rs`) and of street lamps (`render/textures/lamp_light.rs`).
+
+// The street lamps' light from above: r square root of its share in MOST_LX, g height of the lamps over the lowest.
+@group(0) @binding(12) var street_light: texture_2d<f32>;
 
 // Number of beams, a constant: software rendering would compile a loop up to a uniform again with every draw. 0 by day, when their light
 // is invisible, and costs nothing.
@@ -37,7 +40,22 @@ fn beam_at(beam: Beam, world: vec3f) -> vec4f {
     return vec4f(-way / distance, lux);
 }
 
-// Returns the light of all beams on a white sheet; the rougher the surface, the less it matters which way it faces.
+// Colour of street lamps beside daylight, and the light of a full texel, lx.
+const STREET = vec3f(1.14, 0.97, 0.74);
+const MOST_LX = 40.0;
+
+// Returns the light of street lamps, lx: on level ground that of their picture, less on walls, none above the lamps.
+fn street_light_at(world: vec3f, normal: vec3f, rough: f32) -> f32 {
+    let place = (world.xy - frame.street_lamps.xy) * frame.street_lamps.z;
+    let found = textureSampleLevel(street_light, grain_sampler, place, 0.0);
+    let there = step(max(abs(place.x - 0.5), abs(place.y - 0.5)), 0.5);
+    let over = world.z - frame.street_lamps.w - found.g * frame.lamps.w;
+    let below = 1.0 - smoothstep(-0.6, 0.4, over);
+    let faces = mix(0.45 + 0.55 * max(normal.z, 0.0), 1.0, 0.5 * rough);
+    return MOST_LX * found.r * found.r * there * below * faces;
+}
+
+// Returns the light of all beams and of street lamps on a white sheet; the rougher the surface, the less it matters which way it faces.
 fn lamplight(world: vec3f, normal: vec3f, rough: f32) -> vec3f {
     var lux = 0.0;
     if !FROM_ABOVE {
@@ -46,7 +64,11 @@ fn lamplight(world: vec3f, normal: vec3f, rough: f32) -> vec3f {
             lux += light.w * mix(max(dot(light.xyz, normal), 0.0), 1.0, rough);
         }
     }
-    return LAMPLIGHT * (lux * frame.lamps.z);
+    var street = 0.0;
+    if BEAMS > 0 && !FROM_ABOVE {
+        street = street_light_at(world, normal, rough);
+    }
+    return (LAMPLIGHT * lux + STREET * street) * frame.lamps.z;
 }
 
 // Returns the light that retroreflecting sheeting returns to the eye, as radiance of a white one. Sheeting of class RA1 has 70 cd/lx/m2 at

@@ -31,6 +31,9 @@ const VERGE = 13u;
 const SIGNAL_LAMP = 14u;
 const REFLECTOR = 15u;
 const HEAD_LAMP = 16u;
+const WALL = 17u;
+const ROOF = 18u;
+const HEDGE = 19u;
 
 // True for the picture of a body in the water under it.
 override IN_WATER: bool = false;

@@ -33,12 +33,6 @@ fn sealed_at(uv: vec2f, bend: f32, pixel_m: f32) -> f32 {
     return step(hash(cell * 5 + 2), 0.5) * (1.0 - smoothstep(half, half + soft, abs(way))) * min(1.0, 3.0 * half / soft);
 }
 
-// Returns the share of a pixel of width `wide` that lies within `half` of a line's centre, at distance `off` from it.
-fn covered(off: f32, half: f32, wide: f32) -> f32 {
-    let w = max(wide, 0.002);
-    return clamp((min(off + 0.5 * w, half) - max(off - 0.5 * w, -half)) / w, 0.0, 1.0);
-}
-
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let flat_normal = normalize(in.normal);

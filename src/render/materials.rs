@@ -38,12 +38,14 @@ pub struct MaterialPipelines {
     pub(super) rain: Option<RainPipelines>,
 }
 
-/// The area hidden by the mirror, cars, uncoated parts (posts, wheels), and windows.
+/// The area hidden by the mirror, cars, uncoated parts (posts, wheels), buildings, and windows of vehicles.
 #[derive(Debug)]
 pub(super) struct BodyPipelines {
     pub hidden: wgpu::RenderPipeline,
     pub car: wgpu::RenderPipeline,
     pub uncoated: wgpu::RenderPipeline,
+    /// Walls with their openings, and all else of buildings.
+    pub building: [wgpu::RenderPipeline; 2],
     pub glass: wgpu::RenderPipeline,
 }
 
@@ -117,10 +119,12 @@ impl MaterialsDesc<'_> {
         let (mesh, soft, beams) = (mesh_buffers(), self.soft(), self.beams());
         let lit = [soft, beams];
         let solid = self.solid(&mesh, &lit);
-        let [hidden, car, uncoated, glass] = builder.pipelines([
+        let [hidden, car, uncoated, walls, roofs, glass] = builder.pipelines([
             self.mask(&[]),
             PipelineDesc { program: "car", ..solid.clone() },
             PipelineDesc { program: "car", constants: &[soft, beams, ("COATED", 0.0)], ..solid.clone() },
+            PipelineDesc { program: "building", ..solid.clone() },
+            PipelineDesc { program: "building", constants: &[soft, beams, ("OPENINGS", 0.0)], ..solid.clone() },
             PipelineDesc {
                 program: "car",
                 colour: Some((HDR, Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING))),
@@ -129,7 +133,7 @@ impl MaterialsDesc<'_> {
                 ..solid
             },
         ])?;
-        Ok(BodyPipelines { hidden, car, uncoated, glass })
+        Ok(BodyPipelines { hidden, car, uncoated, building: [walls, roofs], glass })
     }
 
     fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, ShaderFault> {

@@ -7,7 +7,7 @@ use super::{
     level_of_detail::{CAR_LEVELS, InstanceBatches, TreeDetail},
     textures::impostor::{self, ImpostorExtent},
 };
-use crate::scene::{Cockpit, Mesh, StaticScene, Vertex};
+use crate::scene::{Cockpit, Material, Mesh, StaticScene, Vertex};
 use glam::{Vec2, Vec3, vec2};
 use std::ops::Range;
 
@@ -26,9 +26,10 @@ pub struct ModelMesh {
 #[derive(Clone, Debug)]
 pub struct GroundMesh(Vec<ModelMesh>);
 
-/// Maximum number of triangles in a piece of ground, and the approximate maximum number of pieces of a very large
+/// Maximum number of triangles in a piece of ground and of buildings, which are denser, and the approximate maximum number of pieces of a very large
 /// ground: each piece is a draw.
 const PIECE: usize = 600;
+const BUILT_PIECE: usize = 1800;
 const MOST_PIECES: usize = 250;
 /// Corners of a square of half side 1, and of a triangle around the circle of radius 1. On software rendering a small
 /// tree costs by its triangles, and from above it fills no more than that circle.
@@ -46,6 +47,8 @@ pub struct ModelMeshes {
     pub land: GroundMesh,
     /// Reflector posts, and the supports of signals.
     pub posts: GroundMesh,
+    /// Houses along streets: walls, then roofs, hedges and fences.
+    pub buildings: [GroundMesh; 2],
     /// A lamp that is lit.
     pub lamp: ModelMesh,
     /// A tuft of grass.
@@ -79,8 +82,11 @@ impl ModelMeshes {
             let (centre, radius_m) = mesh.bounding_sphere();
             ModelMesh { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
         };
-        let ground = |mesh| GroundMesh(pieces(mesh).iter().map(&mut add).collect());
-        let [road, land, posts] = [&static_scene.road, &static_scene.land, &static_scene.posts].map(ground);
+        let mut ground = |mesh: &Mesh, most| GroundMesh(pieces(mesh, most).iter().map(&mut add).collect());
+        let [road, land, posts] =
+            [&static_scene.road, &static_scene.land, &static_scene.posts].map(|mesh| ground(mesh, PIECE));
+        let parts = [true, false].map(|walls| part_of(&static_scene.buildings, walls));
+        let buildings = parts.each_ref().map(|part| ground(part, BUILT_PIECE));
         let tuft = add(&static_scene.tuft);
         let lamp = add(&static_scene.lit_lamp);
         let bodies = static_scene.cars.iter().map(|car| {
@@ -116,6 +122,7 @@ impl ModelMeshes {
             road,
             land,
             posts,
+            buildings,
             lamp,
             tuft,
             bodies,
@@ -224,15 +231,32 @@ impl GroundMesh {
             piece.draw(pass, 0..1);
         }
     }
+
+    /// Draws the pieces as [`GroundMesh::draw`] does, in the order of their distance from the eye: near ones hide pixels of far ones, which are
+    /// then not shaded.
+    pub fn draw_nearest_first(&self, pass: &mut CountedPass, eye: Vec3, seen: impl Fn(Vec3, f32) -> bool) {
+        let mut near: Vec<&ModelMesh> = self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)).collect();
+        let nearest_m = |piece: &ModelMesh| piece.centre.distance(eye) - piece.radius_m;
+        near.sort_by(|a, b| nearest_m(a).total_cmp(&nearest_m(b)));
+        near.into_iter().for_each(|piece| piece.draw(pass, 0..1));
+    }
 }
 
-/// Cuts a mesh into compact pieces of at most [`PIECE`] triangles, or a very large mesh into about [`MOST_PIECES`], by
+/// Returns the walls of a mesh of buildings, or all but them.
+fn part_of(buildings: &Mesh, walls: bool) -> Mesh {
+    let is_wall = |index: u32| buildings.vertices[index as usize].material & 0xff == Material::Wall as u32;
+    let triangles: &[[u32; 3]] = buildings.indices.as_chunks().0;
+    let some: Vec<[u32; 3]> = triangles.iter().filter(|corners| is_wall(corners[0]) == walls).copied().collect();
+    extract(buildings, &some)
+}
+
+/// Cuts a mesh into compact pieces of at most `piece` triangles, or a very large mesh into about [`MOST_PIECES`], by
 /// repeatedly halving along the longer side.
-fn pieces(mesh: &Mesh) -> Vec<Mesh> {
+fn pieces(mesh: &Mesh, piece: usize) -> Vec<Mesh> {
     let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
     let middle = |t: &[u32; 3]| (corner(t[0]) + corner(t[1]) + corner(t[2])) / 3.0;
     let mut whole: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
-    let most = PIECE.max(whole.len() / MOST_PIECES);
+    let most = piece.max(whole.len() / MOST_PIECES);
     let mut todo = vec![whole.as_mut_slice()];
     let mut done = Vec::new();
     while let Some(part) = todo.pop() {
@@ -297,7 +321,7 @@ mod tests {
                 mesh.indices.extend([at, at + SIDE + 1, at + SIDE + 2, at, at + SIDE + 2, at + 1]);
             }
         }
-        let pieces = pieces(&mesh);
+        let pieces = pieces(&mesh, PIECE);
         let places = |mesh: &Mesh| {
             let triangle = |t: &[u32]| [t[0], t[1], t[2]].map(|i| mesh.vertices[i as usize].position.map(f32::to_bits));
             mesh.indices.chunks(3).map(triangle).collect::<Vec<_>>()

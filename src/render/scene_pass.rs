@@ -106,6 +106,7 @@ impl SceneBindings {
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
             BindingType::Sampler(SamplerBindingType::Filtering),
             texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2Array),
+            texture(TextureSampleType::Float { filterable: true }, TextureViewDimension::D2),
         ];
         let entries: Vec<_> = entries
             .into_iter()
@@ -200,6 +201,7 @@ impl ScenePass {
             wgpu::BindingResource::TextureView(&meshes.leaves),
             wgpu::BindingResource::Sampler(&bindings.leaf_sampler),
             wgpu::BindingResource::TextureView(&meshes.far_trees),
+            wgpu::BindingResource::TextureView(&meshes.street_light),
         ];
         let entries: Vec<_> = (0..)
             .zip(resources.into_iter().chain(air.resources()).chain(leaves))
@@ -283,6 +285,10 @@ impl ScenePass {
         models.draw_cars(pass, &batches);
         models.posts.draw(pass, seen);
         models.lamp.draw(pass, batches.lamps.clone());
+        for (pipeline, part) in materials.bodies.building.iter().zip(&models.buildings) {
+            pass.set_pipeline(pipeline);
+            part.draw_nearest_first(pass, frustum.camera.eye, seen);
+        }
         pass.set_pipeline(&materials.plants.cover);
         models.draw_trees(pass, &batches.trees);
         pass.set_pipeline(&materials.plants.tree);
@@ -381,11 +387,12 @@ fn frame(scene: &SceneInputs) -> Frame {
             if view.headlamps.is_empty() { 0.0 } else { HEAD_LAMP },
             if view.kind == ViewKind::Birdseye { sky.lamps_in_plans() } else { 1.0 },
             sky.one_lux,
-            0.0,
+            scene.meshes.lamp_rise_m,
         ],
         motion: view.velocity_mps.extend(view.rain_mmph).to_array(),
         wipers: WiperMotion::in_rain(view.rain_mmph)
             .map_or([1.0; 4], |wipers| [wipers.period_s as f32, wipers.sweep_s as f32, 0.0, 0.0]),
+        street_lamps: scene.meshes.lamp_place,
         beams: beams(view, frustum, scene.weather.beams),
     }
 }

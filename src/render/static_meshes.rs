@@ -6,7 +6,7 @@ use super::{
     instances::PlacedTrees,
     models::ModelMeshes,
     sky::clouds,
-    textures::{impostor, leaf_textures, noise_texture},
+    textures::{impostor, lamp_light::LampLight, leaf_textures, noise_texture},
 };
 use crate::scene::StaticScene;
 
@@ -27,6 +27,12 @@ pub struct StaticMeshes {
     pub leaves: wgpu::TextureView,
     /// Pictures of far trees.
     pub far_trees: wgpu::TextureView,
+    /// Street lamps' light on the ground.
+    pub street_light: wgpu::TextureView,
+    /// Place of that light in the world: see `Frame::street_lamps`.
+    pub lamp_place: [f32; 4],
+    /// Height of the highest street lamp over the lowest, m.
+    pub lamp_rise_m: f32,
 }
 
 impl StaticMeshes {
@@ -38,6 +44,7 @@ impl StaticMeshes {
             || rayon::join(noise_texture::levels, || impostor::paint(&static_scene.trees)),
             || rayon::join(|| ModelMeshes::new(device, queue, static_scene), clouds::prepare).0,
         );
+        let lamp_light = LampLight::paint(&static_scene.street_lamps);
         Self {
             device: device.clone(),
             queue: CountedQueue::new(queue.clone()),
@@ -45,6 +52,9 @@ impl StaticMeshes {
             grain: noise_texture::upload(device, queue, &grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),
+            lamp_place: lamp_light.place,
+            lamp_rise_m: lamp_light.rise_m,
+            street_light: lamp_light.upload(device, queue),
             models,
         }
     }

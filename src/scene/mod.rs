@@ -1,6 +1,7 @@
 //! Scene on the CPU. In: a map once ([`StaticScene`]), a [`Snapshot`](crate::sim::Snapshot) each frame ([`View`]). Out: meshes,
 //! placements, cameras; no GPU. World axes, metres from a local origin ([`StaticScene::origin`]), `f32`; colours are linear RGB.
 
+mod buildings;
 pub mod camera;
 pub mod car;
 pub mod cockpit;
@@ -48,7 +49,7 @@ pub struct Vertex {
     /// Texture coordinates. On the road metres along (`s_m`) and across (`offset_m`); on leaf cards the position, 0..1, plus
     /// twice the numbers of cut and variant (`leaf_cards`).
     pub uv: [f32; 2],
-    /// Number of a [`Material`].
+    /// Number of a [`Material`] in the lowest eight bits.
     pub material: u32,
 }
 
@@ -87,6 +88,12 @@ pub enum Material {
     Reflector = 15,
     /// Head lamp; red is the lens's albedo, green and blue are its shares in the light by day and with dipped beams.
     HeadLamp = 16,
+    /// Wall of a building; the bits above the number describe its openings (`buildings`). `uv` is along and above the ground floor, metres.
+    Wall = 17,
+    /// Tiled roof; `uv` is along the eaves and up the slope, metres.
+    Roof = 18,
+    /// Leaves of a hedge.
+    Hedge = 19,
 }
 
 /// Triangles with shared corners.
@@ -159,6 +166,10 @@ pub struct StaticScene {
     pub tuft_places: Vec<TreePlace>,
     /// Objects beside the road: reflector posts, signals; world axes.
     pub posts: Mesh,
+    /// Heads of street lamps; their posts are in `posts`.
+    pub street_lamps: Vec<Vec3>,
+    /// Buildings along the streets of towns; world axes.
+    pub buildings: Mesh,
     pub signal_heads: Vec<SignalHead>,
     /// Lit lamp of radius 1, shining along x.
     pub lit_lamp: Mesh,

@@ -2,15 +2,19 @@
 
 use super::{
     CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
+    buildings::Buildings,
     car::{self, wheel},
     land::{self, tufts},
-    network::{self, posts, road_ends, signals, signs},
+    network::{
+        self, posts, road_ends, signals, signs,
+        street_lamps::{self, StreetLamp},
+    },
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
 };
 use crate::map::{RoadMap, network::Network};
 use crate::space::{Pose, Pose3};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::sync::Arc;
 
 impl StaticScene {
@@ -36,10 +40,11 @@ impl StaticScene {
         let longer_roads = longer.as_ref().map(network::surfaces);
         let roads = longer_roads.as_ref().unwrap_or(&own);
         let relief = land::Relief::new(roads, seed);
+        let buildings = Buildings::of(&network, roads, seed);
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
-            let places = forest::plant(roads, &relief, &trees, seed, most_trees);
+            let places = forest::plant(roads, &buildings, &relief, &trees, seed, most_trees);
             let distant = forest::horizon(roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };
@@ -49,18 +54,21 @@ impl StaticScene {
             let (mut posts, heads) = signals::heads(&network, roads);
             posts.append(&posts::posts(drawn, roads));
             posts.append(&signs::signs(&network, roads));
-            (network::road(drawn, roads, &relief, seed), posts, heads)
+            let lamps = street_lamps::street_lamps(&network, roads);
+            posts.append(&street_lamps::mesh(&lamps));
+            let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();
+            (network::road(drawn, roads, &relief, seed), posts, heads, lamp_heads)
         };
-        let ground = || rayon::join(paved, || land::land(&relief, &own));
+        let ground = || rayon::join(paved, || (land::land(&relief, &own), buildings.mesh(&relief)));
         let growth = || {
             rayon::join(
-                || rayon::join(woods, || tufts::sow(roads, &relief, seed)),
+                || rayon::join(woods, || tufts::sow(roads, &buildings, &relief, seed)),
                 || rayon::join(grown(ModelDetail::Mid), grown(ModelDetail::Shade)),
             )
         };
         let (
             ((woods, tuft_places), (trees_mid, trees_shade)),
-            (((road, posts, signal_heads), land), (cars, (cockpit, wheels))),
+            (((road, posts, signal_heads, street_lamps), (land, built)), (cars, (cockpit, wheels))),
         ) = rayon::join(growth, || rayon::join(ground, vehicles));
         let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
@@ -76,6 +84,8 @@ impl StaticScene {
             tuft: tufts::tuft(seed),
             tuft_places,
             posts,
+            street_lamps,
+            buildings: built,
             signal_heads,
             lit_lamp: signals::lit_lamp(),
             cars,

@@ -4,12 +4,14 @@
 use super::{
     CarInstance, StaticScene,
     car::{materials::WHEEL_RADIUS_M, number_plate},
+    network::layer::Layer,
     vehicles,
 };
 use crate::{
+    map::network::EdgeKind,
     sim::{Snapshot, VehicleSnapshot},
     space::{Pose, wrap_angle},
-    traffic::{Articulation, VehicleBody, VehicleId, VehiclePart},
+    traffic::{Articulation, VehicleBody, VehicleId, VehicleKind, VehiclePart},
 };
 use glam::{Quat, Vec3};
 use std::f64::consts::TAU;
@@ -62,8 +64,10 @@ fn traffic_part(
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
     let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
     let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
+    let foot_m =
+        if car.body.kind == VehicleKind::Pedestrian { road_m + kerb_m(pose, height_m, static_scene) } else { road_m };
     CarInstance {
-        position: pose.position.as_vec2().extend(road_m),
+        position: pose.position.as_vec2().extend(foot_m),
         rotation: rotation * lean,
         colour,
         brake: f32::from(u8::from(car.lamps.brake)),
@@ -77,6 +81,15 @@ fn traffic_part(
         plate: number_plate::number(car.id.0),
         is_ego: false,
     }
+}
+
+/// Returns the height of a walking person's feet over the road, metres: that of the pavement, or 0 beside pavements.
+fn kerb_m(pose: Pose, height_m: f64, static_scene: &StaticScene) -> f32 {
+    let network = &static_scene.network;
+    let on_pavement = network
+        .locate(pose.position.extend(height_m), None)
+        .is_some_and(|at| network.lane(at.lane).is_footway() && network.edge_of(at.lane).kind != EdgeKind::Crossing);
+    if on_pavement { Layer::Pavement.z_m() } else { 0.0 }
 }
 
 /// Returns the height of the road under a vehicle's centre, and the unit normal of the plane that its wheels stand on. `height_m` is about

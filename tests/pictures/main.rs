@@ -15,4 +15,5 @@ mod place;
 mod plates;
 mod poses;
 mod rain;
+mod town;
 mod trees;

@@ -230,6 +230,12 @@ impl Network {
         &self.incoming[self.incoming_starts[k] as usize..self.incoming_starts[k + 1] as usize]
     }
 
+    /// Checks whether a lane is a street's lane for road vehicles: not a footway or railway, and not inside a junction.
+    pub fn is_driven(&self, lane: LaneId) -> bool {
+        let of = self.lane(lane);
+        self.edge_of(lane).kind.is_street() && !of.is_footway() && !of.is_railway()
+    }
+
     /// Returns the index of a lane in its edge as SUMO counts it, 0 for the outermost lane.
     pub fn index_in_edge(&self, lane: LaneId) -> usize {
         lane.index() - self.edge_of(lane).lanes.start as usize

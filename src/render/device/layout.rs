@@ -29,12 +29,15 @@ pub struct Frame {
     pub to_sun_time: [f32; 4],
     /// Width of a shadow texel for each map, m; w is the number of texels along a map's side.
     pub shadow: [f32; 4],
-    /// Radiance of a dipped head lamp, 0 if off; factor on the light that lamps show; radiance of a white sheet in a light of 1 lx; unused.
+    /// Radiance of a dipped head lamp, 0 if off; factor on the light that lamps show; radiance of a white sheet in a light of 1 lx;
+    /// height of the highest street lamp over the lowest, m.
     pub lamps: [f32; 4],
     /// Velocity of the eye, m/s; w is the intensity of the rain, mm/h.
     pub motion: [f32; 4],
     /// Time from the begin of a sweep of the wipers to the next, s; duration of a sweep, s; the others are unused.
     pub wipers: [f32; 4],
+    /// Picture of the street lamps' light: its south-west corner, m; 1 over its side, 1/m; height of the lowest lamp, m.
+    pub street_lamps: [f32; 4],
     /// Beams of headlamps near the picture.
     pub beams: [HeadlampBeam; MOST_BEAMS],
 }
@@ -203,6 +206,7 @@ mod tests {
                 lamps,
                 motion,
                 wipers,
+                street_lamps,
                 beams
             ]
         );

@@ -9,7 +9,7 @@ use wgpu::naga;
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// All programs and their parts. A part is a file in `shaders/` without its extension.
-pub const PROGRAMS: [ShaderProgram; 25] = [
+pub const PROGRAMS: [ShaderProgram; 26] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -17,6 +17,7 @@ pub const PROGRAMS: [ShaderProgram; 25] = [
     ("road", &["common", "light", "lamps", "corner", "mesh", "ground", "road"]),
     ("land", &["common", "light", "lamps", "corner", "mesh", "ground", "land"]),
     ("car", &["common", "light", "lamps", "corner", "mesh", "car"]),
+    ("building", &["common", "light", "lamps", "corner", "mesh", "ground", "building"]),
     ("cover", &["common", "fade", "corner", "leaf", "cover", "sample_mask"]),
     ("cover_by_sample", &["common", "fade", "corner", "leaf", "cover", "sample_index"]),
     ("tree", &["common", "light", "lamps", "foliage", "corner", "leaf", "tree"]),
@@ -43,7 +44,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 38] = built_in![
+const FILES: [(&str, &str); 39] = built_in![
     "common",
     "light",
     "lamps",
@@ -58,6 +59,7 @@ const FILES: [(&str, &str); 38] = built_in![
     "road",
     "land",
     "car",
+    "building",
     "foliage",
     "fade",
     "leaf",

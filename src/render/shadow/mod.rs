@@ -93,6 +93,8 @@ struct ShadowWork {
     batches: InstanceBatches,
     /// True to clear the map first, false to add to it.
     clear: bool,
+    /// Ground whose buildings are drawn.
+    buildings: Option<ShadowCover>,
 }
 
 /// Transforms with which the other passes look up shadows.
@@ -256,7 +258,7 @@ impl ShadowPass {
     ) -> (ShadowLookup, PassCost) {
         let wanted = covers(to_shining, frustum);
         let batches = self.layers[0].gather(meshes, view, wanted[0], None, (self.size, self.fine));
-        let mut works = vec![ShadowWork { layer: 0, batches, clear: true }];
+        let mut works = vec![ShadowWork { layer: 0, batches, clear: true, buildings: None }];
         works.extend((0..2).filter_map(|place| self.at_once(meshes, view, wanted[place + 1], place)));
         works.extend(self.part_of_next(meshes, view, [wanted[1], wanted[2]]));
         // One time for all: from the first pass's begin to the last one's end.
@@ -264,7 +266,7 @@ impl ShadowPass {
         let mut cost = PassCost::default();
         for (number, work) in works.iter().enumerate() {
             let stamps = timing.and_then(|timing| timing.stamps(TimedPass::Shadow, [number == 0, number == last]));
-            cost += self.layers[work.layer].draw(encoder, stamps, pipeline, meshes, &work.batches, work.clear);
+            cost += self.layers[work.layer].draw(encoder, stamps, pipeline, meshes, work);
         }
         let [near, far] = self.standing;
         let used = [Some(wanted[0]), near.cover, far.cover].map(|cover| cover.expect("drawn above"));
@@ -294,7 +296,7 @@ impl ShadowPass {
         map.cover = Some(wanted);
         let layer = map.layer;
         let batches = self.layers[layer].gather(meshes, view, wanted, Some(self.shade(place)), (self.size, self.fine));
-        Some(ShadowWork { layer, batches, clear: true })
+        Some(ShadowWork { layer, batches, clear: true, buildings: Some(wanted) })
     }
 
     /// Returns the work for one part of the map that will replace a lagging one, and replaces it after the last part.
@@ -309,7 +311,8 @@ impl ShadowPass {
         }
         let next = self.next.as_mut()?;
         let batches = InstanceBatches { trees: next.batches.part_of_trees(next.done, PARTS), ..Default::default() };
-        let work = ShadowWork { layer: self.spare, batches, clear: next.done == 0 };
+        let clear = next.done == 0;
+        let work = ShadowWork { layer: self.spare, batches, clear, buildings: clear.then_some(next.cover) };
         next.done += 1;
         if next.done == PARTS {
             let map = &mut self.standing[next.place];
@@ -365,15 +368,15 @@ impl ShadowLayer {
         stamps: Option<wgpu::RenderPassTimestampWrites>,
         pipeline: &ShadowPipeline,
         meshes: &StaticMeshes,
-        batches: &InstanceBatches,
-        clear: bool,
+        work: &ShadowWork,
     ) -> PassCost {
+        let batches = &work.batches;
         let mut pass = CountedPass::new(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.view,
                 depth_ops: Some(wgpu::Operations {
-                    load: if clear { wgpu::LoadOp::Clear(1.0) } else { wgpu::LoadOp::Load },
+                    load: if work.clear { wgpu::LoadOp::Clear(1.0) } else { wgpu::LoadOp::Load },
                     store: wgpu::StoreOp::Store,
                 }),
                 stencil_ops: None,
@@ -387,6 +390,10 @@ impl ShadowLayer {
         self.instances.bind(&mut pass, 1);
         meshes.models.draw_uncoated(&mut pass, batches);
         meshes.models.draw_cars(&mut pass, batches);
+        if let Some(cover) = work.buildings {
+            let touches = |centre: Vec3, radius_m: f32| cover.touches(centre, radius_m);
+            meshes.models.buildings.iter().for_each(|part| part.draw(&mut pass, touches));
+        }
         meshes.models.draw_tree_shades(&mut pass, &batches.trees);
         if let Some(leaves) = &pipeline.leaves {
             pass.set_pipeline(leaves);

@@ -9,6 +9,7 @@ use crate::{
     rng,
     scene::{
         Material, Mesh, TreePlace, Vertex,
+        buildings::Buildings,
         network::{
             layer::SHOULDER_M,
             road_surfaces::{HALF_LANE_M, RoadSurfaces},
@@ -63,7 +64,7 @@ pub(in crate::scene) fn tuft(seed: u64) -> Mesh {
 }
 
 /// Places tufts: densest at the edge of the gravel, in drifts further out.
-pub(in crate::scene) fn sow(roads: &RoadSurfaces, relief: &Relief, seed: u64) -> Vec<TreePlace> {
+pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief: &Relief, seed: u64) -> Vec<TreePlace> {
     let mut random = rng::stream(seed, "tufts");
     let mut draw = |high: f32| random.uniform(0.0, f64::from(high)) as f32;
     // For a whole network the lattice is coarser, so that only a few tufts are drawn for each one kept.
@@ -91,7 +92,7 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, relief: &Relief, seed: u64) ->
             let density = (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
                 * (1.0 - 0.80 * far)
                 * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond);
-            if beyond < 0.55 || luck > density {
+            if beyond < 0.55 || luck > density || buildings.is_built_on(point) {
                 continue;
             }
             let sunk = if beyond < 2.5 { 0.05 } else { 0.0 };
@@ -121,7 +122,7 @@ mod tests {
     fn tufts_grow_beside_the_road_only() {
         for map in [ring(250.0), circuit()] {
             let roads = network::surfaces(&map.network);
-            let places = sow(&roads, &Relief::new(&roads, 3), 3);
+            let places = sow(&roads, &Buildings::default(), &Relief::new(&roads, 3), 3);
             assert!((2000..=MOST_TUFTS).contains(&places.len()), "{}", places.len());
             for place in &places {
                 let beyond = roads.middle_m(place.position.truncate()) - HALF_LANE_M - SHOULDER_M;

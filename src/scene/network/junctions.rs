@@ -8,7 +8,7 @@ use super::{
     verge::Roadside,
 };
 use crate::{
-    map::network::{JunctionKind, LanePosition, Network},
+    map::network::{JunctionId, JunctionKind, LanePosition, Network},
     scene::land::noise::shade,
 };
 use glam::{Vec2, Vec3};
@@ -23,6 +23,8 @@ const MOST_MITRE: f32 = 2.0;
 pub(super) struct JunctionArea {
     /// Corners in world axes, counter-clockwise, metres.
     pub outline: Vec<Vec3>,
+    /// The junction in the network.
+    junction: JunctionId,
     /// True for each side that a lane meets. Side `k` goes from corner `k` to the next.
     open: Vec<bool>,
 }
@@ -45,11 +47,13 @@ pub(super) fn areas(net: &Network) -> Vec<JunctionArea> {
             }
         }
     }
-    let of_roads = net.junctions().iter().zip(&ends).filter(|(junction, _)| junction.kind != JunctionKind::Internal);
-    of_roads.filter_map(|(junction, ends)| area(&points(&junction.shape), ends)).collect()
+    let of_roads = net.junctions().iter().zip(&ends).enumerate();
+    let of_roads = of_roads.filter(|(_, (junction, _))| junction.kind != JunctionKind::Internal);
+    let id = JunctionId::from_index;
+    of_roads.filter_map(|(index, (junction, ends))| area(id(index), &points(&junction.shape), ends)).collect()
 }
 
-fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
+fn area(junction: JunctionId, shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
     let flat: Vec<Vec2> = shape.iter().map(|point| point.truncate()).collect();
     let round = triangulation::cleaned(&flat);
     // SUMO has one height for the whole junction, but the adjoining lanes may end at others: weight those by inverse squared distance.
@@ -68,12 +72,13 @@ fn area(shape: &[Vec3], ends: &[LaneEnd]) -> Option<JunctionArea> {
         })
     };
     let open = (0..outline.len()).map(leads_on).collect();
-    (!outline.is_empty()).then_some(JunctionArea { outline, open })
+    (!outline.is_empty()).then_some(JunctionArea { outline, junction, open })
 }
 
 /// Paves an area, and the shoulder and the verge of each side without a lane.
 pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
-    let JunctionArea { outline, open } = area;
+    let JunctionArea { outline, open, .. } = area;
+    let roadside = roadside.with_pavement(roadside.town.has_junction(area.junction));
     paver.area(outline, Layer::Junction, plain_asphalt());
     let n = outline.len();
     let outwards = |k: usize| {

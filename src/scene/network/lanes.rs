@@ -2,7 +2,7 @@
 //! pavements with kerbs, rails on ballast. In: a lane of the network. Out: ribbons.
 
 use super::{
-    layer::{ASPHALT, Layer, SHOULDER, plain_asphalt, points},
+    layer::{ASPHALT, KERB, Layer, PAVING, SHOULDER, plain_asphalt, points},
     road_surfaces::contains,
     strips::{Column, Ground, Paver},
     verge::{Roadside, SurfacePoint},
@@ -14,10 +14,6 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Colour of pavements, linear albedo.
-pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
-/// Colour of kerb stones, linear albedo.
-const KERB: [f32; 3] = [0.36, 0.355, 0.34];
 /// Distance outside a walking area at which another paved surface is looked for, metres. A side with one there has a kerb.
 const KERB_TO_M: f32 = 0.3;
 /// Colour of polished rails, linear albedo.
@@ -94,8 +90,12 @@ impl<'n> LaneLine<'n> {
 /// Paves a lane, with its markings and its roadside. Crossings are left to [`super::paint`].
 pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut Paver, roadside: Roadside) {
     let lane = net.lane(id);
+    let edge = net.edge_of(id);
+    let town = roadside.town;
+    let is_in_town = town.has_street(lane.edge) || edge.junction.is_some_and(|junction| town.has_junction(junction));
+    let roadside = roadside.with_pavement(is_in_town && !lane.is_footway());
     let line = LaneLine::new(lane);
-    let kind = net.edge_of(id).kind;
+    let kind = edge.kind;
     if kind == EdgeKind::WalkingArea {
         return walking_area(lane, shared.lanes.contains(&id), paver, roadside);
     }
@@ -141,7 +141,8 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
         paver.ribbon(&rows, &surface_point, columns, Ground::Tarred, start);
     }
     for (marking, side) in markings.into_iter().zip([-1.0, 1.0]) {
-        border(lane, &line, marking, side, paver, start);
+        // Streets with kerbs have no lines along them.
+        border(lane, &line, marking, side, paver, start, !(is_in_town && marking == Marking::Edge));
         if marking == Marking::Edge {
             let columns = [(half_m + LINE_HALF_M * 2.0 + 0.22, 1.10), (half_m + SHOULDER, 1.22)];
             let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
@@ -163,7 +164,7 @@ fn through_markings(net: &Network, id: LaneId) -> Option<[Marking; 2]> {
     let junction = net.junction(net.edge_of(id).junction?);
     let (&[before], mut after) = (net.predecessors(id), net.successors(id)) else { return None };
     let (after, None) = (after.next()?, after.next()) else { return None };
-    let streets = [before, after].iter().all(|lane| super::paint::is_driven(net, *lane));
+    let streets = [before, after].iter().all(|lane| net.is_driven(*lane));
     let one_width = (net.lane(before).width_m - net.lane(after).width_m).abs() < 0.05;
     let way = net.connections_from(before).iter().find(|way| way.next() == id)?;
     if !no_one_meets(net, id) || junction.kind.has_signals() || !streets || !one_width || way.is_turnaround() {
@@ -194,7 +195,15 @@ fn inset_m(marking: Marking) -> f64 {
 }
 
 /// Paves the strip of a marking on one side of a lane; `side` is -1 on the right, 1 on the left.
-fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut Paver, start: Option<f64>) {
+fn border(
+    lane: &Lane,
+    line: &LaneLine,
+    marking: Marking,
+    side: f64,
+    paver: &mut Paver,
+    start: Option<f64>,
+    is_painted: bool,
+) {
     let half_m = lane.half_width_m();
     // Distances of the line's middle and of the strip's outer edge from the lane's middle, metres; true if the line is broken.
     let wide_m = LINE_HALF_M + BARE_M;
@@ -215,7 +224,7 @@ fn border(lane: &Lane, line: &LaneLine, marking: Marking, side: f64, paver: &mut
         paver.ribbon(&line.rows(from_m, to_m), &surface_point, ordered(columns), ground, start);
     };
     if !broken {
-        return section(0.0, line.drawn_m, true);
+        return section(0.0, line.drawn_m, is_painted);
     }
     let (dash_m, gap_m) = dashes_m(lane);
     if line.drawn_m < dash_m + gap_m / 2.0 {

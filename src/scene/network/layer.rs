@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 
 /// Layer of a surface. Its height above the lane's centre line is [`Layer::z_m`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Layer {
+pub(in crate::scene) enum Layer {
     /// Stop lines and crossings.
     Paint,
     /// Pavements, and walking areas that no vehicle crosses.
@@ -35,7 +35,7 @@ impl Layer {
     pub fn z_m(self) -> f32 {
         match self {
             Self::Paint => 0.006,
-            Self::Pavement => 0.03,
+            Self::Pavement => 0.08,
             Self::Street => 0.0,
             Self::SharedWay => -0.002,
             Self::Shared => -0.004,
@@ -60,6 +60,10 @@ pub(in crate::scene) const SHOULDER_M: f32 = map::SHOULDER_M as f32;
 
 /// Base colour of asphalt, linear albedo.
 pub(super) const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
+/// Colour of pavements, linear albedo.
+pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
+/// Colour of kerb stones, linear albedo.
+pub(super) const KERB: [f32; 3] = [0.36, 0.355, 0.34];
 /// Paint of markings, linear albedo.
 pub(super) const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
 

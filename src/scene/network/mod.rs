@@ -3,7 +3,7 @@
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
 //! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
-//! reflector posts. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's edge.
+//! reflector posts, `street_lamps` lamps; `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's edge.
 
 mod junctions;
 mod lanes;
@@ -15,10 +15,12 @@ pub(super) mod road_surfaces;
 mod sign_plates;
 pub(super) mod signals;
 pub(super) mod signs;
+pub(super) mod street_lamps;
 mod strips;
 mod symbols;
 #[cfg(test)]
 mod tests;
+pub(super) mod town;
 mod triangulation;
 mod verge;
 pub(super) mod verge_shape;
@@ -27,6 +29,7 @@ use self::{
     layer::points,
     road_surfaces::{RoadSurfaces, SurfaceCollector},
     strips::Paver,
+    town::Town,
 };
 use super::{Mesh, land::Relief};
 use crate::map::network::{EdgeKind, Network};
@@ -50,7 +53,8 @@ pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
 
 /// Returns the mesh of paved surfaces, markings, verges and bridges.
 pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
-    let roadside = verge::Roadside::new(surfaces);
+    let town = Town::of(net);
+    let roadside = verge::Roadside::new(surfaces, &town);
     let mut paver = Paver::new(relief, seed, surfaces.centre() - surfaces.radius_m());
     let areas = junctions::areas(net);
     areas.iter().for_each(|area| junctions::pave(area, &mut paver, roadside));

@@ -2,7 +2,7 @@
 //! the asphalt. Widths are from `docs/references.md: roads`.
 
 use super::{lanes::LaneLine, strips::Paver};
-use crate::map::network::{Connection, EdgeKind, Lane, LaneId, LinkState, Network};
+use crate::map::network::{Connection, EdgeKind, LaneId, LinkState, Network};
 
 /// Width of stop lines and yield lines, metres.
 const STOP_WIDTH_M: f64 = 0.5;
@@ -59,15 +59,9 @@ pub(super) fn stop_line(net: &Network, lane: LaneId) -> Option<StopLine> {
     }
 }
 
-/// Checks whether a lane is a street's lane for road vehicles: not a footway or railway, and not inside a junction.
-pub(super) fn is_driven(net: &Network, id: LaneId) -> bool {
-    let lane: &Lane = net.lane(id);
-    net.edge_of(id).kind.is_street() && !lane.is_footway() && !lane.is_railway()
-}
-
 /// Adds stop lines and yield lines at the ends of lanes.
 pub(super) fn stop_lines(net: &Network, paver: &mut Paver) {
-    for id in net.lane_ids().filter(|id| is_driven(net, *id)) {
+    for id in net.lane_ids().filter(|id| net.is_driven(*id)) {
         let Some(stop) = stop_line(net, id) else { continue };
         let lane = net.lane(id);
         let line = LaneLine::new(lane);

@@ -1,6 +1,6 @@
 //! Reflector posts beside roads outside towns, at equal distances: a cue for speed. In: a network. Out: one mesh, metres.
 
-use super::{lanes::no_one_meets, layer::SHOULDER_M, paint::is_driven, road_surfaces::RoadSurfaces};
+use super::{lanes::no_one_meets, layer::SHOULDER_M, road_surfaces::RoadSurfaces, town::TOWN_MPS};
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
     scene::{
@@ -19,8 +19,6 @@ const POST_BESIDE_M: f32 = 0.75;
 const POST_HEIGHT_M: f32 = 1.0;
 /// Depth of a post's foot in the ground, m.
 const FOOT_M: f32 = 0.08;
-/// Speed limit above which a road has posts, m/s: just above the 50 km/h of towns.
-const TOWN_MPS: f64 = 14.0;
 /// Minimum distance between a post and any asphalt, m. Nearer posts are left out.
 const FREE_M: f32 = 0.5;
 /// Maximum height of a road with posts above the ground, m. On bridges, posts would stand in the air.
@@ -67,7 +65,7 @@ pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
 fn chains(net: &Network) -> Vec<(Vec<LaneId>, bool)> {
     let outermost = |lane: &LaneId| {
         let outer = if net.is_left_hand() { Side::Left } else { Side::Right };
-        is_driven(net, *lane) && net.neighbour(*lane, outer).is_none() && net.lane(*lane).speed_limit_mps > TOWN_MPS
+        net.is_driven(*lane) && net.neighbour(*lane, outer).is_none() && net.lane(*lane).speed_limit_mps > TOWN_MPS
     };
     let streets: BTreeSet<LaneId> = net.lane_ids().filter(outermost).collect();
     // Lanes up to the next street, if the way there is unambiguous and no other lane crosses or joins it.

@@ -2,7 +2,7 @@
 //! lane on an arm, and one across the junction, visible to the first vehicle at the line. In: the network. Out: one mesh of poles, arms and
 //! heads; the lamps' positions, with the link whose state each head shows. Sizes are from `docs/references.md: roads`.
 
-use super::{paint::is_driven, road_surfaces::RoadSurfaces};
+use super::road_surfaces::RoadSurfaces;
 use crate::{
     map::network::{
         Connection, EdgeId, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
@@ -106,7 +106,7 @@ fn approach(
     triangles: &mut TriangleList,
     heads: &mut Vec<SignalHead>,
 ) {
-    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
+    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| net.is_driven(*lane)).collect();
     let ruled: Vec<_> = lanes.iter().filter_map(|&lane| Some((lane, shown(net, lane)?))).collect();
     let (Some(&outermost), false) = (lanes.first(), ruled.is_empty()) else { return };
     // The pole is on the right, or on the left with left-hand traffic.
@@ -156,7 +156,7 @@ fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &R
     let (from, ahead) = (line.position.as_vec3(), direction(line));
     let near = |foot: &Vec3| foot.distance(from) < ACROSS_M && (*foot - from).dot(ahead) > 6.0;
     if matches!(way.direction, TurnDirection::Straight | TurnDirection::PartLeft | TurnDirection::PartRight) {
-        let exit = net.edge_of(way.to).lanes().find(|lane| is_driven(net, *lane))?;
+        let exit = net.edge_of(way.to).lanes().find(|lane| net.is_driven(*lane))?;
         let beside_m = side * (net.lane(exit).half_width_m() + BESIDE_M);
         let foot = |k: u32| {
             let pose = net.pose(LanePosition { lane: exit, s_m: 0.3 + f64::from(k), offset_m: beside_m });

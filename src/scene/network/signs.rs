@@ -2,7 +2,7 @@
 //! speed limits and connections of the network. Out: one mesh of plates and poles. Signs and their sizes are German (`docs/references.md: roads`).
 
 use super::{
-    paint::{StopLine, is_driven, stop_line, yields_to_walkers_alone},
+    paint::{StopLine, stop_line, yields_to_walkers_alone},
     road_surfaces::RoadSurfaces,
     sign_plates::{is_large, plate, size_m},
     signals::{BESIDE_M, direction, pole},
@@ -72,7 +72,7 @@ pub(super) fn placed(net: &Network, surfaces: &RoadSurfaces) -> Vec<Sign> {
     let yielding = yielding_junctions(net);
     let mut signs = Vec::new();
     for edge in net.edge_ids() {
-        let driven = || net.edge(edge).lanes().filter(|lane| is_driven(net, *lane));
+        let driven = || net.edge(edge).lanes().filter(|lane| net.is_driven(*lane));
         let Some(outermost) = driven().next() else { continue };
         let length_m = net.lane(outermost).line.drawn_m();
         let mut add = |kind: SignKind, row: f64| signs.extend(sign(net, kind, outermost, row, surfaces));
@@ -98,7 +98,7 @@ pub(super) fn placed(net: &Network, surfaces: &RoadSurfaces) -> Vec<Sign> {
 
 /// Returns the first lane of the road on which one leaves a motorway at the end of a street.
 fn exit(net: &Network, edge: EdgeId) -> Option<LaneId> {
-    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| is_driven(net, *lane)).collect();
+    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| net.is_driven(*lane)).collect();
     let onto = |lane: LaneId| net.connections_from(lane).iter().map(|way| way.to).next();
     let ([leaving, .., staying], true) = (&lanes[..], net.lane(lanes.first().copied()?).speed_limit_mps > MOTORWAY_MPS)
     else {
@@ -115,11 +115,11 @@ fn exit_signs(net: &Network, outermost: LaneId, onto: LaneId, surfaces: &RoadSur
     let length_m = |lane: LaneId| net.lane(lane).line.drawn_m();
     // A short street is the part with the lane for the exit.
     let street = net.lane(outermost).edge;
-    let leads_here = |way: &&Connection| net.lane(way.to).edge == street && is_driven(net, way.from);
+    let leads_here = |way: &&Connection| net.lane(way.to).edge == street && net.is_driven(way.from);
     let before = net.connections().iter().find(leads_here).map(|way| way.from);
     let (street, start_m) = match before {
         Some(from) if length_m(outermost) < LONGEST_EXIT_LANE_M => {
-            let driven = net.edge_of(from).lanes().find(|lane| is_driven(net, *lane));
+            let driven = net.edge_of(from).lanes().find(|lane| net.is_driven(*lane));
             let from = driven.unwrap_or(from);
             (from, length_m(from))
         }
@@ -132,7 +132,7 @@ fn exit_signs(net: &Network, outermost: LaneId, onto: LaneId, surfaces: &RoadSur
         }
     }
     // Of an exit with several lanes, the one beside the motorway.
-    let onto = net.edge_of(onto).lanes().rfind(|lane| is_driven(net, *lane)).unwrap_or(onto);
+    let onto = net.edge_of(onto).lanes().rfind(|lane| net.is_driven(*lane)).unwrap_or(onto);
     let rows = (1..40).map(|k| 2.0 * f64::from(k)).take_while(|row| *row < length_m(onto));
     signs.extend(rows.filter_map(|row| sign(net, SignKind::Exit, onto, row, surfaces)).next());
     signs
@@ -182,13 +182,13 @@ fn rule(net: &Network, lane: LaneId, yielding: &BTreeSet<JunctionId>) -> Option<
 
 /// Returns the junctions at which all who come from some lane yield or stop.
 fn yielding_junctions(net: &Network) -> BTreeSet<JunctionId> {
-    let lanes = net.lane_ids().filter(|lane| is_driven(net, *lane) && stop_line(net, *lane).is_some());
+    let lanes = net.lane_ids().filter(|lane| net.is_driven(*lane) && stop_line(net, *lane).is_some());
     lanes.filter_map(|lane| net.junction_after(lane)).collect()
 }
 
 /// Returns the speed limit of a street as signs state it, km/h; `None` if it is not a multiple of ten.
 fn limit_kmh(net: &Network, edge: EdgeId) -> Option<u32> {
-    let lane = net.edge(edge).lanes().find(|lane| is_driven(net, *lane) && net.lane(*lane).admits_cars())?;
+    let lane = net.edge(edge).lanes().find(|lane| net.is_driven(*lane) && net.lane(*lane).admits_cars())?;
     let limit_kmh = net.lane(lane).speed_limit_mps / MPS_PER_KMH;
     let tens = (limit_kmh / 10.0).round() * 10.0;
     ((limit_kmh - tens).abs() < ROUNDED_KMH && tens > 0.0).then_some(tens as u32)
@@ -198,7 +198,7 @@ fn limit_kmh(net: &Network, edge: EdgeId) -> Option<u32> {
 /// enter the network are left out.
 fn limits_before(net: &Network) -> BTreeMap<EdgeId, BTreeSet<u32>> {
     let mut before: BTreeMap<EdgeId, BTreeSet<u32>> = BTreeMap::new();
-    for lane in net.lane_ids().filter(|lane| is_driven(net, *lane)) {
+    for lane in net.lane_ids().filter(|lane| net.is_driven(*lane)) {
         let limit = limit_kmh(net, net.lane(lane).edge).unwrap_or(0);
         for way in net.connections_from(lane).iter().filter(|way| !way.is_turnaround()) {
             before.entry(net.lane(way.to).edge).or_default().insert(limit);

@@ -3,7 +3,6 @@
 
 use super::{
     lanes::{LaneLine, dashes_m},
-    paint::is_driven,
     strips::Paver,
 };
 use crate::{
@@ -62,7 +61,7 @@ type Area = Vec<[f64; 2]>;
 /// Returns all symbols of a network.
 pub(super) fn placed(net: &Network) -> Vec<PlacedSymbol> {
     let mut symbols = Vec::new();
-    for id in net.lane_ids().filter(|id| is_driven(net, *id)) {
+    for id in net.lane_ids().filter(|id| net.is_driven(*id)) {
         let Some(symbol) = symbol(net, id) else { continue };
         let lane = net.lane(id);
         let drawn_m = lane.line.drawn_m();
@@ -354,7 +353,7 @@ mod tests {
         for name in ["town", "town-left"] {
             let net = of_tests(name);
             let symbols = placed(&net);
-            for id in net.lane_ids().filter(|id| is_driven(&net, *id) && net.lane(*id).line.drawn_m() > 20.0) {
+            for id in net.lane_ids().filter(|id| net.is_driven(*id) && net.lane(*id).line.drawn_m() > 20.0) {
                 let classes = net.lane(id).permissions;
                 let of_lane: Vec<_> =
                     symbols.iter().filter(|placed| placed.lane == id).map(|placed| placed.symbol).collect();

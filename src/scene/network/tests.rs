@@ -174,7 +174,7 @@ fn every_lane_with_a_signal_has_a_head_that_faces_it() {
         let net = network(name);
         let static_scene = StaticScene::of_network(&net, 1, 0);
         let mut ruled = 0;
-        for id in net.lane_ids().filter(|id| paint::is_driven(&net, *id)) {
+        for id in net.lane_ids().filter(|id| net.is_driven(*id)) {
             let signals =
                 net.connections_from(id).iter().any(|way| way.signal.is_some_and(|link| link.index.is_some()));
             let heads: Vec<_> = static_scene.signal_heads.iter().filter(|head| head.lane == id).collect();

@@ -5,6 +5,7 @@ use crate::{
     rng::{self, Stream},
     scene::{
         Mesh, TreePlace,
+        buildings::Buildings,
         land::{
             Relief,
             noise::{self, smoothstep},
@@ -20,6 +21,8 @@ use std::collections::BTreeMap;
 pub const TRUNK_FREE_M: f32 = 4.0;
 /// Least distance of a crown from the lane's edge, metres: beyond shoulder and verge.
 pub const CROWN_FREE_M: f32 = 1.2;
+/// Least distance of a crown from a wall, metres; crowns are narrower where they are low.
+const WALL_FREE_M: f32 = 0.6;
 /// Trees stand up to this far from the centre line, metres.
 pub const FOREST_M: f32 = 120.0;
 /// Maximum number of trees in a static scene.
@@ -41,6 +44,7 @@ struct Seedling {
 /// Plants at most `most` trees.
 pub(in crate::scene) fn plant(
     roads: &RoadSurfaces,
+    buildings: &Buildings,
     relief: &Relief,
     models: &[Mesh],
     seed: u64,
@@ -56,7 +60,9 @@ pub(in crate::scene) fn plant(
             let draw: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
             let jitter = Vec2::new(column as f32 + draw[0], row as f32 + draw[1]) - Vec2::splat(0.5);
             let point = roads.centre() + jitter * SEEDLING_M;
-            seedlings.extend(seedling(roads, relief, &crowns, seed, point, &draw));
+            let seedling = seedling(roads, relief, &crowns, seed, point, &draw);
+            let is_free = |of: &Seedling| buildings.distance_m(point) > WALL_FREE_M + 0.8 * of.crown_m;
+            seedlings.extend(seedling.filter(is_free));
         }
     }
     seedlings.sort_by(|a, b| a.rank.total_cmp(&b.rank));

@@ -1,0 +1,96 @@
+//! Buildings along the streets of a town, by the program's own rules. In: a network, its paved surfaces, the ground, a seed. Out: plots, and
+//! one mesh in world axes. Metres.
+//!
+//! `plots` says where buildings stand, `houses` how each is built from the parts of `shell`. Windows, doors, bricks and tiles are drawn by
+//! `building.wgsl`, from the numbers of `facade` in each vertex.
+
+mod facade;
+mod houses;
+pub(super) mod plots;
+mod shell;
+
+use self::plots::{Plot, plots};
+use super::{
+    Mesh,
+    land::Relief,
+    network::{
+        layer::SHOULDER_M,
+        road_surfaces::RoadSurfaces,
+        town::{PAVEMENT_M, Town},
+    },
+};
+use crate::map::network::Network;
+use glam::{Mat2, Quat, Vec2, Vec3};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Width of bare ground beside walls and pavements, metres.
+const BARE_M: f32 = 0.3;
+/// Side of the squares in which the nearest building is looked for, metres.
+const SQUARE_M: f32 = 32.0;
+
+/// Buildings of a network.
+#[derive(Debug, Default)]
+pub(super) struct Buildings {
+    plots: Vec<Plot>,
+    /// Indices of the plots in each square and the squares around it.
+    near: BTreeMap<[i32; 2], Vec<u32>>,
+    /// Lanes of the town's streets and junctions; `None` without a town.
+    streets: Option<RoadSurfaces>,
+}
+
+impl Buildings {
+    /// Places the buildings of a network.
+    pub fn of(net: &Network, roads: &RoadSurfaces, seed: u64) -> Self {
+        let town = Town::of(net);
+        let plots = plots(net, &town, roads, seed);
+        let mut near: BTreeMap<[i32; 2], Vec<u32>> = BTreeMap::new();
+        for (index, plot) in (0u32..).zip(&plots) {
+            let at = square(plot.middle());
+            for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+                near.entry([at[0] + x, at[1] + y]).or_default().push(index);
+            }
+        }
+        let streets = town.surfaces(net).map(RoadSurfaces::new);
+        Self { plots, near, streets }
+    }
+
+    /// Checks whether the ground at a point is built on or paved, so that nothing grows there.
+    pub fn is_built_on(&self, point: Vec2) -> bool {
+        let is_paved = |streets: &RoadSurfaces| streets.border_m(point) < SHOULDER_M + PAVEMENT_M + BARE_M;
+        self.distance_m(point) < BARE_M || self.streets.as_ref().is_some_and(is_paved)
+    }
+
+    /// Returns the distance of a point from the nearest building, metres; infinite if none is within 20 m. Inside a building it is 0.
+    pub fn distance_m(&self, point: Vec2) -> f32 {
+        let near = self.near.get(&square(point)).into_iter().flatten();
+        near.map(|index| self.plots[*index as usize].distance_m(point)).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Returns the mesh of all buildings, in world axes.
+    pub fn mesh(&self, relief: &Relief) -> Mesh {
+        let models: Vec<(Mesh, Quat, Vec3)> = self.plots.par_iter().map(|plot| placed(plot, relief)).collect();
+        let mut mesh = Mesh::default();
+        models.iter().for_each(|(model, turn, at)| mesh.append_placed(model, *turn, *at));
+        mesh
+    }
+}
+
+fn square(point: Vec2) -> [i32; 2] {
+    (point / SQUARE_M).floor().as_ivec2().to_array()
+}
+
+/// Returns a building's mesh with its rotation and place.
+fn placed(plot: &Plot, relief: &Relief) -> (Mesh, Quat, Vec3) {
+    let half_m = plot.width_m / 2.0;
+    let corners =
+        [(-half_m, 0.0), (half_m, 0.0), (half_m, plot.depth_m), (-half_m, plot.depth_m), (0.0, -plot.garden_m)];
+    let ground_m = corners.map(|(right_m, behind_m)| relief.height_m(plot.point(right_m, behind_m)));
+    let highest_m = ground_m.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    let turn = Mat2::from_cols(plot.along(), plot.inwards);
+    let yaw_rad = turn.x_axis.y.atan2(turn.x_axis.x);
+    (houses::model(plot), Quat::from_rotation_z(yaw_rad), plot.front.extend(highest_m + houses::PLINTH_M))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,135 @@
+//! Tests of buildings: where they stand, and their meshes.
+
+use super::{plots::PlotKind, *};
+use crate::{
+    map::RoadMap,
+    scene::{Material, StaticScene, mesh::tests::check, network::surfaces, trees::forest::crown_radius_m},
+};
+
+fn network(name: &str) -> Network {
+    Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network")
+}
+
+fn shipped(name: &str) -> RoadMap {
+    RoadMap::load(name).expect("a shipped map")
+}
+
+/// Returns points all over a building, half a metre from its walls.
+fn points(plot: &Plot) -> Vec<Vec2> {
+    let shares = [-0.5f32, -0.25, 0.0, 0.25, 0.5];
+    let inner = Vec2::new(plot.width_m, plot.depth_m) - 1.0;
+    let all = shares.iter().flat_map(|right| shares.map(|behind| (*right, behind)));
+    all.map(|(right, behind)| plot.point(right * inner.x, plot.depth_m / 2.0 + behind * inner.y)).collect()
+}
+
+#[test]
+fn buildings_stand_beside_roads_and_apart_from_each_other() {
+    for name in ["town", "town-left", "grid-signals", "hill", "roundabout"] {
+        let net = network(name);
+        let roads = surfaces(&net);
+        let buildings = Buildings::of(&net, &roads, 3);
+        for (k, plot) in buildings.plots.iter().enumerate() {
+            for point in points(plot) {
+                assert!(roads.border_m(point) > 0.2, "{name}: {point} of {plot:?} is on a road");
+                for other in &buildings.plots[..k] {
+                    assert!(other.distance_m(point) > 0.0, "{name}: {plot:?} is in {other:?}");
+                }
+            }
+            // A front faces the street it is built on.
+            let before = |m: f32| roads.border_m(plot.front - plot.inwards * m);
+            assert!(before(plot.garden_m + 3.0) < before(0.0), "{name}: {plot:?}");
+        }
+        assert!(buildings.plots == Buildings::of(&net, &roads, 3).plots, "the same seed, the same town");
+    }
+}
+
+#[test]
+fn streets_of_towns_are_built_up_and_no_other_roads() {
+    // Twelve streets of 200 m between nine crossings, and twelve at the edge: on both sides of each there is room for at least three buildings
+    // of 22 m, the widest, with 12 m between them.
+    let grid = shipped("grid").network;
+    let of_grid = Buildings::of(&grid, &surfaces(&grid), 1).plots;
+    assert!(of_grid.len() > 24 * 2 * 3, "{}", of_grid.len());
+    let [houses, flats, shops] = [PlotKind::House, PlotKind::Flats, PlotKind::Shops]
+        .map(|kind| of_grid.iter().filter(|plot| plot.kind == kind).count());
+    assert!(houses.min(flats).min(shops) > 5, "{houses} houses, {flats} flats, {shops} shops");
+    // A motorway, and roads without a junction at the same limit of 50 km/h.
+    for name in ["motorway", "merge", "bottleneck", "practice", "ring-250"] {
+        let network = shipped(name).network;
+        assert!(Buildings::of(&network, &surfaces(&network), 1).plots.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn models_are_sound_within_their_triangles_and_stand_on_the_ground() {
+    let net = network("town");
+    let roads = surfaces(&net);
+    let relief = Relief::new(&roads, 3);
+    for plot in Buildings::of(&net, &roads, 3).plots {
+        let (model, _, at) = placed(&plot, &relief);
+        check(&model, "building");
+        // Several hundred are in a town, and a picture has a budget of some hundred thousand.
+        assert!(model.triangles() < 700, "{} triangles of {plot:?}", model.triangles());
+        let (low, high) = model.bounds();
+        assert!(at.z + low.z < relief.height_m(plot.middle()) - 1.0, "{plot:?} floats");
+        assert!((4.0..25.0).contains(&high.z), "{} m high", high.z);
+        // Walls are upright, and tiles are on slopes that rain runs off.
+        for vertex in &model.vertices {
+            let up = vertex.normal[2];
+            match vertex.material & 0xff {
+                wall if wall == Material::Wall as u32 => assert!(up.abs() < 1e-3),
+                roof if roof == Material::Roof as u32 => assert!((0.3..0.99).contains(&up), "{up}"),
+                _ => {}
+            }
+        }
+    }
+}
+
+#[test]
+fn no_tree_and_no_tuft_grows_in_a_building() {
+    let map = shipped("grid");
+    let static_scene = StaticScene::build(&map, 1);
+    let buildings = Buildings::of(&map.network, &surfaces(&map.network), 1);
+    for tree in &static_scene.tree_places {
+        let beyond_m = buildings.distance_m(tree.position.truncate());
+        let crown_m = crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
+        assert!(beyond_m > 0.75 * crown_m, "a tree of {crown_m} m is {beyond_m} m from a wall");
+    }
+    let roads = surfaces(&map.network);
+    for tuft in &static_scene.tuft_places {
+        let at = tuft.position.truncate();
+        // The shoulder of 0.4 m and the pavement of 2.4 m, at all streets.
+        assert!(buildings.distance_m(at) > 0.2 && roads.border_m(at) > 2.8, "a tuft at {at}");
+    }
+}
+
+#[test]
+fn the_shader_reads_the_facade_from_the_bits_it_is_written_to() {
+    use facade::{Facade, GroundFloor, SHOP_M, STOREY_M, WindowKind};
+    let shader = include_str!("../../../shaders/building.wgsl");
+    let number = |name: &str| -> f32 {
+        let line = shader.lines().find_map(|line| line.strip_prefix(&format!("const {name} = "))).expect(name);
+        line.trim_end_matches(';').parse().expect(name)
+    };
+    assert_eq!([number("STOREY"), number("SHOP")], [STOREY_M, SHOP_M]);
+    // Shift and mask of each number, as the shader writes them.
+    let read = |name: &str, bits: u32| -> u32 {
+        let line = shader.lines().find(|line| line.trim().starts_with(&format!("let {name} = "))).expect(name);
+        let (shift, mask) = line.split_once("bits >> ").and_then(|(_, rest)| rest.split_once("u) & ")).expect(name);
+        let mask = mask.split('u').next().and_then(|mask| mask.parse::<u32>().ok()).expect(name);
+        bits >> shift.parse::<u32>().expect(name) & mask
+    };
+    let facade = Facade {
+        bay_m: 3.4,
+        storeys: 5,
+        windows: WindowKind::Tall,
+        is_brick: true,
+        ground: GroundFloor::Shops,
+        seed: 201,
+    };
+    let bits = facade.material();
+    assert_eq!(bits & 255, Material::Wall as u32);
+    let names = ["bay", "storeys", "kind", "brick", "ground_floor", "seed"];
+    assert_eq!(names.map(|name| read(name, bits)), [34, 5, 2, 1, 2, 201]);
+    assert!((facade.height_m() - (3.6 + 4.0 * 3.0)).abs() < 1e-4);
+}
