@@ -2,7 +2,7 @@
 //! program.
 
 /// Names of the maps that come with the program; they mean the same map on every machine.
-pub const SHIPPED: [&str; 10] = [
+pub const SHIPPED: [&str; 11] = [
     "bottleneck",
     "figure-eight",
     "grid",
@@ -13,4 +13,5 @@ pub const SHIPPED: [&str; 10] = [
     "ring-250",
     "ring-260",
     "ring-641",
+    "town",
 ];

@@ -59,7 +59,7 @@ fn printed(output: &Output) -> String {
 }
 
 /// Maps in the folder `maps/` of the project.
-const MAPS: [&str; 10] = [
+const MAPS: [&str; 11] = [
     "bottleneck",
     "figure-eight",
     "grid",
@@ -70,6 +70,7 @@ const MAPS: [&str; 10] = [
     "ring-250",
     "ring-260",
     "ring-641",
+    "town",
 ];
 
 fn maps(list: &str) -> Vec<&str> {

@@ -449,3 +449,17 @@ fn a_simulated_driver_takes_the_exit_of_the_motorway_in_its_traffic() {
     // A vehicle that missed its lane would stand where the exit leaves. Lorries do 24 m/s, and who leaves slows down to 17 m/s.
     assert!(most > 400 && slowest_mps > 10.0, "{most} vehicles, {slowest_mps} m/s");
 }
+
+#[test]
+fn a_simulated_driver_drives_through_the_town_in_seven_minutes() {
+    let _alone = one_at_a_time();
+    let mut kinds = std::collections::BTreeSet::new();
+    let scenario = Scenario { map: "town".into(), warm_up_s: 120.0, duration_s: 600.0, ..Scenario::default() };
+    let summary = drive(&scenario, |world| kinds.extend(world.snapshot().cars.iter().map(|car| car.body.kind.name())));
+    assert_eq!((summary.ended, summary.contact_count, summary.left_road), (Some(EndReason::PathEnd), 0, 0));
+    // Familiarisation takes seven minutes, and signals and traffic a minute or two more or less.
+    assert!((360.0..540.0).contains(&summary.duration_s), "{} s", summary.duration_s);
+    for kind in ["car", "van", "truck", "bus", "bicycle", "pedestrian"] {
+        assert!(kinds.contains(kind), "no {kind} among {kinds:?}");
+    }
+}

@@ -78,7 +78,7 @@ fn area(junction: JunctionId, shape: &[Vec3], ends: &[LaneEnd]) -> Option<Juncti
 /// Paves an area, and the shoulder and the verge of each side without a lane.
 pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, roadside: Roadside) {
     let JunctionArea { outline, open, .. } = area;
-    let roadside = roadside.with_pavement(roadside.town.has_junction(area.junction));
+    let roadside = roadside.with_pavement(roadside.town.paves_corners(area.junction));
     paver.area(outline, Layer::Junction, plain_asphalt());
     let n = outline.len();
     let outwards = |k: usize| {

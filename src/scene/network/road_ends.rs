@@ -50,7 +50,9 @@ impl RoadEnd {
             streets.iter().flat_map(|(edge, ends)| net.edge(*edge).lanes().map(|lane| (lane, *ends))).collect();
         let leads_on = |lane: LaneId| net.connections_from(lane).iter().any(|way| !way.is_turnaround());
         let is_road = |lane: LaneId| net.lane(lane).admits_cars() || net.lane(lane).is_railway();
-        if lanes.iter().any(|(lane, ends)| *ends && leads_on(*lane)) || !lanes.iter().any(|(lane, _)| is_road(*lane)) {
+        if lanes.iter().any(|(lane, ends)| *ends && is_road(*lane) && leads_on(*lane))
+            || !lanes.iter().any(|(lane, _)| is_road(*lane))
+        {
             return None;
         }
         let places = lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends));

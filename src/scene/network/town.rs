@@ -18,6 +18,8 @@ pub(in crate::scene) struct Town {
     streets: BTreeSet<EdgeId>,
     /// Junctions that a street leads to or from.
     junctions: BTreeSet<JunctionId>,
+    /// Junctions with walking areas of the network.
+    walked: BTreeSet<JunctionId>,
 }
 
 impl Town {
@@ -32,7 +34,12 @@ impl Town {
             }
         }
         let streets_meet = beside.values().any(|others| others.len() >= 3);
-        if streets_meet { Self { streets, junctions: beside.into_keys().collect() } } else { Self::default() }
+        if !streets_meet {
+            return Self::default();
+        }
+        let areas = net.edge_ids().map(|edge| net.edge(edge)).filter(|edge| edge.kind == EdgeKind::WalkingArea);
+        let walked = areas.filter_map(|edge| edge.junction).collect();
+        Self { streets, junctions: beside.into_keys().collect(), walked }
     }
 
     /// Checks whether an edge is a street of a town.
@@ -43,6 +50,11 @@ impl Town {
     /// Checks whether a street of a town leads to or from a junction.
     pub fn has_junction(&self, junction: JunctionId) -> bool {
         self.junctions.contains(&junction)
+    }
+
+    /// Checks whether a junction's corners have pavements here: those of a town, where the network has no areas for walking.
+    pub fn paves_corners(&self, junction: JunctionId) -> bool {
+        self.has_junction(junction) && !self.walked.contains(&junction)
     }
 
     /// Returns the lanes of streets and their junctions; `None` without a town.
