@@ -26,8 +26,8 @@ pub struct ModelMesh {
 #[derive(Clone, Debug)]
 pub struct GroundMesh(Vec<ModelMesh>);
 
-/// Maximum number of triangles in a piece of ground and of buildings, which are denser, and the approximate maximum number of pieces of a very large
-/// ground: each piece is a draw.
+/// Maximum number of triangles in a piece of ground and of buildings, which are denser, and the approximate maximum
+/// number of pieces of a very large ground: each piece is a draw.
 const PIECE: usize = 600;
 const BUILT_PIECE: usize = 1800;
 const MOST_PIECES: usize = 250;

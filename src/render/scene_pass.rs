@@ -339,7 +339,8 @@ impl ScenePass {
     /// Collects the cars, trees and tufts of grass in the picture.
     fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility) -> InstanceBatches {
         let SceneInputs { meshes, view, frustum, .. } = *scene;
-        let cars = view.cars.iter().filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
+        let cars =
+            view.cars.iter().chain(&meshes.parked_cars).filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
         let inside = view.seat.as_ref().filter(|_| ego == EgoVisibility::Inside);
         self.instances.gather(
             (&meshes.device, &meshes.queue),

@@ -8,7 +8,7 @@ use super::{
     sky::clouds,
     textures::{impostor, lamp_light::LampLight, leaf_textures, noise_texture},
 };
-use crate::scene::StaticScene;
+use crate::scene::{CarInstance, StaticScene};
 
 /// Device, meshes, trees and textures.
 #[derive(Debug)]
@@ -27,6 +27,8 @@ pub struct StaticMeshes {
     pub leaves: wgpu::TextureView,
     /// Pictures of far trees.
     pub far_trees: wgpu::TextureView,
+    /// Cars parked beside houses.
+    pub parked_cars: Vec<CarInstance>,
     /// Street lamps' light on the ground.
     pub street_light: wgpu::TextureView,
     /// Place of that light in the world: see `Frame::street_lamps`.
@@ -52,6 +54,7 @@ impl StaticMeshes {
             grain: noise_texture::upload(device, queue, &grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),
+            parked_cars: static_scene.parked_cars.clone(),
             lamp_place: lamp_light.place,
             lamp_rise_m: lamp_light.rise_m,
             street_light: lamp_light.upload(device, queue),

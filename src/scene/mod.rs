@@ -28,6 +28,7 @@ pub use cockpit::{BONNET_EDGE, Cockpit};
 pub use headlamps::Headlamps;
 pub use mirror_options::MirrorOptions;
 pub use network::signals::SignalHead;
+pub use network::street_lamps::STREET_LAMP_M;
 pub use options::ViewOptions;
 pub use scenario_options::view_options;
 pub use spray::SprayPuff;
@@ -168,6 +169,8 @@ pub struct StaticScene {
     pub posts: Mesh,
     /// Heads of street lamps; their posts are in `posts`.
     pub street_lamps: Vec<Vec3>,
+    /// Cars parked beside houses.
+    pub parked_cars: Vec<CarInstance>,
     /// Buildings along the streets of towns; world axes.
     pub buildings: Mesh,
     pub signal_heads: Vec<SignalHead>,

@@ -142,7 +142,7 @@ const PAINTS: [[f32; 3]; 10] = [
 ];
 
 /// Returns the paint of a vehicle, which is constant; vehicles with neighbouring ids differ.
-fn ordinary_paint(id: VehicleId) -> [f32; 3] {
+pub(super) fn ordinary_paint(id: VehicleId) -> [f32; 3] {
     // 7 and 10 share no factor, so ten vehicles in a row have ten different paints; each group of ten begins one further.
     let n = PAINTS.len() as u32;
     PAINTS[((id.0 * 7 + id.0 / n) % n) as usize]

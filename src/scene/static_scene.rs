@@ -8,6 +8,7 @@ use super::{
     network::{
         self, posts, road_ends, signals, signs,
         street_lamps::{self, StreetLamp},
+        town::Town,
     },
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
@@ -40,7 +41,8 @@ impl StaticScene {
         let longer_roads = longer.as_ref().map(network::surfaces);
         let roads = longer_roads.as_ref().unwrap_or(&own);
         let relief = land::Relief::new(roads, seed);
-        let buildings = Buildings::of(&network, roads, seed);
+        let town = Town::of(&network);
+        let buildings = Buildings::of(&network, &town, roads, seed);
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
@@ -54,10 +56,10 @@ impl StaticScene {
             let (mut posts, heads) = signals::heads(&network, roads);
             posts.append(&posts::posts(drawn, roads));
             posts.append(&signs::signs(&network, roads));
-            let lamps = street_lamps::street_lamps(&network, roads);
+            let lamps = street_lamps::street_lamps(&network, &town, roads);
             posts.append(&street_lamps::mesh(&lamps));
             let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();
-            (network::road(drawn, roads, &relief, seed), posts, heads, lamp_heads)
+            (network::road(drawn, &town, roads, &relief, seed), posts, heads, lamp_heads)
         };
         let ground = || rayon::join(paved, || (land::land(&relief, &own), buildings.mesh(&relief)));
         let growth = || {
@@ -85,6 +87,7 @@ impl StaticScene {
             tuft_places,
             posts,
             street_lamps,
+            parked_cars: buildings.parked_cars(&relief),
             buildings: built,
             signal_heads,
             lit_lamp: signals::lit_lamp(),

@@ -126,7 +126,7 @@ fn apart(hubs: &[Vec3; 4]) -> [Vec3; 4] {
 }
 
 /// Returns the body style of a car, which is constant; three of seven cars are saloons.
-fn style(id: VehicleId) -> usize {
+pub(super) fn style(id: VehicleId) -> usize {
     [0, 1, 0, 2, 0, 1, 2][id.0 as usize % 7]
 }
 

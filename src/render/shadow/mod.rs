@@ -341,7 +341,10 @@ impl ShadowLayer {
         let (queue, light) = (&meshes.queue, cover.clip_from_world(size));
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&Light { clip_from_world: light.to_cols_array_2d() }));
         let around = SceneContents { forest: trees.map(|_| &meshes.forest), ..Default::default() };
-        let cars = if trees.is_some() { &[][..] } else { &view.cars };
+        let (cars, parked): (&[_], &[_]) = match trees {
+            Some(_) => (&[], &[]),
+            None => (&view.cars, &meshes.parked_cars),
+        };
         let detail = trees.unwrap_or(TreeDetail::Shade);
         // If a texel is as wide as a pillar, the coarse shape has the same shadow.
         let car = match cover.texel_m(size) {
@@ -353,7 +356,7 @@ impl ShadowLayer {
         self.instances.gather(
             (&meshes.device, queue),
             &meshes.models,
-            cars.iter(),
+            cars.iter().chain(parked),
             around,
             |centre, radius_m| cover.touches(centre, radius_m).then_some(car),
             |centre, radius_m| [cover.touches(centre, radius_m).then_some((detail, 1.0)), None],

@@ -2,14 +2,14 @@
 //! heads. Out: a texture, and its place in the world.
 
 use super::upload::{PaintedTexture, byte};
+use crate::scene::STREET_LAMP_M;
 use glam::{Vec2, Vec3};
 
 /// Width of a texel, m, and the largest number of texels along a side; larger towns have wider texels.
 const TEXEL_M: f32 = 0.5;
 const MOST_TEXELS: usize = 2048;
-/// Intensity of a lamp downwards and to all sides below the horizon, cd, and its height over the street, m.
+/// Intensity of a lamp downwards and to all sides below the horizon, cd.
 const INTENSITY_CD: f32 = 900.0;
-const HEIGHT_M: f32 = 6.0;
 /// Distance at which a lamp's light has faded to nothing, m.
 const REACH_M: f32 = 26.0;
 /// Illuminance of a full texel, lx. Texels hold the square root of its share.
@@ -71,7 +71,22 @@ impl LampLight {
 
 /// Returns the illuminance of level ground at this distance from below a lamp, lx: the inverse-square law with the cosine of incidence.
 fn illuminance_lx(distance_m: f32) -> f32 {
-    let square = HEIGHT_M * HEIGHT_M + distance_m * distance_m;
+    let square = STREET_LAMP_M * STREET_LAMP_M + distance_m * distance_m;
     let fading = (1.0 - distance_m / REACH_M).clamp(0.0, 1.0).min(0.3) / 0.3;
-    INTENSITY_CD * HEIGHT_M / square.powf(1.5) * fading
+    INTENSITY_CD * STREET_LAMP_M / square.powf(1.5) * fading
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shader_reads_texels_with_the_light_they_were_painted_with() {
+        let shader = include_str!("../../../shaders/lamps.wgsl");
+        assert!(shader.contains(&format!("const MOST_LX = {MOST_LX:.1};")));
+        // A town of 3 km has wider texels, not more of them.
+        let light = LampLight::paint(&[Vec3::ZERO, Vec3::new(3000.0, 0.0, 2.0)]);
+        assert_eq!((light.side, light.texels.len()), (MOST_TEXELS, 4 * MOST_TEXELS * MOST_TEXELS));
+        assert_eq!((light.place[3], light.rise_m), (0.0, 2.0));
+    }
 }

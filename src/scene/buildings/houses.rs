@@ -3,7 +3,7 @@
 
 use super::{
     facade::{Facade, GroundFloor, STOREY_M, WindowKind},
-    plots::{Plot, PlotKind},
+    plots::{DRIVE_M, FENCE_BEYOND_M, Plot, PlotKind},
     shell::{PitchedRoof, Shell, WallPlan},
 };
 use crate::{
@@ -14,6 +14,8 @@ use glam::{Vec2, Vec3};
 
 /// Depth of walls below the ground floor, metres: down into any ground.
 pub(super) const CELLAR_M: f32 = 3.0;
+/// Height of paths and drives over the ground, which is not quite level, metres.
+pub(super) const DRIVE_UP_M: f32 = 0.03;
 /// Height of the ground floor over the ground, metres.
 pub(super) const PLINTH_M: f32 = 0.35;
 
@@ -350,15 +352,31 @@ fn downpipe(shell: &mut Shell, look: &Look) {
     shell.plain_box(Vec3::new(x, -0.14, -PLINTH_M - 0.2), Vec3::new(x + 0.1, -0.04, look.facade.height_m()), [0.15; 3]);
 }
 
-/// Adds the path to the door, and a hedge, a wall or a fence along the pavement.
+/// Adds the path to the door, the drive, and a hedge, a wall or a fence along the pavement.
 fn front_garden(shell: &mut Shell, plot: &Plot, look: &Look, random: &mut Stream) {
     let x = door_m(look);
     let (edge, foot) = (-plot.garden_m, -PLINTH_M - 0.35);
-    // A little above the ground, which is not quite level.
-    shell.plain_box(Vec3::new(x - 0.65, edge, foot), Vec3::new(x + 0.65, -0.85, -PLINTH_M + 0.03), shade(STONE, 0.8));
+    shell.plain_box(
+        Vec3::new(x - 0.65, edge, foot),
+        Vec3::new(x + 0.65, -0.85, -PLINTH_M + DRIVE_UP_M),
+        shade(STONE, 0.8),
+    );
+    if let Some(side) = plot.drive {
+        let (near, far) = (plot.width_m / 2.0 + 0.4, plot.width_m / 2.0 + 3.2);
+        let [left, right] = if side > 0.0 { [near, far] } else { [-far, -near] };
+        shell.plain_box(
+            Vec3::new(left, edge, foot),
+            Vec3::new(right, DRIVE_M, -PLINTH_M + DRIVE_UP_M),
+            shade(STONE, 0.7),
+        );
+    }
     let kind = random.index(4);
-    let half_m = plot.width_m / 2.0 + 1.2;
-    for (left, right) in [(-half_m, x - 0.9), (x + 0.9, half_m)] {
+    if !plot.has_fence {
+        return;
+    }
+    // The fence ends at a drive.
+    let half_m = |side: f32| plot.width_m / 2.0 + if plot.drive == Some(side) { 0.2 } else { FENCE_BEYOND_M };
+    for (left, right) in [(-half_m(-1.0), x - 0.9), (x + 0.9, half_m(1.0))] {
         if right - left < 0.6 {
             continue;
         }

@@ -9,23 +9,34 @@ mod houses;
 pub(super) mod plots;
 mod shell;
 
-use self::plots::{Plot, plots};
+use self::plots::{DRIVE_M, Plot, plots};
 use super::{
-    Mesh,
+    CarInstance, Mesh,
+    car::{self, number_plate},
     land::Relief,
     network::{
         layer::SHOULDER_M,
         road_surfaces::RoadSurfaces,
         town::{PAVEMENT_M, Town},
     },
+    options::ordinary_paint,
+    traffic_parts::style,
+    vehicles,
 };
-use crate::map::network::Network;
+use crate::{
+    map::network::Network,
+    traffic::{VehicleBody, VehicleId},
+};
 use glam::{Mat2, Quat, Vec2, Vec3};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Width of bare ground beside walls and pavements, metres.
 const BARE_M: f32 = 0.3;
+/// Number of drives of ten with a car.
+const OF_TEN_PARKED: u64 = 7;
+/// Largest height of a drive with a car over the ground, metres.
+const LEVEL_M: f32 = 0.3;
 /// Side of the squares in which the nearest building is looked for, metres.
 const SQUARE_M: f32 = 32.0;
 
@@ -41,9 +52,8 @@ pub(super) struct Buildings {
 
 impl Buildings {
     /// Places the buildings of a network.
-    pub fn of(net: &Network, roads: &RoadSurfaces, seed: u64) -> Self {
-        let town = Town::of(net);
-        let plots = plots(net, &town, roads, seed);
+    pub fn of(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Self {
+        let plots = plots(net, town, roads, seed);
         let mut near: BTreeMap<[i32; 2], Vec<u32>> = BTreeMap::new();
         for (index, plot) in (0u32..).zip(&plots) {
             let at = square(plot.middle());
@@ -67,6 +77,36 @@ impl Buildings {
         near.map(|index| self.plots[*index as usize].distance_m(point)).fold(f32::INFINITY, f32::min)
     }
 
+    /// Returns the cars that stand on drives.
+    pub fn parked_cars(&self, relief: &Relief) -> Vec<CarInstance> {
+        let hubs = car::hubs();
+        let parked = |plot: &Plot| {
+            let middle = plot.drive_point(DRIVE_M / 2.0).filter(|_| plot.seed % 10 < OF_TEN_PARKED)?;
+            let ground_m = ground_m(plot, relief);
+            // On a slope the drive would be above the ground.
+            (ground_m - relief.height_m(middle) < LEVEL_M).then_some(())?;
+            let number = (plot.seed % 9000) as u32;
+            let is_backwards = (plot.seed / 10).is_multiple_of(2);
+            let yaw_rad = plot.inwards.to_angle() + if is_backwards { std::f32::consts::PI } else { 0.0 };
+            let shape = vehicles::shape(&VehicleBody::CAR, 0, VehicleBody::CAR.length_m, &hubs);
+            Some(CarInstance {
+                position: middle.extend(ground_m + houses::DRIVE_UP_M),
+                rotation: Quat::from_rotation_z(yaw_rad),
+                colour: ordinary_paint(VehicleId(number)),
+                brake: 0.0,
+                scale: shape.scale,
+                hubs: shape.hubs,
+                wheel_scale: shape.wheel_scale,
+                steer_rad: 0.0,
+                spin_rad: 0.0,
+                style: style(VehicleId(number)),
+                plate: number_plate::number(number),
+                is_ego: false,
+            })
+        };
+        self.plots.iter().filter_map(parked).collect()
+    }
+
     /// Returns the mesh of all buildings, in world axes.
     pub fn mesh(&self, relief: &Relief) -> Mesh {
         let models: Vec<(Mesh, Quat, Vec3)> = self.plots.par_iter().map(|plot| placed(plot, relief)).collect();
@@ -80,16 +120,20 @@ fn square(point: Vec2) -> [i32; 2] {
     (point / SQUARE_M).floor().as_ivec2().to_array()
 }
 
-/// Returns a building's mesh with its rotation and place.
-fn placed(plot: &Plot, relief: &Relief) -> (Mesh, Quat, Vec3) {
+/// Returns the height of the ground around a building where it is highest, metres.
+fn ground_m(plot: &Plot, relief: &Relief) -> f32 {
     let half_m = plot.width_m / 2.0;
     let corners =
         [(-half_m, 0.0), (half_m, 0.0), (half_m, plot.depth_m), (-half_m, plot.depth_m), (0.0, -plot.garden_m)];
-    let ground_m = corners.map(|(right_m, behind_m)| relief.height_m(plot.point(right_m, behind_m)));
-    let highest_m = ground_m.into_iter().fold(f32::NEG_INFINITY, f32::max);
+    let heights = corners.map(|(right_m, behind_m)| relief.height_m(plot.point(right_m, behind_m)));
+    heights.into_iter().fold(f32::NEG_INFINITY, f32::max)
+}
+
+/// Returns a building's mesh with its rotation and place.
+fn placed(plot: &Plot, relief: &Relief) -> (Mesh, Quat, Vec3) {
     let turn = Mat2::from_cols(plot.along(), plot.inwards);
     let yaw_rad = turn.x_axis.y.atan2(turn.x_axis.x);
-    (houses::model(plot), Quat::from_rotation_z(yaw_rad), plot.front.extend(highest_m + houses::PLINTH_M))
+    (houses::model(plot), Quat::from_rotation_z(yaw_rad), plot.front.extend(ground_m(plot, relief) + houses::PLINTH_M))
 }
 
 #[cfg(test)]

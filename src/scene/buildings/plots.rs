@@ -23,6 +23,13 @@ const STEP_M: f64 = 4.0;
 const SAMPLE_M: f32 = 3.0;
 /// Side of the squares in which overlapping buildings are looked for, metres; wider than any building.
 const SQUARE_M: f32 = 40.0;
+/// Length of a fence beyond the corners of a house, and the part of the pavement that it may take in a slight bend, metres.
+pub(super) const FENCE_BEYOND_M: f32 = 1.2;
+const FENCE_SLACK_M: f32 = 0.2;
+/// Length of a drive behind the front, distance of its middle from the wall, and least distance of its middle from anything else, metres.
+pub(super) const DRIVE_M: f32 = 5.6;
+const DRIVE_ASIDE_M: f32 = 1.9;
+const DRIVE_FREE_M: f32 = 1.7;
 /// Overlap of walls that adjoining houses share, metres.
 const SHARED_M: f32 = 0.1;
 
@@ -51,6 +58,10 @@ pub(in crate::scene) struct Plot {
     pub garden_m: f32,
     /// True for the side that another building adjoins: left, right.
     pub adjoins: [bool; 2],
+    /// True if a fence along the front keeps off the pavement, which it would not in a bend towards the house.
+    pub has_fence: bool,
+    /// Side of the drive beside the house: -1 for the left, 1 for the right; `None` without one.
+    pub drive: Option<f32>,
     /// Number for the choice of details.
     pub seed: u64,
 }
@@ -64,6 +75,11 @@ impl Plot {
     /// Returns the point this far to the right of the front's middle and behind the front.
     pub fn point(&self, right_m: f32, behind_m: f32) -> Vec2 {
         self.front + self.along() * right_m + self.inwards * behind_m
+    }
+
+    /// Returns the point in the middle of the drive this far behind the front; `None` without a drive.
+    pub fn drive_point(&self, behind_m: f32) -> Option<Vec2> {
+        self.drive.map(|side| self.point(side * (self.width_m / 2.0 + DRIVE_ASIDE_M), behind_m))
     }
 
     /// Returns the middle of the building.
@@ -89,6 +105,22 @@ impl Plot {
             off_m > reach(self, axis) + reach(other, axis) - SHARED_M
         };
         ![self.along(), self.inwards, other.along(), other.inwards].into_iter().any(apart)
+    }
+
+    /// Checks whether all of a fence along the pavement's edge is at least as far from roads as its middle is wanted to be.
+    fn keeps_fence_off(&self, roads: &RoadSurfaces, free_m: f32) -> bool {
+        let half_m = self.width_m / 2.0 + FENCE_BEYOND_M;
+        let off_m = |right_m: f32| roads.border_m(self.point(right_m, -self.garden_m));
+        [-1.0, -0.5, 0.5, 1.0].into_iter().all(|share| off_m(share * half_m) > free_m - FENCE_SLACK_M)
+    }
+
+    /// Checks whether a drive of full length is free of roads and of other buildings.
+    fn has_free_drive(&self, roads: &RoadSurfaces, others: &[&Self]) -> bool {
+        [-self.garden_m, 0.0, DRIVE_M / 2.0, DRIVE_M].into_iter().all(|behind_m| {
+            let Some(point) = self.drive_point(behind_m) else { return false };
+            let is_off_road = behind_m <= 0.0 || roads.border_m(point) > DRIVE_FREE_M;
+            is_off_road && others.iter().all(|other| *other == self || other.distance_m(point) > DRIVE_FREE_M)
+        })
     }
 
     /// Checks whether the building and what stands before it keep `free_m` from all roads.
@@ -120,6 +152,14 @@ pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64)
             plots.push(plot);
         }
     }
+    let is_free = |plot: &Plot| {
+        let square = (plot.middle() / SQUARE_M).floor().as_ivec2();
+        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square.x + x, square.y + y]));
+        let others: Vec<&Plot> = around.filter_map(|key| squares.get(&key)).flatten().collect();
+        plot.has_free_drive(roads, &others)
+    };
+    let drive = |plot: Plot| Plot { drive: plot.drive.filter(|_| is_free(&plot)), ..plot };
+    let plots: Vec<Plot> = plots.into_iter().map(drive).collect();
     // In a large town there are too many: only every `keep`-th building stays.
     let keep = plots.len().div_ceil(MOST_BUILDINGS).max(1);
     plots.into_iter().step_by(keep).collect()
@@ -166,7 +206,18 @@ fn beside_lane(
         let inwards = if side == Side::Left { left } else { -left };
         let aside_m = lane.half_width_m() as f32 + pavement_m + garden_m;
         let front = road.position.truncate().as_vec2() + inwards * aside_m;
-        let plot = Plot { kind, front, inwards, width_m, depth_m, garden_m, adjoins: [false; 2], seed };
+        let plot = Plot {
+            kind,
+            front,
+            inwards,
+            width_m,
+            depth_m,
+            garden_m,
+            adjoins: [false; 2],
+            has_fence: false,
+            drive: None,
+            seed,
+        };
         // In a bend towards the buildings, adjoining fronts would overlap.
         let is_apart = plots.last().is_none_or(|before| !plot.overlaps(before));
         if is_apart && plot.is_free(roads, pavement_m) {
@@ -177,6 +228,9 @@ fn beside_lane(
             }
             let mut adjoining = plot;
             adjoining.adjoins[first] = adjoins;
+            adjoining.has_fence = plot.keeps_fence_off(roads, pavement_m);
+            let has_drive = kind == PlotKind::House && gap_m > DRIVE_ASIDE_M + DRIVE_FREE_M;
+            adjoining.drive = has_drive.then_some([-1.0, 1.0][last]);
             plots.push(adjoining);
             at_m += f64::from(width_m + gap_m);
             adjoins = gap_m < 0.1;

@@ -27,7 +27,7 @@ fn buildings_stand_beside_roads_and_apart_from_each_other() {
     for name in ["town", "town-left", "grid-signals", "hill", "roundabout"] {
         let net = network(name);
         let roads = surfaces(&net);
-        let buildings = Buildings::of(&net, &roads, 3);
+        let buildings = Buildings::of(&net, &Town::of(&net), &roads, 3);
         for (k, plot) in buildings.plots.iter().enumerate() {
             for point in points(plot) {
                 assert!(roads.border_m(point) > 0.2, "{name}: {point} of {plot:?} is on a road");
@@ -35,11 +35,19 @@ fn buildings_stand_beside_roads_and_apart_from_each_other() {
                     assert!(other.distance_m(point) > 0.0, "{name}: {plot:?} is in {other:?}");
                 }
             }
+            // A fence leaves the pavement free, but for 20 cm.
+            let fence = |right_m: f32| roads.border_m(plot.point(right_m, -plot.garden_m));
+            let middle_m = fence(0.0);
+            let ends = [-0.5, 0.5].map(|share| fence(share * plot.width_m));
+            assert!(!plot.has_fence || ends.iter().all(|end_m| *end_m > middle_m - 0.25), "{name}: {plot:?}");
             // A front faces the street it is built on.
             let before = |m: f32| roads.border_m(plot.front - plot.inwards * m);
             assert!(before(plot.garden_m + 3.0) < before(0.0), "{name}: {plot:?}");
         }
-        assert!(buildings.plots == Buildings::of(&net, &roads, 3).plots, "the same seed, the same town");
+        assert!(
+            buildings.plots == Buildings::of(&net, &Town::of(&net), &roads, 3).plots,
+            "the same seed, the same town"
+        );
     }
 }
 
@@ -48,7 +56,7 @@ fn streets_of_towns_are_built_up_and_no_other_roads() {
     // Twelve streets of 200 m between nine crossings, and twelve at the edge: on both sides of each there is room for at least three buildings
     // of 22 m, the widest, with 12 m between them.
     let grid = shipped("grid").network;
-    let of_grid = Buildings::of(&grid, &surfaces(&grid), 1).plots;
+    let of_grid = Buildings::of(&grid, &Town::of(&grid), &surfaces(&grid), 1).plots;
     assert!(of_grid.len() > 24 * 2 * 3, "{}", of_grid.len());
     let [houses, flats, shops] = [PlotKind::House, PlotKind::Flats, PlotKind::Shops]
         .map(|kind| of_grid.iter().filter(|plot| plot.kind == kind).count());
@@ -56,7 +64,7 @@ fn streets_of_towns_are_built_up_and_no_other_roads() {
     // A motorway, and roads without a junction at the same limit of 50 km/h.
     for name in ["motorway", "merge", "bottleneck", "practice", "ring-250"] {
         let network = shipped(name).network;
-        assert!(Buildings::of(&network, &surfaces(&network), 1).plots.is_empty(), "{name}");
+        assert!(Buildings::of(&network, &Town::of(&network), &surfaces(&network), 1).plots.is_empty(), "{name}");
     }
 }
 
@@ -65,7 +73,7 @@ fn models_are_sound_within_their_triangles_and_stand_on_the_ground() {
     let net = network("town");
     let roads = surfaces(&net);
     let relief = Relief::new(&roads, 3);
-    for plot in Buildings::of(&net, &roads, 3).plots {
+    for plot in Buildings::of(&net, &Town::of(&net), &roads, 3).plots {
         let (model, _, at) = placed(&plot, &relief);
         check(&model, "building");
         // Several hundred are in a town, and a picture has a budget of some hundred thousand.
@@ -89,7 +97,7 @@ fn models_are_sound_within_their_triangles_and_stand_on_the_ground() {
 fn no_tree_and_no_tuft_grows_in_a_building() {
     let map = shipped("grid");
     let static_scene = StaticScene::build(&map, 1);
-    let buildings = Buildings::of(&map.network, &surfaces(&map.network), 1);
+    let buildings = Buildings::of(&map.network, &Town::of(&map.network), &surfaces(&map.network), 1);
     for tree in &static_scene.tree_places {
         let beyond_m = buildings.distance_m(tree.position.truncate());
         let crown_m = crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
@@ -132,4 +140,21 @@ fn the_shader_reads_the_facade_from_the_bits_it_is_written_to() {
     let names = ["bay", "storeys", "kind", "brick", "ground_floor", "seed"];
     assert_eq!(names.map(|name| read(name, bits)), [34, 5, 2, 1, 2, 201]);
     assert!((facade.height_m() - (3.6 + 4.0 * 3.0)).abs() < 1e-4);
+}
+
+#[test]
+fn cars_are_parked_beside_houses_and_off_the_road() {
+    let map = shipped("town");
+    let static_scene = StaticScene::with_trees(&map, 1, 0);
+    let net = &static_scene.network;
+    let roads = surfaces(net);
+    let buildings = Buildings::of(net, &Town::of(net), &roads, 1);
+    assert!(static_scene.parked_cars.len() > 20, "{}", static_scene.parked_cars.len());
+    for car in &static_scene.parked_cars {
+        for corner in [(2.3, 0.8), (2.3, -0.8), (-2.3, 0.8), (-2.3, -0.8)] {
+            let at = car.position + car.rotation * Vec3::new(corner.0, corner.1, 0.0);
+            let (wall_m, road_m) = (buildings.distance_m(at.truncate()), roads.border_m(at.truncate()));
+            assert!(wall_m > 0.3 && road_m > 0.3, "{at} is {wall_m} m from a wall and {road_m} m from a road");
+        }
+    }
 }

@@ -3,7 +3,8 @@
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
 //! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
-//! reflector posts, `street_lamps` lamps; `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's edge.
+//! reflector posts, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
+//! pavement. `road_ends` lets roads run on at the network's edge.
 
 mod junctions;
 mod lanes;
@@ -52,9 +53,8 @@ pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
 }
 
 /// Returns the mesh of paved surfaces, markings, verges and bridges.
-pub(super) fn road(net: &Network, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
-    let town = Town::of(net);
-    let roadside = verge::Roadside::new(surfaces, &town);
+pub(super) fn road(net: &Network, town: &Town, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
+    let roadside = verge::Roadside::new(surfaces, town);
     let mut paver = Paver::new(relief, seed, surfaces.centre() - surfaces.radius_m());
     let areas = junctions::areas(net);
     areas.iter().for_each(|area| junctions::pave(area, &mut paver, roadside));

@@ -187,6 +187,19 @@ mod tests {
     }
 
     #[test]
+    fn a_road_with_pavements_runs_on_with_them() {
+        let net = load("town");
+        let longer = running_on(&net, &super::super::surfaces(&net)).expect("the town has ends");
+        // The pavement and the lane on which the path begins, at the southern edge of the town.
+        for id in ["K-K1_0", "K-K1_1"] {
+            let lane = net.lane_ids().find(|lane| net.lane(*lane).id == id).expect(id);
+            let added_m = longer.lane(lane).line.drawn_m() - net.lane(lane).line.drawn_m();
+            // A bend of 1.2 rad with a radius of at least 60 m.
+            assert!(added_m > 70.0, "{id} has {added_m} m more");
+        }
+    }
+
+    #[test]
     fn all_roads_of_the_grid_run_on_and_keep_clear_of_other_roads() {
         let net = load("grid");
         let longer = running_on(&net, &super::super::surfaces(&net)).expect("the grid has ends");

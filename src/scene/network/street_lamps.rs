@@ -4,7 +4,7 @@ use super::{
     layer::SHOULDER_M,
     road_surfaces::RoadSurfaces,
     signals::pole,
-    town::{PAVEMENT_M, Town},
+    town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
 };
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
@@ -20,13 +20,11 @@ const EVERY_M: f64 = 48.0;
 /// Length of the shortest street with lamps, metres.
 const SHORTEST_M: f64 = 20.0;
 /// Height of a lamp over the street, metres.
-const HEIGHT_M: f32 = 6.0;
+pub const STREET_LAMP_M: f32 = 6.0;
 /// Distance of a post from the kerb, or from the outer edge of a pavement of the network, metres.
 const FROM_KERB_M: f32 = 0.45;
 /// Distance of the head from the post, metres.
 const ARM_M: f32 = 1.1;
-/// Minimum distance between a post's pavement and any other road, metres.
-const FREE_M: f32 = 2.0;
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.22);
 /// Lamp of which only the lens shows by day, and which is lit while headlamps are.
 const LENS: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.7, 0.0, 1.0]);
@@ -43,13 +41,12 @@ pub(in crate::scene) struct StreetLamp {
 impl StreetLamp {
     /// Returns the middle of the lamp's head.
     pub fn head(&self) -> Vec3 {
-        self.foot + Vec3::Z * HEIGHT_M + self.to_street * ARM_M
+        self.foot + Vec3::Z * STREET_LAMP_M + self.to_street * ARM_M
     }
 }
 
 /// Returns the lamps of a town: on the outer side of each direction, those of two directions opposite the gaps.
-pub(in crate::scene) fn street_lamps(net: &Network, surfaces: &RoadSurfaces) -> Vec<StreetLamp> {
-    let town = Town::of(net);
+pub(in crate::scene) fn street_lamps(net: &Network, town: &Town, surfaces: &RoadSurfaces) -> Vec<StreetLamp> {
     let outer = if net.is_left_hand() { Side::Left } else { Side::Right };
     let outermost = |lane: &LaneId| town.has_street(net.lane(*lane).edge) && net.neighbour(*lane, outer).is_none();
     net.lane_ids().filter(outermost).flat_map(|lane| beside(net, surfaces, lane, outer)).collect()
@@ -75,7 +72,7 @@ fn beside(net: &Network, surfaces: &RoadSurfaces, id: LaneId, outer: Side) -> Ve
         let outwards = if outer == Side::Left { left } else { -left };
         let at = |beside_m: f32| road.position.as_vec3() + outwards * beside_m;
         let lamp = StreetLamp { foot: at(aside_m), to_street: -outwards };
-        let is_free = lane.is_footway() || surfaces.border_m(at(edge_m).truncate()) > FREE_M;
+        let is_free = lane.is_footway() || surfaces.border_m(at(edge_m).truncate()) > PAVEMENT_FREE_M;
         is_free.then_some(lamp)
     };
     (0..count as usize).filter_map(lamp).collect()
@@ -95,11 +92,11 @@ pub(in crate::scene) fn mesh(lamps: &[StreetLamp]) -> Mesh {
 /// Returns one lamp, with its arm along x.
 fn model() -> Mesh {
     let mut triangles = TriangleList::default();
-    pole(&mut triangles, Vec3::ZERO, HEIGHT_M + 0.06);
-    let middle = Vec3::new(ARM_M / 2.0, 0.0, HEIGHT_M + 0.1);
+    pole(&mut triangles, Vec3::ZERO, STREET_LAMP_M + 0.06);
+    let middle = Vec3::new(ARM_M / 2.0, 0.0, STREET_LAMP_M + 0.1);
     triangles.cuboid(middle, Vec3::new(ARM_M / 2.0, 0.035, 0.035), STEEL);
-    triangles.cuboid(Vec3::new(ARM_M, 0.0, HEIGHT_M + 0.08), Vec3::new(0.36, 0.13, 0.055), STEEL);
-    triangles.cuboid(Vec3::new(ARM_M, 0.0, HEIGHT_M + 0.015), Vec3::new(0.30, 0.10, 0.015), LENS);
+    triangles.cuboid(Vec3::new(ARM_M, 0.0, STREET_LAMP_M + 0.08), Vec3::new(0.36, 0.13, 0.055), STEEL);
+    triangles.cuboid(Vec3::new(ARM_M, 0.0, STREET_LAMP_M + 0.015), Vec3::new(0.30, 0.10, 0.015), LENS);
     triangles.into_mesh(0.5)
 }
 
@@ -115,7 +112,7 @@ mod tests {
     fn lamps_stand_along_the_streets_of_a_town_beside_the_asphalt() {
         let grid = RoadMap::load("grid").unwrap().network;
         let roads = surfaces(&grid);
-        let lamps = street_lamps(&grid, &roads);
+        let lamps = street_lamps(&grid, &Town::of(&grid), &roads);
         check(&mesh(&lamps), "lamps");
         // 24 streets of about 190 m between the junctions, with lamps 48 m apart on both sides.
         assert!((24 * 2 * 3..24 * 2 * 5).contains(&lamps.len()), "{}", lamps.len());
@@ -125,7 +122,7 @@ mod tests {
         }
         for name in ["motorway", "merge", "practice", "ring-250"] {
             let network = RoadMap::load(name).unwrap().network;
-            assert!(street_lamps(&network, &surfaces(&network)).is_empty(), "{name}");
+            assert!(street_lamps(&network, &Town::of(&network), &surfaces(&network)).is_empty(), "{name}");
         }
     }
 }

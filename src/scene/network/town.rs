@@ -9,6 +9,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum speed limit of streets in towns, m/s: just above 50 km/h.
 pub(in crate::scene) const TOWN_MPS: f64 = 14.0;
+/// Minimum distance between a pavement's outer edge and any other road, metres. Where there is less, there is none.
+pub(in crate::scene) const PAVEMENT_FREE_M: f32 = 2.0;
 /// Width of the pavement beside streets whose network has none, metres, with its kerb.
 pub(in crate::scene) const PAVEMENT_M: f32 = 2.4;
 
@@ -80,8 +82,8 @@ impl Town {
     }
 }
 
-/// Checks whether vehicles drive on an edge and none faster than in a town.
+/// Checks whether cars drive on an edge, and nothing faster than in a town.
 fn is_built_up(net: &Network, edge: EdgeId) -> bool {
     let driven = || net.edge(edge).lanes().filter(|lane| net.is_driven(*lane));
-    driven().next().is_some() && driven().all(|lane| net.lane(lane).speed_limit_mps <= TOWN_MPS)
+    driven().any(|lane| net.lane(lane).admits_cars()) && driven().all(|lane| net.lane(lane).speed_limit_mps <= TOWN_MPS)
 }

@@ -5,7 +5,7 @@ use super::{
     layer::{KERB, Layer, PAVING},
     road_surfaces::RoadSurfaces,
     strips::{Column, Ground, Paver},
-    town::{PAVEMENT_M, Town},
+    town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
     verge_shape::VergeShape,
 };
 use glam::Vec3;
@@ -22,8 +22,6 @@ const PARAPET_M: f32 = 0.9;
 const PARAPET_WIDE_M: f64 = 0.25;
 /// Width of a kerb stone, metres.
 const KERB_M: f64 = 0.15;
-/// Minimum distance between a pavement's outer edge and any other road, metres. Where there is less, there is a verge.
-const FREE_M: f32 = 2.0;
 const CONCRETE: [f32; 3] = [0.30, 0.295, 0.28];
 
 /// Function from metres along a line and metres to its left to a point in world axes.
@@ -119,7 +117,9 @@ impl<'a> Roadside<'a> {
             let at = surface_point(row, 0.0);
             if !is_level && self.surfaces.height_m(at.truncate()) < at.z - BRIDGE_M {
                 RoadsideKind::Bridge
-            } else if self.has_pavement && self.surfaces.border_m(surface_point(row, outer_m).truncate()) > FREE_M {
+            } else if self.has_pavement
+                && self.surfaces.border_m(surface_point(row, outer_m).truncate()) > PAVEMENT_FREE_M
+            {
                 RoadsideKind::Pavement
             } else {
                 RoadsideKind::Verge
