@@ -4,7 +4,7 @@
 
 use crate::{
     pixels::*,
-    place::{MAGENTA, gpu},
+    place::{self, MAGENTA, gpu},
 };
 use codrive::{
     map::network::{LaneId, Network, SignalId},
@@ -117,6 +117,28 @@ fn lanes_and_junctions_have_asphalt_and_all_else_grass() {
     {
         let seen = ground(Vec2::new(x, y));
         assert!(is_grass(seen), "({x}, {y}) is no grass: {seen:?}");
+    }
+}
+
+#[test]
+fn a_road_outside_towns_has_a_line_at_its_edge() {
+    // 10 m of the ring from above, 20 pixels per metre. The lane is 3.6 m wide, so that the middle of its line of 12 cm is at 1.86 m.
+    let mut view = place::view(&place::snapshot(Vec::new()), ViewKind::Birdseye, &ViewOptions::default());
+    view.cars.clear();
+    let eye = place::on_lane(60.0, 0.0).position.as_vec2().extend(400.0);
+    let lens = Lens::Parallel { half_extent_m: 10.0 };
+    view.camera = Camera { eye, forward: Vec3::NEG_Z, up: Vec3::Y, lens };
+    let image = place::draw(&view, false, [400, 400]);
+    let light = |left_m: f64| {
+        let at = |k: u32| place::on_lane(55.0 + 0.05 * f64::from(k), left_m).position.as_vec2().extend(0.0);
+        let pixel = |k: u32| view.camera.project(at(k), 1.0).expect("in the picture") * 400.0;
+        let green = (0..200).map(pixel).map(|pixel| rgb(image.get_pixel(pixel.x as u32, pixel.y as u32))[1]);
+        green.sum::<f32>() / 200.0
+    };
+    // Half a metre beside it, on the lane, is asphalt. Paint is worn in places; a line that stands out by less than a fifth is none.
+    for side in [-1.0, 1.0] {
+        let (line, asphalt) = (light(1.86 * side), light(1.3 * side));
+        assert!(line > 1.2 * asphalt, "{line} on {asphalt}");
     }
 }
 

@@ -9,7 +9,7 @@ mod houses;
 pub(super) mod plots;
 mod shell;
 
-use self::plots::{DRIVE_M, Plot, plots};
+use self::plots::{DRIVE_M, Plot, PlotSquares, plots};
 use super::{
     CarInstance, Mesh,
     car::{self, number_plate},
@@ -29,7 +29,6 @@ use crate::{
 };
 use glam::{Mat2, Quat, Vec2, Vec3};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// Width of bare ground beside walls and pavements, metres.
 const BARE_M: f32 = 0.3;
@@ -37,15 +36,12 @@ const BARE_M: f32 = 0.3;
 const OF_TEN_PARKED: u64 = 7;
 /// Largest height of a drive with a car over the ground, metres.
 const LEVEL_M: f32 = 0.3;
-/// Side of the squares in which the nearest building is looked for, metres.
-const SQUARE_M: f32 = 32.0;
 
 /// Buildings of a network.
 #[derive(Debug, Default)]
 pub(super) struct Buildings {
     plots: Vec<Plot>,
-    /// Indices of the plots in each square and the squares around it.
-    near: BTreeMap<[i32; 2], Vec<u32>>,
+    squares: PlotSquares,
     /// Lanes of the town's streets and junctions; `None` without a town.
     streets: Option<RoadSurfaces>,
 }
@@ -54,15 +50,10 @@ impl Buildings {
     /// Places the buildings of a network.
     pub fn of(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Self {
         let plots = plots(net, town, roads, seed);
-        let mut near: BTreeMap<[i32; 2], Vec<u32>> = BTreeMap::new();
-        for (index, plot) in (0u32..).zip(&plots) {
-            let at = square(plot.middle());
-            for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
-                near.entry([at[0] + x, at[1] + y]).or_default().push(index);
-            }
-        }
+        let mut squares = PlotSquares::default();
+        plots.iter().for_each(|plot| squares.add(*plot));
         let streets = town.surfaces(net).map(RoadSurfaces::new);
-        Self { plots, near, streets }
+        Self { plots, squares, streets }
     }
 
     /// Checks whether the ground at a point is built on or paved, so that nothing grows there.
@@ -73,8 +64,8 @@ impl Buildings {
 
     /// Returns the distance of a point from the nearest building, metres; infinite if none is within 20 m. Inside a building it is 0.
     pub fn distance_m(&self, point: Vec2) -> f32 {
-        let near = self.near.get(&square(point)).into_iter().flatten();
-        near.map(|index| self.plots[*index as usize].distance_m(point)).fold(f32::INFINITY, f32::min)
+        let near = self.squares.near(point).iter();
+        near.map(|plot| plot.distance_m(point)).fold(f32::INFINITY, f32::min)
     }
 
     /// Returns the cars that stand on drives.
@@ -114,10 +105,6 @@ impl Buildings {
         models.iter().for_each(|(model, turn, at)| mesh.append_placed(model, *turn, *at));
         mesh
     }
-}
-
-fn square(point: Vec2) -> [i32; 2] {
-    (point / SQUARE_M).floor().as_ivec2().to_array()
 }
 
 /// Returns the height of the ground around a building where it is highest, metres.

@@ -9,7 +9,7 @@ use crate::{
         town::{PAVEMENT_M, Town},
     },
 };
-use glam::Vec2;
+use glam::{IVec2, Vec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ const CORNER_M: f64 = 4.0;
 const STEP_M: f64 = 4.0;
 /// Distance between samples of a building's outline, metres.
 const SAMPLE_M: f32 = 3.0;
-/// Side of the squares in which overlapping buildings are looked for, metres; wider than any building.
+/// Side of the squares in which near buildings are looked for, metres; wider than any building.
 const SQUARE_M: f32 = 40.0;
 /// Length of a fence beyond the corners of a house, and the part of the pavement that it may take in a slight bend, metres.
 pub(super) const FENCE_BEYOND_M: f32 = 1.2;
@@ -107,7 +107,7 @@ impl Plot {
         ![self.along(), self.inwards, other.along(), other.inwards].into_iter().any(apart)
     }
 
-    /// Checks whether all of a fence along the pavement's edge is at least as far from roads as its middle is wanted to be.
+    /// Checks whether a fence along the front leaves the pavement free, whose outer edge is `free_m` from the road.
     fn keeps_fence_off(&self, roads: &RoadSurfaces, free_m: f32) -> bool {
         let half_m = self.width_m / 2.0 + FENCE_BEYOND_M;
         let off_m = |right_m: f32| roads.border_m(self.point(right_m, -self.garden_m));
@@ -115,11 +115,11 @@ impl Plot {
     }
 
     /// Checks whether a drive of full length is free of roads and of other buildings.
-    fn has_free_drive(&self, roads: &RoadSurfaces, others: &[&Self]) -> bool {
+    fn has_free_drive(&self, roads: &RoadSurfaces, others: &[Self]) -> bool {
         [-self.garden_m, 0.0, DRIVE_M / 2.0, DRIVE_M].into_iter().all(|behind_m| {
             let Some(point) = self.drive_point(behind_m) else { return false };
             let is_off_road = behind_m <= 0.0 || roads.border_m(point) > DRIVE_FREE_M;
-            is_off_road && others.iter().all(|other| *other == self || other.distance_m(point) > DRIVE_FREE_M)
+            is_off_road && others.iter().all(|other| other == self || other.distance_m(point) > DRIVE_FREE_M)
         })
     }
 
@@ -137,27 +137,43 @@ impl Plot {
     }
 }
 
+/// Plots sorted into squares, each also into the eight around its own: one lookup finds all within [`SQUARE_M`] of a point.
+#[derive(Debug, Default)]
+pub(super) struct PlotSquares(BTreeMap<[i32; 2], Vec<Plot>>);
+
+impl PlotSquares {
+    fn square(point: Vec2) -> IVec2 {
+        (point / SQUARE_M).floor().as_ivec2()
+    }
+
+    /// Adds a plot by its middle.
+    pub fn add(&mut self, plot: Plot) {
+        let at = Self::square(plot.middle());
+        for (x, y) in (-1..=1).flat_map(|x| (-1..=1).map(move |y| (x, y))) {
+            self.0.entry([at.x + x, at.y + y]).or_default().push(plot);
+        }
+    }
+
+    /// Returns the plots with their middles in the square of a point and the eight around it.
+    pub fn near(&self, point: Vec2) -> &[Plot] {
+        self.0.get(&Self::square(point).to_array()).map_or(&[], Vec::as_slice)
+    }
+}
+
 /// Returns the plots along all streets of a town.
 pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Vec<Plot> {
     let streets: Vec<EdgeId> = net.edge_ids().filter(|edge| town.has_street(*edge)).collect();
     // Each street has its own random numbers, so that streets can be built up in parallel.
     let along: Vec<Vec<Plot>> = streets.par_iter().map(|edge| along_street(net, town, roads, *edge, seed)).collect();
-    let mut squares: BTreeMap<[i32; 2], Vec<Plot>> = BTreeMap::new();
+    let mut squares = PlotSquares::default();
     let mut plots = Vec::new();
     for plot in along.into_iter().flatten() {
-        let square = (plot.middle() / SQUARE_M).floor().as_ivec2();
-        let mut around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square.x + x, square.y + y]));
-        if !around.any(|key| squares.get(&key).is_some_and(|others| others.iter().any(|other| plot.overlaps(other)))) {
-            squares.entry(square.to_array()).or_default().push(plot);
+        if !squares.near(plot.middle()).iter().any(|other| plot.overlaps(other)) {
+            squares.add(plot);
             plots.push(plot);
         }
     }
-    let is_free = |plot: &Plot| {
-        let square = (plot.middle() / SQUARE_M).floor().as_ivec2();
-        let around = (-1..=1).flat_map(|x| (-1..=1).map(move |y| [square.x + x, square.y + y]));
-        let others: Vec<&Plot> = around.filter_map(|key| squares.get(&key)).flatten().collect();
-        plot.has_free_drive(roads, &others)
-    };
+    let is_free = |plot: &Plot| plot.has_free_drive(roads, squares.near(plot.middle()));
     let drive = |plot: Plot| Plot { drive: plot.drive.filter(|_| is_free(&plot)), ..plot };
     let plots: Vec<Plot> = plots.into_iter().map(drive).collect();
     // In a large town there are too many: only every `keep`-th building stays.
