@@ -8,7 +8,7 @@ mod picture;
 mod wheel;
 
 pub use finding::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
-pub use picture::{first_moment, frames_per_s};
+pub use picture::frames_per_s;
 
 use crate::scenario::Scenario;
 use serde_json::{Value, json};

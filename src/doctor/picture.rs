@@ -6,7 +6,7 @@ use crate::{
     render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, ViewOptions},
-    sim::{World, WorldError},
+    sim::World,
     traffic::EngineChoice,
 };
 use std::time::Duration;
@@ -40,7 +40,7 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     } else {
         Finding::ok("graphics", gpu.description())
     };
-    let times = match first_moment(scenario).map(|world| frames(&gpu, &world, size, scenario.display.quality)) {
+    let times = match World::without_sumo(scenario).map(|world| frames(&gpu, &world, size, scenario.display.quality)) {
         Ok(Ok(times_ms)) => judge(size, &times_ms),
         Ok(Err(error)) => Finding::from_message("frame time", FindingGrade::Fault, &error.to_string()),
         Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
@@ -102,15 +102,6 @@ pub fn frames_per_s(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<f64, Gpu
     };
     let times_ms = frames(gpu, world, size, level)?;
     Ok(1000.0 / times_ms[times_ms.len() / 2])
-}
-
-/// Returns the world at the beginning of a drive. The native engine cannot run a network; then the scenario's own engine is used.
-///
-/// # Errors
-/// The scenario cannot be driven.
-pub fn first_moment(scenario: &Scenario) -> Result<World, WorldError> {
-    let native = World::new(&Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() });
-    native.or_else(|_| World::new(scenario))
 }
 
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.

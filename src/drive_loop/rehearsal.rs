@@ -9,12 +9,13 @@ use crate::{
     record,
     scenario::Scenario,
     study::{
-        DataSet, FmsRating, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
-        UnbrokenTime,
+        DataSet, FmsRating, ItemOutcome, ParticipantCode, PlanItem, PlannedItem, PracticeGoals, PracticeObserver,
+        SessionError, SessionPlan, Study,
         dataset::{BASELINE, BASELINE_PART},
         fms::{self, FmsEvent, FmsScale},
         session::{ParticipantKind, Session, SessionLog, as_map},
         simulated::SimulatedParticipant,
+        skills::{SKILL, SKILLS_MISSING},
         stop_rule::SessionEnding,
     },
     time::Tick,
@@ -233,9 +234,7 @@ impl<'a> SimulatedSession<'a> {
                 let ending = self.study.ending(planned, &as_map(&answers));
                 Ok(self.session.end_answered(answers, ending.as_ref(), &recording_manifest::now())?)
             }
-            PlanItem::Drive { scenario, until_in_range_s, .. } => {
-                self.drive(planned, scenario, *until_in_range_s, &folder)
-            }
+            PlanItem::Drive { scenario, practice, .. } => self.drive(planned, scenario, practice, &folder),
         }
     }
 
@@ -244,7 +243,7 @@ impl<'a> SimulatedSession<'a> {
         &mut self,
         planned: &PlannedItem,
         scenario: &Scenario,
-        until_in_range_s: Option<f64>,
+        practice: &PracticeGoals,
         folder: &Path,
     ) -> Result<(), RunError> {
         let code = self.session.log().participant.clone();
@@ -254,7 +253,7 @@ impl<'a> SimulatedSession<'a> {
         let mut run = OfflineDrive::by(&driver, scenario, [0.0, f64::INFINITY])?;
         run.record_of(folder, "simulated participant".into(), Some(&code))?;
         let mut rater = self.rater(planned);
-        let (mut whole, ending) = drive(&mut run, until_in_range_s, rater.as_mut(), self.stop, &self.driven)?;
+        let (mut whole, ending) = drive(&mut run, practice, rater.as_mut(), self.stop, &self.driven)?;
         // SUMO allows one world at a time.
         drop(run);
         let ratings = rater.map_or(Vec::new(), |rater| rater.ratings);
@@ -363,7 +362,7 @@ pub fn baseline(
     let without = Scenario { policy: "none".into(), driver: "idm".into(), ..scenario.clone() };
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
-    let (driven, _) = drive(&mut run, None, None, stop, driven)?;
+    let (driven, _) = drive(&mut run, &PracticeGoals::default(), None, stop, driven)?;
     if driven {
         record::rename(&folder, &whole)?;
     }
@@ -374,28 +373,31 @@ pub fn baseline(
 /// any case.
 fn drive(
     run: &mut OfflineDrive,
-    until_in_range_s: Option<f64>,
+    practice: &PracticeGoals,
     mut rater: Option<&mut SimulatedRater<'_>>,
     stop: &AtomicBool,
     driven: &impl Fn(u64),
 ) -> Result<(bool, Option<SessionEnding>), RunError> {
     let step_s = run.world().scenario().step_s;
     let all = ticks(run.world().scenario());
-    let mut in_range = UnbrokenTime::default();
+    let mut observer = PracticeObserver::new(run.world().map());
     let (mut whole, mut ending) = (true, None);
     while run.world().ended().is_none() {
         let before = run.world().snapshot().tick.0;
         run.step()?;
         let snapshot = run.world().snapshot();
         driven(snapshot.tick.0 - before);
-        in_range.add(snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps)), step_s);
+        let before = observer.progress().shown;
+        observer.step(snapshot, run.world().map(), step_s);
+        let progress = observer.progress();
+        practice.shown_between(before, progress.shown).for_each(|skill| run.note(SKILL, skill.name()));
         ending = rater.as_mut().and_then(|rater| rater.step(run));
         if let Some(ending) = &ending {
             run.note("stopped", &ending.reason);
             break;
         }
-        if let Some(enough_s) = until_in_range_s.filter(|enough_s| in_range.has_reached(*enough_s)) {
-            run.note("criterion", &format!("{enough_s} s in the range without a break"));
+        if let Some(criterion) = practice.met(&progress) {
+            run.note("criterion", &criterion);
             driven(all.saturating_sub(run.world().snapshot().tick.0));
             break;
         }
@@ -404,6 +406,10 @@ fn drive(
             whole = false;
             break;
         }
+    }
+    let missing = practice.missing(observer.progress().shown);
+    if whole && ending.is_none() && !missing.is_empty() {
+        run.note(SKILLS_MISSING, &missing);
     }
     run.finish_recording()?;
     Ok((whole, ending))

@@ -15,7 +15,7 @@ use crate::{
     },
     scenario::Scenario,
     sim::World,
-    study::{FormInput, ParticipantCode, UnbrokenTime},
+    study::{FormInput, ParticipantCode, PracticeObserver, PracticeProgress},
     time::{DueTicks, Pace},
 };
 use std::{path::Path, time::Duration};
@@ -36,7 +36,7 @@ pub struct SessionResources {
     pub lab: LabDevices,
     navigation: WheelNavigation,
     code: ParticipantCode,
-    in_range: UnbrokenTime,
+    practice: PracticeObserver,
     /// Position of the brake pedal in the last frame before the drive begins, 0 to 1.
     brake: f64,
     /// True once the drive has begun, even while an unplugged wheel holds time.
@@ -62,7 +62,7 @@ impl SessionResources {
             lab: LabDevices::default(),
             navigation: WheelNavigation::default(),
             code: code.clone(),
-            in_range: UnbrokenTime::default(),
+            practice: PracticeObserver::default(),
             brake: 0.0,
             began: false,
             news: Vec::new(),
@@ -132,7 +132,7 @@ impl SessionResources {
         if !self.room_is_noted {
             self.note_room("begins");
         }
-        let Self { live, devices, lab, navigation, in_range, brake, began, news, contacts, .. } = self;
+        let Self { live, devices, lab, navigation, practice, brake, began, news, contacts, .. } = self;
         news.extend(lab.take_news());
         let Some(live) = live else {
             let Some(devices) = devices else { return Ok((DueTicks::default(), Vec::new())) };
@@ -141,8 +141,7 @@ impl SessionResources {
         let due = live.advance(elapsed, |world| {
             let (snapshot, scenario) = (world.snapshot(), world.scenario());
             if snapshot.tick.0.is_multiple_of(scenario.step_ticks()) {
-                let is_in_range = snapshot.advice.is_some_and(|advice| advice.accepts(snapshot.ego.speed_mps));
-                in_range.add(is_in_range, scenario.step_s);
+                practice.step(snapshot, world.map(), scenario.step_s);
             }
             contacts.extend(world.events().iter().filter_map(contacts::contact_text));
             watch(world);
@@ -156,9 +155,9 @@ impl SessionResources {
         Ok((due, live.take_pressed().into_iter().filter_map(WheelNavigation::pressed_driving).collect()))
     }
 
-    /// Returns the unbroken time in the range in the current drive, in whole steps.
-    pub fn in_range(&self) -> UnbrokenTime {
-        self.in_range
+    /// Returns the progress of the current drive, if it is for practice, in whole steps.
+    pub fn practice(&self) -> PracticeProgress {
+        self.practice.progress()
     }
 
     /// Takes the descriptions of contacts since the last call.
@@ -208,7 +207,8 @@ impl DriveBackend for WindowBackend<'_> {
         let Some(started) = starting.wait(PATIENCE) else { return Ok(false) };
         resources.starting = None;
         let mut live = LiveDrive::led_from(started?, resources.devices.take().unwrap_or_else(Devices::open));
-        (resources.in_range, resources.brake, resources.began) = (UnbrokenTime::default(), 0.0, false);
+        (resources.brake, resources.began) = (0.0, false);
+        resources.practice = PracticeObserver::new(live.drive.world.map());
         let view = live.view();
         let set = self.picture.set_static_scene(&live.picture.static_scene, &view, scenario.display.quality);
         live.open_sound();
@@ -283,7 +283,7 @@ impl DriveBackend for WindowBackend<'_> {
         BackendStatus {
             time_s: world.time_s(),
             duration_s: world.scenario().duration_s,
-            in_range: self.resources.in_range,
+            practice: self.resources.practice(),
             brake: self.resources.brake,
             speed_mps: world.snapshot().ego.speed_mps,
             unit: world.scenario().display.units,

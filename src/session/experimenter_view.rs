@@ -112,7 +112,7 @@ impl ExperimenterView {
         };
         let snapshot = live.map(|live| live.drive.world.snapshot());
         let items = live_session.items();
-        let sees = [Some(live_session.sees()), live_session.criterion(now), live_session.ratings()];
+        let sees = [Some(live_session.sees()), live_session.practice(now), live_session.ratings()];
         let sees = sees.into_iter().flatten().collect::<Vec<_>>().join(", ");
         let state = SessionPanelState {
             title: live_session.title(),

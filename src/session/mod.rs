@@ -16,6 +16,7 @@ mod command;
 pub mod drives;
 mod experimenter_view;
 mod overview;
+mod practice;
 mod rating;
 pub mod voice;
 pub mod wheel_navigation;
@@ -25,8 +26,8 @@ use crate::{
     drive_loop::RunError,
     scenario::Scenario,
     study::{
-        FormInput, ItemOutcome, PlanItem, PlannedItem, QuestionnaireForm, Session, SessionError, Study, UnbrokenTime,
-        fms::FmsScale, session::as_map, stop_rule::SessionEnding,
+        FormInput, ItemOutcome, PlanItem, PlannedItem, PracticeProgress, QuestionnaireForm, Session, SessionError,
+        Study, fms::FmsScale, session::as_map, skills::ShownSkills, stop_rule::SessionEnding,
     },
     units::SpeedUnit,
 };
@@ -81,8 +82,8 @@ pub struct BackendStatus {
     pub time_s: f64,
     /// Planned duration of the drive, s.
     pub duration_s: f64,
-    /// Unbroken time of the speed in the range.
-    pub in_range: UnbrokenTime,
+    /// Progress of the drive, if it is for practice.
+    pub practice: PracticeProgress,
     /// Position of the brake pedal before the drive begins, 0 to 1.
     pub brake: f64,
     /// Signed speed of the ego, m/s.
@@ -134,6 +135,10 @@ pub struct LiveSession {
     asked: bool,
     /// Sickness scale of the running drive, if its segment asks it.
     fms: Option<FmsScale>,
+    /// Skills of the running drive that the log has.
+    noted_skills: ShownSkills,
+    /// Skills that the last drive asked for and that were not shown, by name; empty if there are none.
+    missing_skills: String,
     voice: voice::SessionVoice,
     /// True while the countdown waits for the brake pedal.
     lacks_brake: bool,
@@ -160,6 +165,8 @@ impl LiveSession {
             folder: PathBuf::new(),
             asked: false,
             fms: None,
+            noted_skills: ShownSkills::default(),
+            missing_skills: String::new(),
             voice: voice::SessionVoice::default(),
             lacks_brake: false,
             error: None,
@@ -231,6 +238,7 @@ impl LiveSession {
                 if *left_s <= 0.0 {
                     match backend.begin(&self.folder) {
                         Ok(()) => {
+                            self.begin_practice();
                             self.begin_ratings();
                             self.enter(SessionState::Driving);
                         }
@@ -255,29 +263,6 @@ impl LiveSession {
             _ => false,
         };
         is_asked_for && matches!(self.at, SessionState::Countdown(_, false)) && now.brake < BRAKE_HELD
-    }
-
-    /// Ends the drive if its criterion is met or its time is over.
-    fn watch(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
-        let now = backend.now();
-        let criterion_s = self.criterion_s().filter(|enough_s| now.in_range.has_reached(*enough_s));
-        if let Some(enough_s) = criterion_s {
-            backend.note("criterion", &format!("{enough_s} s in the range without a break"));
-        }
-        if criterion_s.is_none() && !now.ended {
-            return Ok(());
-        }
-        match backend.end() {
-            Ok(()) => {
-                self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
-                self.enter(SessionState::Over);
-                Ok(())
-            }
-            Err(error) => {
-                self.fail(&error, backend);
-                Ok(())
-            }
-        }
     }
 
     /// Ends a drive because of an error; it comes again on the experimenter's command. If the disk is full, the log stays complete in
@@ -430,13 +415,6 @@ impl LiveSession {
     fn running(&self) -> Option<&PlannedItem> {
         let name = &self.session.log().running.as_ref()?.item;
         self.session.plan().items.iter().find(|planned| planned.name == *name)
-    }
-
-    fn criterion_s(&self) -> Option<f64> {
-        match &self.running()?.item {
-            PlanItem::Drive { until_in_range_s, .. } => *until_in_range_s,
-            _ => None,
-        }
     }
 
     fn ask_to_stop(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {

@@ -128,13 +128,6 @@ impl LiveSession {
         }
     }
 
-    /// Describes the progress of a practice drive towards its criterion; `None` if there is none.
-    pub fn criterion(&self, now: BackendStatus) -> Option<String> {
-        let enough_s = self.criterion_s().filter(|_| matches!(self.at, SessionState::Driving))?;
-        let [at_s, best_s] = [now.in_range.now_s(), now.in_range.longest_s()];
-        Some(format!("in the range without a break for {at_s:.1} s of {enough_s} s, at best {best_s:.1} s"))
-    }
-
     /// Returns the phase of the session, which says what it waits for.
     pub fn phase(&self, now: BackendStatus) -> SessionPhase {
         match &self.at {

@@ -30,6 +30,7 @@ use crate::{
         theme,
     },
     record,
+    sim::World,
     study::{
         Completion, DataSet, FormInput, ParticipantCode, PlanItem, Session, SessionError, Study, lock,
         session::{self, ParticipantKind, SessionLog},
@@ -141,13 +142,12 @@ fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow
         _ => None,
     });
     let Some(scenario) = first_drive.filter(|_| asked > 0.0) else { return Ok(()) };
-    let size = picture.size();
-    let frames_per_s = doctor::frames_per_s(picture.gpu(), &doctor::first_moment(&scenario)?, size)?;
+    let [width, height] = picture.size();
+    let frames_per_s = doctor::frames_per_s(picture.gpu(), &World::without_sumo(&scenario)?, [width, height])?;
     session.set_frames_per_s(frames_per_s)?;
     if frames_per_s >= asked {
         return Ok(());
     }
-    let [width, height] = size;
     Err(SessionError::Refused(format!(
         "this computer draws {frames_per_s:.1} frames a second at {width}x{height}; the study asks for {asked} \
          (least_frames_per_s)\n  remedy: a computer with a faster graphics card, a smaller window (--size), or quality = \

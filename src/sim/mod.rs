@@ -12,6 +12,6 @@ pub use error::WorldError;
 pub use event::{EndReason, Event, EventKind};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{
-    Agent, AgentDrivers, CostlyInputs, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings, WAVE_STANDS_S, World,
-    policy_of, policy_settings, road_kind,
+    Agent, AgentDrivers, CheckedDrive, CostlyInputs, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings,
+    WAVE_STANDS_S, World, policy_of, policy_settings, road_kind,
 };

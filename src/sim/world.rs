@@ -9,6 +9,7 @@
 mod advice;
 mod advised_selection;
 mod agent;
+mod checked_drive;
 mod contacts;
 mod derived_state;
 mod driving_order;
@@ -31,6 +32,7 @@ mod vehicles_across;
 
 pub use advice::{CostlyInputs, ExpectedSpeeds, policy_of, policy_settings, road_kind};
 pub use agent::Agent;
+pub use checked_drive::CheckedDrive;
 pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;

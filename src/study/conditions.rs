@@ -13,7 +13,7 @@ use crate::{
     policy::ResolvedPolicy,
     scenario::{self, Scenario},
     settings::{self, Field},
-    sim::World,
+    sim::CheckedDrive,
     toml_text::{self, KeyPart},
 };
 use serde_json::Value;
@@ -55,6 +55,8 @@ pub(super) struct ExpectedDrives {
     pub top_mps: f64,
     /// Resolved policies, by the names of map and policy.
     pub policies: BTreeMap<[String; 2], ResolvedPolicy>,
+    /// Drives of roads on which vehicles enter and leave, with the path and the traffic of the road itself, by the names of map and path.
+    pub networks: BTreeMap<[String; 2], Scenario>,
     /// Kinds of the conditions, by their names.
     pub kinds: BTreeMap<String, ConditionKind>,
     /// Files that the drives read.
@@ -62,7 +64,7 @@ pub(super) struct ExpectedDrives {
 }
 
 impl Study {
-    /// Checks that every drive of every condition can start, by starting each once on the native traffic engine.
+    /// Checks that every drive of every condition can start, by starting each as far as it takes no time.
     pub(super) fn check_drives(&self, name: &str) -> Result<ExpectedDrives, StudyError> {
         let mut expected = ExpectedDrives::default();
         for (i, segment) in self.file.segment.iter().enumerate() {
@@ -75,21 +77,26 @@ impl Study {
             };
             for condition in conditions {
                 let begun = self.drive(i, *condition).and_then(|scenario| {
-                    let world = self.begin(i, *condition, &scenario)?;
-                    let resolved = Scenario { policy: world.policy().name.clone(), ..scenario.clone() };
+                    let checked = self.checked(i, *condition, &scenario)?;
+                    self.check_skills(i, &checked)?;
+                    let resolved = Scenario { policy: checked.policy.name.clone(), ..scenario.clone() };
                     let wrong = |why: MapError| self.wrong(i, *condition, &["map"], why.to_string());
                     expected.files.extend(resolved.files().map_err(wrong)?.into_iter().flat_map(|(_, files)| files));
-                    Ok((scenario, world))
+                    Ok((scenario, checked))
                 });
-                let (Scenario { map, policy, .. }, world) = begun.map_err(|wrong| wrong.located(&self.source, name))?;
+                let (Scenario { map, path, policy, .. }, checked) =
+                    begun.map_err(|wrong| wrong.located(&self.source, name))?;
                 if segment.kind == SegmentKind::Trials {
-                    expected.top_mps = expected.top_mps.max(dial::top_mps(&world.expected_speeds()));
+                    expected.top_mps = expected.top_mps.max(dial::top_mps(&checked.expected_speeds));
                 }
                 if let (SegmentKind::Trials, Some(condition)) = (segment.kind, condition) {
                     let known = expected.kinds.entry(condition.name.clone()).or_default();
-                    *known = known.and(ConditionKind::of(&world.policy().name, world.scenario()));
+                    *known = known.and(ConditionKind::of(&checked.policy.name, checked.drive.scenario()));
                 }
-                expected.policies.insert([map, policy], world.policy().clone());
+                if checked.drive.is_open() {
+                    expected.networks.insert([map.clone(), path], checked.drive.scenario().clone());
+                }
+                expected.policies.insert([map, policy], checked.policy);
             }
         }
         Ok(expected)
@@ -114,20 +121,27 @@ impl Study {
         Ok(scenario)
     }
 
-    /// Starts a drive to test that it can.
-    fn begin(&self, segment: usize, condition: Option<&Condition>, scenario: &Scenario) -> Result<World, WrongSetting> {
+    /// Checks that a drive can show each skill of its segment.
+    fn check_skills(&self, segment: usize, checked: &CheckedDrive) -> Result<(), WrongSetting> {
+        let (map, gives_advice) = (checked.drive.map(), checked.policy.gives_advice());
+        let mut skills = self.file.segment[segment].skills.iter().enumerate();
+        let lacking = skills.find_map(|(i, skill)| Some((i, skill, skill.lacks(map, gives_advice)?)));
+        lacking.map_or(Ok(()), |(i, skill, why)| {
+            let message = format!("the drive cannot show the skill \"{}\": {why}", skill.name());
+            Err(WrongSetting { key: format!("segment.{segment}.skills.{i}"), part: KeyPart::Value, message })
+        })
+    }
+
+    /// Checks that a drive can start.
+    fn checked(
+        &self,
+        segment: usize,
+        condition: Option<&Condition>,
+        scenario: &Scenario,
+    ) -> Result<CheckedDrive, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
-        // Leaves out settings that take long and cannot fail if the others are valid.
-        let quiet = Scenario {
-            traffic: scenario.traffic.without_sumo(),
-            warm_up_s: 0.0,
-            wave_sd_mps: 0.0,
-            standing_start: false,
-            sham_advice: false,
-            ..scenario.clone()
-        };
-        World::new(&quiet).map_err(|error| wrong(error.settings(), error.to_string()))
+        CheckedDrive::new(scenario).map_err(|error| wrong(error.settings(), error.to_string()))
     }
 
     /// Returns an error about one of these settings, located where it was last set.

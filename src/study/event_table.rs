@@ -2,7 +2,10 @@
 //! (Hierarchical Event Descriptors, schema 8.4.0). In: a recording. Out: rows; the sidecar at the top of a data set, which all tables of
 //! events inherit.
 
-use super::bids::{TsvColumn, TsvTable, number};
+use super::{
+    bids::{TsvColumn, TsvTable, number},
+    skills,
+};
 use crate::record::{RecordError, Table as Recorded, TableReader};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -14,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 38] = [
+const WORDS: [[&str; 3]; 40] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -84,6 +87,8 @@ const WORDS: [[&str; 3]; 38] = [
     ["mark", "a mark by the experimenter or the participant", "Experiment-control, Label/Mark"],
     ["note", "a note by the experimenter", "Experiment-control, Experimental-note, Label/Note"],
     ["criterion", "the criterion of a practice drive is met", "Experiment-structure, Label/Criterion-met"],
+    [skills::SKILL, "the participant showed a skill in a practice drive", "Experiment-structure, Label/Skill-shown"],
+    [skills::SKILLS_MISSING, "skills that a practice drive did not show", "Experiment-structure, Label/Skills-missing"],
     [
         "asked",
         "the participant asked to stop",

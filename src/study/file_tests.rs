@@ -77,7 +77,11 @@ fn keys_left_out_have_their_documented_defaults() {
 #[test]
 fn every_kind_of_segment_has_its_own_keys() {
     for (kind, name, allowed) in [
-        ("drive", "practice", vec!["set = { hold_s = 5.0 }", "until_in_range_s = 9.0", "text = \"x\""]),
+        (
+            "drive",
+            "practice",
+            vec!["set = { hold_s = 5.0 }", "until_in_range_s = 9.0", "skills = [\"start\"]", "text = \"x\""],
+        ),
         ("break", "pause", vec!["text = \"x\""]),
         ("text", "hello", vec![]),
         ("questions", "tlx", vec!["text = \"x\""]),
@@ -85,6 +89,7 @@ fn every_kind_of_segment_has_its_own_keys() {
         let all = [
             ("set = { hold_s = 5.0 }", "set"),
             ("until_in_range_s = 9.0", "until_in_range_s"),
+            ("skills = [\"start\"]", "skills"),
             ("rest_s = 9.0", "rest_s"),
             ("questionnaire = \"raw-tlx\"", "questionnaire"),
             ("text = \"x\"", "text"),

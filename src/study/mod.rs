@@ -8,7 +8,7 @@
 //! * [`fms`]: the fast motion sickness scale, asked while driving.
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * `reckoning`: expected durations of pages and questionnaires.
-//! * [`practice`]: the criterion that ends a practice drive.
+//! * [`practice`]: the progress of a practice drive. [`skills`]: its skills and their criteria.
 //! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. [`scores`]: scores computed from answers.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: the code that names a participant in files.
@@ -65,6 +65,7 @@ pub mod session_log;
 #[cfg(test)]
 mod session_tests;
 pub mod simulated;
+pub mod skills;
 mod source;
 pub mod spoken;
 pub mod stop_rule;
@@ -76,7 +77,7 @@ pub use file::Study;
 pub use fms::{FmsPrompt, FmsRating};
 pub use participant_code::ParticipantCode;
 pub use plan::{PlanItem, PlannedItem, SessionPlan};
-pub use practice::UnbrokenTime;
+pub use practice::{PracticeGoals, PracticeObserver, PracticeProgress};
 pub use questionnaire_form::{FormInput, QuestionnaireForm};
 pub use questions::Questionnaire;
 pub use session::Session;

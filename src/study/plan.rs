@@ -4,6 +4,7 @@
 use super::{
     Study,
     conditions::{Condition, conditions},
+    practice::PracticeGoals,
     reckoning,
     segment::{SegmentKind, StudySegment, short_name},
 };
@@ -23,8 +24,8 @@ pub enum PlanItem {
         policy: ResolvedPolicy,
         /// Level of each factor; empty for a drive that is the same for every participant.
         levels: BTreeMap<String, String>,
-        /// Time in s that the speed must stay in the range without a break; the drive then ends early.
-        until_in_range_s: Option<f64>,
+        /// Goals of a drive for practice.
+        practice: PracticeGoals,
     },
     /// Questionnaire, by its name in the study file.
     Questions(String),
@@ -259,11 +260,24 @@ impl SegmentPlanner<'_> {
         let scenario = self.study.drive(self.number, condition).expect("checked when the study was read");
         let scenario = if condition.is_some() { self.study.with_dial(scenario) } else { scenario };
         let names = [scenario.map.clone(), scenario.policy.clone()];
+        let scenario = self.with_own_traffic(scenario);
         PlanItem::Drive {
             policy: self.study.expected.policies[&names].clone(),
             scenario: Box::new(Scenario { seed: seeds.next().unwrap_or_default(), ..scenario }),
             levels: condition.map(|c| c.levels.clone()).unwrap_or_default(),
-            until_in_range_s: self.segment.until_in_range_s,
+            practice: PracticeGoals {
+                until_in_range_s: self.segment.until_in_range_s,
+                skills: self.segment.skills.clone(),
+            },
+        }
+    }
+
+    /// Returns a scenario with the path and the traffic that its road itself has, as recordings have it.
+    fn with_own_traffic(&self, scenario: Scenario) -> Scenario {
+        match self.study.expected.networks.get(&[scenario.map.clone(), scenario.path.clone()]) {
+            Some(checked) if scenario.has_path_or_demand() => Scenario { path: checked.path.clone(), ..scenario },
+            Some(checked) => Scenario { path: checked.path.clone(), demand: checked.demand.clone(), ..scenario },
+            None => scenario,
         }
     }
 
@@ -299,15 +313,21 @@ impl std::fmt::Display for PlanItem {
             Self::Text(_) => f.write_str("a page to read"),
             Self::Questions(word) => write!(f, "questions: {word}"),
             Self::Break(seconds) => write!(f, "rest, {seconds} s"),
-            Self::Drive { scenario, policy, until_in_range_s, .. } => {
-                let sooner =
-                    until_in_range_s.map_or(String::new(), |s| format!(", or until {s} s in range without a break"));
+            Self::Drive { scenario, policy, practice, .. } => {
+                let vehicles = if scenario.has_path_or_demand() {
+                    String::new()
+                } else {
+                    format!(", {} vehicles", scenario.vehicles)
+                };
+                let sooner = practice.until_in_range_s;
+                let sooner = sooner.map_or(String::new(), |s| format!(", or until {s} s in range without a break"));
+                let skills: Vec<&str> = practice.skills.iter().map(|skill| skill.name()).collect();
+                let shown = if skills.is_empty() { String::new() } else { format!(", skills: {}", skills.join(" ")) };
                 write!(
                     f,
-                    "{} s on {}, {} vehicles{}, {}{sooner}",
+                    "{} s on {}{vehicles}{}, {}{sooner}{shown}",
                     scenario.duration_s,
                     scenario.map,
-                    scenario.vehicles,
                     drivers_text(scenario),
                     advice_text(scenario, policy)
                 )

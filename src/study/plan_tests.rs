@@ -78,8 +78,8 @@ fn the_text_of_trials_is_shown_only_before_the_first() {
     let runs: Vec<(Option<usize>, Option<&str>)> =
         plan.items.iter().map(|planned| (planned.run, planned.condition.as_deref())).collect();
     assert_eq!(runs, [(None, None), (None, None), (Some(1), Some("a")), (None, None), (Some(2), Some("b"))]);
-    let PlanItem::Drive { until_in_range_s, levels, .. } = &plan.items[0].item else { panic!("a drive") };
-    assert!(*until_in_range_s == Some(20.0) && levels.is_empty());
+    let PlanItem::Drive { practice, levels, .. } = &plan.items[0].item else { panic!("a drive") };
+    assert!(practice.until_in_range_s == Some(20.0) && levels.is_empty());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! One segment of a study file. In: TOML tables. Out: a [`StudySegment`] with keys that fit its kind and values within their limits, or
 //! the key at fault and a message. The questionnaires and drives that it names are checked elsewhere (`file`, `conditions`).
 
-use super::spoken::SpokenFiles;
+use super::{skills::Skill, spoken::SpokenFiles};
 use crate::scenario::Scenario;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -63,6 +63,9 @@ pub struct StudySegment {
     /// Time in s that the speed must stay in the range without a break; the drive then ends early (drive).
     #[schemars(range(min = 1.0, max = 3600.0))]
     pub until_in_range_s: Option<f64>,
+    /// Skills that the participant shows in the drive (drive). The experimenter sees which are missing, and the data has the time of each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub skills: Vec<Skill>,
     /// Rest between two trials (trials), or length of the break (break), s.
     #[schemars(range(min = 0.0, max = 3600.0))]
     pub rest_s: Option<f64>,
@@ -134,6 +137,7 @@ impl StudySegment {
         let rules = [
             ("set", !self.set.is_empty(), drives, false),
             ("until_in_range_s", self.until_in_range_s.is_some(), self.kind == SegmentKind::Drive, false),
+            ("skills", !self.skills.is_empty(), self.kind == SegmentKind::Drive, false),
             (
                 "rest_s",
                 self.rest_s.is_some(),
@@ -176,6 +180,10 @@ impl StudySegment {
                 let value = value.unwrap_or_default();
                 return Err((key.into(), format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
             }
+        }
+        let twice = self.skills.iter().enumerate().find(|(i, skill)| self.skills[..*i].contains(skill));
+        if let Some((i, skill)) = twice {
+            return Err((format!("skills.{i}"), format!("the skill \"{}\" occurs twice", skill.name())));
         }
         let mut names: Vec<String> = Vec::new();
         for (key, word) in self.asked_after() {

@@ -128,6 +128,10 @@ fn time_in_range_equals_that_of_the_recorded_speeds_and_advice() {
         .collect();
     let longest = inside.split(|is_inside| !is_inside).map(<[bool]>::len).max().unwrap();
     let recorded_s = longest as f64 * 0.1;
-    assert!((kit.in_range().longest_s() - recorded_s).abs() < 1e-6, "{:?} {recorded_s}", kit.in_range());
+    assert!(
+        (kit.practice().in_range.longest_s() - recorded_s).abs() < 1e-6,
+        "{:?} {recorded_s}",
+        kit.practice().in_range
+    );
     assert!((1.0..7.5).contains(&recorded_s), "{recorded_s}: the car is in it and out of it");
 }

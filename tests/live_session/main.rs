@@ -5,6 +5,7 @@ mod drive;
 mod force;
 mod overview;
 mod people;
+mod practice;
 mod rating;
 mod rig;
 mod standing_start;
@@ -58,13 +59,13 @@ fn a_session_runs_from_welcome_to_thanks_with_every_step_on_the_disk() {
     // The practice ends by its criterion, before its 30 s.
     rig.pass(3.0);
     // 1.9 s in the range, a step out of it, and another 1.9 s are not 2 s without a break.
-    (0..39).for_each(|k| rig.road.now.in_range.add(k != 19, 0.1));
+    (0..39).for_each(|k| rig.road.now.practice.in_range.add(k != 19, 0.1));
     rig.pass(0.1);
     assert_eq!(rig.sees(), "drive practice");
     let now = rig.road.now;
-    let message = rig.live_session().criterion(now);
+    let message = rig.live_session().practice(now);
     assert_eq!(message.as_deref(), Some("in the range without a break for 1.9 s of 2 s, at best 1.9 s"));
-    rig.road.now.in_range.add(true, 0.1);
+    rig.road.now.practice.in_range.add(true, 0.1);
     rig.pass(0.1);
     assert_eq!((rig.sees().as_str(), rig.running().as_str()), ("the drive is over", "nothing"));
     assert_eq!(rig.road.notes, ["criterion: 2 s in the range without a break"]);
@@ -343,7 +344,7 @@ fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
         ("countdown to practice", |rig| rig.pass(0.5)),
         ("rest rest", |rig| {
             rig.pass(4.0);
-            (0..20).for_each(|_| rig.road.now.in_range.add(true, 0.1));
+            (0..20).for_each(|_| rig.road.now.practice.in_range.add(true, 0.1));
             rig.pass(0.1);
             rig.next();
         }),

@@ -13,7 +13,8 @@ use codrive::{
 };
 use std::{fs, path::Path, path::PathBuf, time::Duration};
 
-const STUDY: &str = r##"title = "Short"
+/// Study of the sessions.
+pub const STUDY: &str = r##"title = "Short"
 participants = 2
 seed = 7
 order = "fixed"

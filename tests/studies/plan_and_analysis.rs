@@ -19,8 +19,11 @@ fn short(name: &str) -> String {
         ];
         match set.iter().find(|(key, _)| line.starts_with(key)) {
             Some((key, value)) => format!("{key}{value}"),
-            // Duration of the practice, which is one of several settings on its line.
-            None => line.replace("duration_s = 420.0", "duration_s = 4.0"),
+            // The practice has its settings on one line. Only SUMO drives a town.
+            None => line.replace(
+                "duration_s = 420.0, warm_up_s = 120.0",
+                "traffic = \"sumo\", duration_s = 4.0, warm_up_s = 0.0",
+            ),
         }
     };
     // No symptom score ends a session.

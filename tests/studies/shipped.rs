@@ -26,7 +26,7 @@ fn the_short_study_follows_the_paper_in_thirty_minutes_and_its_rests() {
     assert_eq!(drives.iter().map(|d| d.1.duration_s).collect::<Vec<_>>(), [420.0, 300.0, 300.0, 300.0]);
     assert_eq!(
         drives.iter().map(|d| d.1.map.as_str()).collect::<Vec<_>>(),
-        ["practice", "ring-250", "ring-250", "ring-250"]
+        ["town", "ring-250", "ring-250", "ring-250"]
     );
     for index in 0..6 {
         // HC22 does not say how long its short breaks are. Two minutes between the trials come on top of the thirty.

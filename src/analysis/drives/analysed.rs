@@ -89,12 +89,16 @@ pub fn analyse(
     Ok(drives)
 }
 
-/// Returns the pedal noise of each participant in practice: of the first drive without a condition that has enough idle time.
-/// Participants without such a drive are not in the map.
+/// Returns the pedal noise of each participant in practice: of the first drive without a condition that has enough idle time. On a network
+/// pedals move for bends, signals and others' right of way, so that such a drive says nothing about idle pedals. Participants without a
+/// practice are not in the map.
 fn practice(found: &[FoundRecording]) -> Result<BTreeMap<&str, PedalNoise>, AnalysisError> {
     let drives = found.iter().filter(|drive| !drive.participant.is_empty() && drive.condition.is_empty());
     let drives: Vec<&FoundRecording> = drives.collect();
-    let noise = |drive: &&FoundRecording| Ok(DriveOnsets::of(&RecordedTrial::open(&drive.recording)?)?.noise);
+    let noise = |drive: &&FoundRecording| {
+        let trial = RecordedTrial::open(&drive.recording)?;
+        if trial.setup.roads().networks { Ok(PedalNoise::default()) } else { Ok(DriveOnsets::of(&trial)?.noise) }
+    };
     let noises: Vec<PedalNoise> = drives.par_iter().map(noise).collect::<Result<_, AnalysisError>>()?;
     let mut list = BTreeMap::new();
     for (drive, noise) in drives.into_iter().zip(noises) {

@@ -61,6 +61,11 @@ impl PathGuidance {
         Self(found.collect())
     }
 
+    /// Returns all manoeuvres, in driving order.
+    pub fn manoeuvres(&self) -> impl Iterator<Item = Manoeuvre> {
+        self.0.iter().map(|(_, _, manoeuvre)| *manoeuvre)
+    }
+
     /// Returns the manoeuvre under way, else the next one after a position of the route.
     pub fn next(&self, map: &RoadMap, s_m: f64) -> Option<NextManoeuvre> {
         let ahead = self.0.iter().filter_map(|(at_s_m, length_m, manoeuvre)| {

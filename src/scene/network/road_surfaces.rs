@@ -20,6 +20,10 @@ const SHAPED_M: f32 = 90.0;
 /// Half-width of the cutting around a road below another, from the lower road's edge, metres. The ground there is as low as that road and
 /// rises by 45 degrees beyond. The cutting is wider than a cell of the land, so that no land covers the lower road.
 const CUTTING_M: f32 = 5.7;
+/// Distance in cells from which the members of a cell count as one in the ground's height.
+const TOGETHER_RINGS: i32 = 3;
+/// Sum of the weights of near segments above which those of the sample points, 1e-7 in all at most, are left out.
+const ENOUGH_WEIGHT: f32 = 1e-4;
 /// Range of depths below the mean ground over which a road's cutting sets in, metres. Slopes of the same road cause smaller depths.
 const BELOW_M: [f32; 2] = [1.0, 2.0];
 
@@ -35,12 +39,33 @@ struct SurfaceSegment {
 }
 
 impl SurfaceSegment {
-    /// Returns the horizontal distance of a point from the segment's edge, negative inside, and the height of the segment's nearest point.
+    /// Returns the squared horizontal distance of a point from the segment's line, m², and the height of the line's nearest point.
     fn beside(&self, point: Vec2) -> (f32, f32) {
         let (from, along) = (self.from.truncate(), (self.to - self.from).truncate());
         let share = ((point - from).dot(along) / along.length_squared().max(1e-9)).clamp(0.0, 1.0);
-        let off_m = point.distance(from + along * share) - self.half_width_m;
-        (off_m, self.from.z + (self.to.z - self.from.z) * share)
+        (point.distance_squared(from + along * share), self.from.z + (self.to.z - self.from.z) * share)
+    }
+}
+
+/// Mean of the segments in a cell of the grid.
+#[derive(Clone, Copy, Debug, Default)]
+struct CellMean {
+    middle: Vec3,
+    half_width_m: f32,
+    /// Number of its members that are segments.
+    count: f32,
+}
+
+impl CellMean {
+    fn of(segments: impl Iterator<Item = SurfaceSegment>) -> Self {
+        let mut sum = Self::default();
+        for segment in segments {
+            sum.middle += (segment.from + segment.to) / 2.0;
+            sum.half_width_m += segment.half_width_m;
+            sum.count += 1.0;
+        }
+        let count = sum.count.max(1.0);
+        Self { middle: sum.middle / count, half_width_m: sum.half_width_m / count, count: sum.count }
     }
 }
 
@@ -90,6 +115,8 @@ pub(in crate::scene) struct RoadSurfaces {
     starts: Vec<u32>,
     /// Members of all cells: indices of segments, and of areas plus the number of segments.
     members: Vec<u32>,
+    /// Segments of each cell as one.
+    means: Vec<CellMean>,
     /// Sample points of roads, at most one in each square of a lattice.
     coarse: Vec<Vec3>,
     /// Common height of all roads, metres; `None` if heights differ by 1 cm or more.
@@ -135,10 +162,15 @@ impl RoadSurfaces {
         for cell in 1..starts.len() {
             starts[cell] += starts[cell - 1];
         }
-        let members = of_cell.into_iter().map(|(_, member)| member).collect();
+        let members: Vec<u32> = of_cell.into_iter().map(|(_, member)| member).collect();
+        let segments = |cell: usize| {
+            let members = &members[starts[cell] as usize..starts[cell + 1] as usize];
+            members.iter().filter_map(|member| pieces.get(*member as usize)).copied()
+        };
+        let means = (0..starts.len() - 1).map(|cell| CellMean::of(segments(cell))).collect();
         let coarse = coarse(&pieces);
         let (centre, radius_m) = circle(&pieces);
-        Self { pieces, areas, centre, radius_m, low, cell_m, columns, rows, starts, members, coarse, level_m }
+        Self { pieces, areas, centre, radius_m, low, cell_m, columns, rows, starts, members, means, coarse, level_m }
     }
 
     /// Returns the centre of the bounding box of all roads, m.
@@ -171,19 +203,24 @@ impl RoadSurfaces {
         let mut best_m = f32::INFINITY;
         // Beyond the circle around all surfaces, none is within NEAR_M: most of the land.
         let may_be_near = point.distance(self.centre) <= self.radius_m + NEAR_M;
-        let rings = if may_be_near { (NEAR_M / self.cell_m).ceil() as i32 } else { -1 };
+        let rings = if may_be_near { self.rings(NEAR_M) } else { -1 };
         for ring in 0..=rings {
             // No member of this ring can be nearer than the best one so far.
             if best_m <= (ring - 1).max(0) as f32 * self.cell_m {
                 break;
             }
-            for member in self.ring(point, ring) {
-                let distance_m = match self.pieces.get(member) {
-                    Some(piece) => piece.beside(point).0,
-                    None if contains(&self.areas[member - self.pieces.len()], point) => 0.0,
-                    None => f32::INFINITY,
-                };
-                best_m = best_m.min(distance_m);
+            for member in self.ring(point, ring).flat_map(|cell| self.members_of(cell)) {
+                match self.pieces.get(member) {
+                    Some(piece) => {
+                        // A root for the nearest ones only.
+                        let (squared_m2, beyond_m) = (piece.beside(point).0, best_m + piece.half_width_m);
+                        if squared_m2 < beyond_m * beyond_m {
+                            best_m = squared_m2.sqrt() - piece.half_width_m;
+                        }
+                    }
+                    None if contains(&self.areas[member - self.pieces.len()], point) => best_m = best_m.min(0.0),
+                    None => {}
+                }
             }
             if best_m <= 0.0 {
                 return 0.0;
@@ -207,33 +244,44 @@ impl RoadSurfaces {
         if let Some(level_m) = self.level_m {
             return level_m;
         }
-        let (mut sum, mut weights, mut lowest_m) = (0.0, 0.0, f32::INFINITY);
-        let mut add = |weight: f32, z_m: f32| {
-            sum += weight * z_m;
-            weights += weight;
+        // Sum of weighted heights, and sum of weights.
+        let (mut sums, mut lowest_m) = (Vec2::ZERO, f32::INFINITY);
+        let weighted = |weight: f32, z_m: f32| weight * Vec2::new(z_m, 1.0);
+        // Shepard's inverse distance weights, falling to 0 at `SHAPED_M`.
+        let shepard = |off_m: f32| {
+            let near = off_m.clamp(0.0, SHAPED_M) + 0.3;
+            ((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4)
         };
-        // The sample points have small weights: they dominate from about 50 m from the nearest road.
-        let share = 3e-5 / self.coarse.len() as f32;
-        for far in &self.coarse {
-            add(share / (1.0 + far.truncate().distance_squared(point)), far.z);
-        }
-        for ring in 0..=(SHAPED_M / self.cell_m).ceil() as i32 {
-            for piece in self.ring(point, ring).filter_map(|member| self.pieces.get(member)) {
-                let (off_m, z_m) = piece.beside(point);
-                if off_m < SHAPED_M {
-                    // Shepard's inverse distance weights, falling to 0 at `SHAPED_M`.
-                    let near = off_m.max(0.0) + 0.3;
-                    add(((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4), z_m);
-                    lowest_m = lowest_m.min(z_m + (off_m - CUTTING_M).max(0.0));
-                }
+        for cell in (0..TOGETHER_RINGS).flat_map(|ring| self.ring(point, ring)) {
+            for piece in self.members_of(cell).filter_map(|member| self.pieces.get(member)) {
+                let (squared_m2, z_m) = piece.beside(point);
+                let off_m = squared_m2.sqrt() - piece.half_width_m;
+                sums += weighted(shepard(off_m), z_m);
+                lowest_m = lowest_m.min(z_m + (off_m - CUTTING_M).max(0.0));
             }
         }
-        let mean_m = if weights > 0.0 { sum / weights } else { 0.0 };
+        for cell in (TOGETHER_RINGS..=self.rings(SHAPED_M)).flat_map(|ring| self.ring(point, ring)) {
+            let CellMean { middle, half_width_m, count } = self.means[cell];
+            sums += weighted(count * shepard(middle.truncate().distance(point) - half_width_m), middle.z);
+        }
+        if sums.y < ENOUGH_WEIGHT {
+            // The sample points have small weights: they dominate from about 50 m from the nearest road.
+            let share = 3e-5 / self.coarse.len() as f32;
+            for far in &self.coarse {
+                sums += weighted(share / (1.0 + far.truncate().distance_squared(point)), far.z);
+            }
+        }
+        let mean_m = if sums.y > 0.0 { sums.x / sums.y } else { 0.0 };
         let above_m = (mean_m - lowest_m).max(0.0);
         mean_m - above_m * smoothstep(BELOW_M[0], BELOW_M[1], above_m)
     }
 
-    /// Returns the members of the grid's cells in the square ring `ring` cells away from the point's cell. A member may occur repeatedly.
+    /// Returns the number of rings of cells around a point's cell within which all members up to a distance, m, lie.
+    fn rings(&self, within_m: f32) -> i32 {
+        (within_m / self.cell_m).ceil() as i32
+    }
+
+    /// Returns the grid's cells in the square ring `ring` cells away from the point's cell.
     fn ring(&self, point: Vec2, ring: i32) -> impl Iterator<Item = usize> + '_ {
         let at = ((point - self.low) / self.cell_m).floor().as_ivec2();
         let row = move |y: i32| {
@@ -242,12 +290,13 @@ impl RoadSurfaces {
             (at.x - ring..=at.x + ring).step_by(step as usize).map(move |x| (x, y))
         };
         let cells = (at.y - ring..=at.y + ring).filter(|y| (0..self.rows).contains(y)).flat_map(row);
-        let inside = cells.filter(|(x, _)| (0..self.columns).contains(x));
-        inside.flat_map(move |(x, y)| {
-            let cell = (y * self.columns + x) as usize;
-            let members = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-            self.members[members].iter().map(|member| *member as usize)
-        })
+        cells.filter(|(x, _)| (0..self.columns).contains(x)).map(|(x, y)| (y * self.columns + x) as usize)
+    }
+
+    /// Returns the members of a cell. A member may be in several cells.
+    fn members_of(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
+        let members = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+        self.members[members].iter().map(|member| *member as usize)
     }
 }
 

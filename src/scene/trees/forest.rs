@@ -84,13 +84,18 @@ fn seedling(
     point: Vec2,
     draw: &[f32; 6],
 ) -> Option<Seedling> {
+    // Woods and glades about 40 m across; denser in a belt 10-40 m from the road, thin far out where few are visible.
+    let wood = noise::fractal(seed ^ 0x7ee5, point / 42.0);
+    let density = |far: f32| smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * far) + 0.04;
+    // Most seedlings do not grow at any distance.
+    if draw[4] > density(0.0) {
+        return None;
+    }
     let distance = roads.middle_m(point);
     if !(HALF_LANE_M + TRUNK_FREE_M..=FOREST_M).contains(&distance) {
         return None;
     }
-    // Woods and glades about 40 m across; denser in a belt 10-40 m from the road, thin far out where few are visible.
-    let wood = noise::fractal(seed ^ 0x7ee5, point / 42.0);
-    let density = smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * smoothstep(35.0, FOREST_M, distance)) + 0.04;
+    let density = density(smoothstep(35.0, FOREST_M, distance));
     // Spruces grow in groups; bushes grow at the edges of woods and nearest the road.
     let conifers = noise::value(seed ^ 0x5b0c, point / 60.0);
     let kind = match draw[2] {

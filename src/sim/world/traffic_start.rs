@@ -83,23 +83,35 @@ pub(super) fn fixed(drive: &PlannedDrive) -> Result<StartedTraffic, TrafficError
     Ok(StartedTraffic { engine, ego: StartPlace { s_m, speed_mps: ego.speed_mps }, hand_over })
 }
 
-/// Starts SUMO with the scenario's demand, runs the warm-up without the ego, and waits until there is room for it at its start. Without a
-/// participant SUMO has no ego, and the path does not matter.
-fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
+/// Checks that the traffic of a drive with a demand can start, without SUMO in this process.
+pub(super) fn check_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<(), WorldError> {
+    let ego = if drive.scenario().participant { Some(ego_place(drive, lanes)?) } else { None };
+    Ok(SumoTraffic::check_demand(&demand_setup(drive, ego.map(|(_, ego)| ego)))?)
+}
+
+/// Returns what SUMO needs for the scenario's demand, with the ego if there is a participant.
+fn demand_setup(drive: &PlannedDrive, ego: Option<EgoStart>) -> DemandSetup {
     let (scenario, map) = (drive.scenario(), drive.map());
-    let ego = if scenario.participant { Some(ego_place(scenario, map, lanes)?) } else { None };
     let before_s = scenario.warm_up_s + if ego.is_some() { scenario.wave_wait_s } else { 0.0 };
-    let setup = DemandSetup {
+    DemandSetup {
         network: Arc::clone(&map.network),
         net_file: map.net_file.clone(),
         demand: scenario.demand.clone(),
-        egos: ego.iter().map(|(_, ego)| ego.clone()).collect(),
         first_number: u32::from(ego.is_none()),
+        egos: ego.into_iter().collect(),
         drivers: drive.traffic_drivers().clone(),
         step_s: scenario.step_s,
         until_s: Demand::horizon_s(scenario.duration_s, before_s),
         seed: scenario.seed,
-    };
+    }
+}
+
+/// Starts SUMO with the scenario's demand, runs the warm-up without the ego, and waits until there is room for it at its start. Without a
+/// participant SUMO has no ego, and the path does not matter.
+fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic, WorldError> {
+    let (scenario, map) = (drive.scenario(), drive.map());
+    let ego = if scenario.participant { Some(ego_place(drive, lanes)?) } else { None };
+    let setup = demand_setup(drive, ego.as_ref().map(|(_, ego)| ego.clone()));
     let mut engine = SumoTraffic::start_with_demand(&setup)?;
     let (mut start, mut waited_s) = (StartPlace { s_m: 0.0, speed_mps: 0.0 }, 0.0);
     if let Some((s_m, ego)) = ego {
@@ -115,9 +127,10 @@ fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic
 }
 
 /// Returns the ego's start: its front bumper along the path, metres, and the start as reported to SUMO.
-fn ego_place(scenario: &Scenario, map: &RoadMap, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
+fn ego_place(drive: &PlannedDrive, lanes: &PathLanes) -> Result<(f64, EgoStart), WorldError> {
+    let map = drive.map();
     let route = &map.route;
-    let s_m = scenario.path_start_m();
+    let s_m = drive.scenario().path_start_m();
     let pose = route.pose_of_front(s_m, CAR_LENGTH_M);
     let lane = lanes.ego_lane(map, &pose, route.height_m(s_m), s_m, None);
     let lane =

@@ -122,13 +122,27 @@ impl SumoTraffic {
     /// SUMO is not here or in use, or it refuses the network or the demand.
     pub fn start_with_demand(setup: &DemandSetup) -> Result<Self, TrafficError> {
         let home = home()?;
-        locate::library(&home)?;
+        let inputs = Self::tried(&home, setup)?;
+        Self::start_demand(&home, setup, inputs, false)
+    }
+
+    /// Checks that SUMO can start with a demand, in a process of its own.
+    ///
+    /// # Errors
+    /// As [`SumoTraffic::start_with_demand`], except that SUMO may be in use.
+    pub fn check_demand(setup: &DemandSetup) -> Result<(), TrafficError> {
+        Self::tried(&home()?, setup).map(drop)
+    }
+
+    /// Returns the input files of a demand after SUMO has read them in a process of its own.
+    fn tried(home: &Path, setup: &DemandSetup) -> Result<Inputs, TrafficError> {
+        locate::library(home)?;
         let (inputs, has_ego) = (setup.inputs()?, !setup.egos.is_empty());
         setup.departs(inputs.demand())?;
         let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand().demand.clone(), has_ego };
         let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
-        network_check::check(&home, &trial, &named)?;
-        Self::start_demand(&home, setup, inputs, false)
+        network_check::check(home, &trial, &named)?;
+        Ok(inputs)
     }
 
     /// Starts SUMO without a trial in a process of its own, for tests that run in such a process themselves.
