@@ -4,7 +4,7 @@
 //!
 //! [`network`] reads and writes networks. `xml_tree`, `canonical`, `net_xml`, `net_check` and [`limits`] define what a file may contain.
 //! `loop_search` finds the closed route, and `longest_open_path` an open one where there is no loop; `tight_turns` lists the turns that both
-//! avoid, and `joined_shapes` joins the lines of lanes. `path_places` reads the places of a path, and `edge_path` builds the open route along them. `catalog` knows the folder `maps/`, of which `shipped` lists the program's own maps, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
+//! avoid, and `joined_shapes` joins the lines of lanes. `path_places` reads the places of a path, and `edge_path` builds the open route along them; `way_back` leads back to it. `catalog` knows the folder `maps/`, of which `shipped` lists the program's own maps, and [`import()`] fills it from other formats. [`ring`] and [`circuit`] make
 //! new networks, and `write` writes them in SUMO's format.
 
 mod canonical;
@@ -33,6 +33,7 @@ mod shipped;
 #[cfg(test)]
 mod tests;
 mod tight_turns;
+mod way_back;
 mod write;
 mod xml_tree;
 #[cfg(test)]

@@ -7,7 +7,10 @@ use super::{
 };
 use crate::toml_text::did_you_mean;
 use glam::DVec3;
-use petgraph::{algo::astar, graph::DiGraph};
+use petgraph::{
+    algo::astar,
+    graph::{DiGraph, NodeIndex},
+};
 use std::path::Path;
 
 /// Word of a path that stands for the quickest way from the place before it to the place after it.
@@ -83,27 +86,41 @@ fn nearest(net: &Network, point: DVec3) -> Option<EdgeId> {
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, lane)| net.lane(lane).edge)
 }
 
-/// Returns the edges of the quickest way for cars from one edge to another, both included: each edge takes its length at its speed limit.
-fn quickest_way(file: &Path, net: &Network, from: EdgeId, to: EdgeId) -> Result<Vec<EdgeId>, MapError> {
-    let time_s = |edge: EdgeId| {
-        let lanes = cars_lanes(net, edge).map(|lane| net.lane(lane));
-        lanes.map(|lane| lane.length_m / lane.speed_limit_mps).fold(f64::INFINITY, f64::min)
-    };
+/// Returns the time over an edge at its speed limit, s, for cars.
+pub(super) fn time_s(net: &Network, edge: EdgeId) -> f64 {
+    let lanes = cars_lanes(net, edge).map(|lane| net.lane(lane));
+    lanes.map(|lane| lane.length_m / lane.speed_limit_mps).fold(f64::INFINITY, f64::min)
+}
+
+/// Returns the ways of cars from edge to edge, each with the time over the edge that it leads to, s, and `turning_s` more where it turns
+/// around. A node's index is that of its edge.
+pub(super) fn streets_of_cars(net: &Network, turning_s: f64) -> DiGraph<EdgeId, f64> {
     let mut graph = DiGraph::<EdgeId, f64>::new();
     let nodes: Vec<_> = net.edge_ids().map(|edge| graph.add_node(edge)).collect();
     for edge in net.edge_ids().filter(|edge| net.edge(*edge).kind.is_street()) {
         for connection in cars_lanes(net, edge).flat_map(|lane| net.connections_from(lane)) {
             let next = net.lane(connection.to).edge;
             if net.lane(connection.to).admits_cars() && net.edge(next).kind.is_street() {
-                graph.add_edge(nodes[edge.index()], nodes[next.index()], time_s(next));
+                let more_s = if connection.is_turnaround() { turning_s } else { 0.0 };
+                graph.add_edge(nodes[edge.index()], nodes[next.index()], time_s(net, next) + more_s);
             }
         }
     }
-    let (start, goal) = (nodes[from.index()], nodes[to.index()]);
-    let found = astar(&graph, start, |node| node == goal, |way| *way.weight(), |_| 0.0);
+    graph
+}
+
+/// Returns the edges of the quickest way between two edges of these streets, both included; `None` if no way leads there.
+pub(super) fn quickest_of(graph: &DiGraph<EdgeId, f64>, from: EdgeId, to: EdgeId) -> Option<Vec<EdgeId>> {
+    let [start, goal] = [from, to].map(|edge| NodeIndex::new(edge.index()));
+    let (_, way) = astar(graph, start, |node| node == goal, |way| *way.weight(), |_| 0.0)?;
+    Some(way.into_iter().map(|node| graph[node]).collect())
+}
+
+/// Returns the edges of the quickest way for cars from one edge to another, both included: each edge takes its length at its speed limit.
+fn quickest_way(file: &Path, net: &Network, from: EdgeId, to: EdgeId) -> Result<Vec<EdgeId>, MapError> {
     let name = |edge: EdgeId| net.edge(edge).id.clone();
-    let (_, way) = found.ok_or_else(|| MapError::NoWay { file: file.into(), from: name(from), to: name(to) })?;
-    Ok(way.into_iter().map(|node| graph[node]).collect())
+    let found = quickest_of(&streets_of_cars(net, 0.0), from, to);
+    found.ok_or_else(|| MapError::NoWay { file: file.into(), from: name(from), to: name(to) })
 }
 
 #[cfg(test)]

@@ -38,6 +38,16 @@ pub enum EventKind {
     },
     /// The centre of the ego is back on the road.
     BackOnRoad,
+    /// The ego has been on another street than its path's for a second.
+    LeftPath {
+        /// Last position on the path, metres.
+        s_m: f64,
+    },
+    /// The ego is on a street of its path again.
+    BackOnPath {
+        /// Ego's front bumper along the route, metres.
+        s_m: f64,
+    },
     /// The ego's front crosses the stop line of a red signal.
     StopLine {
         /// Ego's front bumper along the route, metres.

@@ -149,6 +149,8 @@ impl SummaryAccumulator {
             EventKind::NearMiss { .. } => self.near_misses += 1,
             EventKind::AdviceWithheld
             | EventKind::BackOnRoad
+            | EventKind::LeftPath { .. }
+            | EventKind::BackOnPath { .. }
             | EventKind::StopLine { .. }
             | EventKind::WrongWay { .. }
             | EventKind::RightWay

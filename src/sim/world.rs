@@ -12,6 +12,7 @@ mod agent;
 mod checked_drive;
 mod contacts;
 mod derived_state;
+mod detour;
 mod driving_order;
 mod ego_insertion;
 mod hand_over;

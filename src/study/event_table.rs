@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 40] = [
+const WORDS: [[&str; 3]; 42] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -42,6 +42,16 @@ const WORDS: [[&str; 3]; 40] = [
         "back_on_road",
         "the middle of the participant's vehicle returned to the lane",
         "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Back-on-road",
+    ],
+    [
+        "left_path",
+        "the participant's vehicle has been on another street than the one of its path for a second",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Operate, Car)), Label/Left-path",
+    ],
+    [
+        "back_on_path",
+        "the participant's vehicle is on a street of its path again",
+        "Agent-action, Correction, (Experiment-participant, (Operate, Car)), Label/Back-on-path",
     ],
     [
         "stop_line",

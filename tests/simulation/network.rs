@@ -344,7 +344,7 @@ fn an_ego_that_leaves_its_path_drives_on_and_other_vehicles_see_it() {
         codrive::map::RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1C1", "C1C2", "C2B2"]).expect("a way").route;
     let mut driver = driver(&world);
     let mut s_m = 20.0;
-    let (mut lanes, mut nearest_m, mut stood) = (BTreeSet::new(), f64::INFINITY, 0);
+    let (mut lanes, mut nearest_m, mut stood, mut left) = (BTreeSet::new(), f64::INFINITY, 0, Vec::new());
     for _ in 0..12_000 {
         let ego = world.snapshot().ego;
         s_m = other.project(ego.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
@@ -370,6 +370,7 @@ fn an_ego_that_leaves_its_path_drives_on_and_other_vehicles_see_it() {
             let strange =
                 matches!(event.kind, EventKind::Contact { .. } | EventKind::LeftRoad { .. } | EventKind::Ended(_));
             assert!(!strange, "{event:?} at {s_m} m");
+            left.extend(matches!(event.kind, EventKind::LeftPath { .. }).then_some(event.kind));
         }
         if s_m > other.length_m() - 20.0 {
             break;
@@ -380,6 +381,38 @@ fn an_ego_that_leaves_its_path_drives_on_and_other_vehicles_see_it() {
     assert!(["B0B1_0", "B1C1_0", "C1C2_1"].iter().all(|lane| lanes.contains(*lane)), "{lanes:?}");
     // A vehicle came up behind it and stopped.
     assert!((5.5..15.0).contains(&nearest_m), "{nearest_m}");
+    // A0B0 has 73.2 m, and the way straight on in the junction 13.6 m. The ego never came back.
+    assert!(matches!(left[..], [EventKind::LeftPath { s_m }] if (73.0..87.0).contains(&s_m)), "{left:?}");
+}
+
+#[test]
+fn after_a_wrong_turn_the_drive_goes_on_to_the_end_of_its_path() {
+    let _alone = one_at_a_time();
+    let path = "A0B0 B0C0 C0C1 C1B1 B1B2";
+    let mut world = World::new(&Scenario { path_start_m: 20.0, ..scenario(path, Demand::default()) }).expect("a world");
+    // The ego turns left at B0, where its path goes straight on, and meets it again at B1.
+    let other = codrive::map::RoadMap::load_along(GRID, &["A0B0", "B0B1", "B1B2"]).expect("a way").route;
+    let mut driver = driver(&world);
+    let (mut s_m, mut events, mut shown) = (20.0, Vec::new(), Vec::new());
+    while world.ended().is_none() && world.snapshot().tick.0 < 12_000 {
+        let ego = world.snapshot().ego;
+        s_m = other.project(ego.pose().front(CAR_LENGTH_M), Some(s_m)).s_m;
+        let mut seen = world.perceived_by(&driver);
+        (seen.lane, seen.leader, seen.stop_ahead_m) = (driver.look(&other, &ego, Some(s_m)), None, None);
+        world.tick(&driver.controls(&seen)).expect("a tick");
+        let of_path = |kind: &EventKind| matches!(kind, EventKind::LeftPath { .. } | EventKind::BackOnPath { .. });
+        events.extend(world.events().iter().map(|event| event.kind).filter(of_path));
+        if let [EventKind::LeftPath { .. }] = events[..] {
+            shown.extend(world.snapshot().next_manoeuvre);
+        }
+    }
+    let [EventKind::LeftPath { .. }, EventKind::BackOnPath { s_m: back_m }] = events[..] else { panic!("{events:?}") };
+    let lane = world.map().route.lanes().iter().find(|lane| lane.edge_id(&world.map().network) == "B1B2");
+    let start_m = lane.expect("on the path").start_s_m;
+    assert!((start_m..start_m + 5.0).contains(&back_m), "{back_m} m, where B1B2 begins at {start_m} m");
+    // Left at B1 and round the block, 215.6 m, is less than straight on, 69.2 m, and the 288.8 m of the path that this leaves out.
+    assert!(shown.iter().all(|next| next.manoeuvre == Manoeuvre::Left && next.ahead_m < 69.2), "{:?}", shown.first());
+    assert_eq!(world.ended(), Some(EndReason::PathEnd));
 }
 
 #[test]

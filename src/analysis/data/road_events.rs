@@ -39,6 +39,8 @@ pub struct RoadEvents {
     pub near_misses: usize,
     /// Drives against the direction of the lane.
     pub wrong_way: ViolationSpans,
+    /// Times on other streets than those of the path.
+    pub off_path: ViolationSpans,
     /// Drives faster than the speed limit.
     pub speeding: ViolationSpans,
 }
@@ -51,6 +53,8 @@ impl RoadEvents {
             "near_miss" => self.near_misses += 1,
             "wrong_way" => self.wrong_way.begin(tick),
             "right_way" => self.wrong_way.end(tick),
+            "left_path" => self.off_path.begin(tick),
+            "back_on_path" => self.off_path.end(tick),
             "speeding" => self.speeding.begin(tick),
             "within_limit" => self.speeding.end(tick),
             _ => {}
@@ -72,13 +76,16 @@ mod tests {
             (300, "within_limit"),
             (400, "near_miss"),
             (900, "speeding"),
+            (910, "left_path"),
+            (930, "back_on_path"),
             (950, "wrong_way"),
             (960, "right_way"),
             (970, "red_light"),
         ];
         rows.iter().for_each(|(tick, kind)| events.add(*tick, kind));
         assert_eq!((events.red_lights, events.near_misses), (2, 1));
-        assert_eq!((events.speeding.count, events.wrong_way.count), (2, 1));
+        assert_eq!((events.speeding.count, events.wrong_way.count, events.off_path.count), (2, 1, 1));
+        assert!((events.off_path.total_s(10.0) - 0.2).abs() < 1e-9);
         // 1 to 3 s, and from 9 s to the end at 10 s.
         assert!((events.speeding.total_s(10.0) - 3.0).abs() < 1e-9);
         assert!((events.wrong_way.total_s(10.0) - 0.1).abs() < 1e-9);

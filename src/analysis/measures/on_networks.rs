@@ -30,6 +30,8 @@ pub(super) const OF_NETWORKS: &[MeasuredValue] = &[
     (measure("red_lights"), |s| Some(events(s).red_lights as f64)),
     (measure("wrong_ways"), |s| Some(events(s).wrong_way.count as f64)),
     (measure("wrong_way_s"), |s| Some(events(s).wrong_way.total_s(s.totals.duration_s))),
+    (measure("wrong_turns"), |s| Some(events(s).off_path.count as f64)),
+    (measure("off_path_s"), |s| Some(events(s).off_path.total_s(s.totals.duration_s))),
     (measure("speedings"), |s| Some(events(s).speeding.count as f64)),
     (measure("speeding_s"), |s| Some(events(s).speeding.total_s(s.totals.duration_s))),
     (measure("near_misses"), |s| Some(events(s).near_misses as f64)),

@@ -114,6 +114,20 @@ pub(super) const MEASURES: &[Measure] = &[
     )
     .on_networks_alone(),
     ego(
+        "wrong_turns",
+        "Wrong turns",
+        "",
+        "number of times the ego vehicle was on another street than those of its path for 1 s or longer",
+    )
+    .on_networks_alone(),
+    ego(
+        "off_path_s",
+        "Time beside the path",
+        "s",
+        "time from the end of that first second until the ego vehicle is on a street of its path again",
+    )
+    .on_networks_alone(),
+    ego(
         "speedings",
         "Speedings",
         "",

@@ -30,11 +30,13 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 14] = [
+    const KINDS_OF_WORLD: [&str; 16] = [
         ADVICE_WITHHELD,
         "contact",
         "left_road",
         "back_on_road",
+        "left_path",
+        "back_on_path",
         "stop_line",
         "red_light",
         "wrong_way",
@@ -68,6 +70,8 @@ impl EventRow {
             }
             EventKind::LeftRoad { s_m, offset_m } => row("left_road", at(s_m), None, Some(offset_m)),
             EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
+            EventKind::LeftPath { s_m } => row("left_path", at(s_m), None, None),
+            EventKind::BackOnPath { s_m } => row("back_on_path", at(s_m), None, None),
             EventKind::StopLine { s_m, speed_mps } => row("stop_line", at(s_m), None, Some(speed_mps)),
             EventKind::RedLight { s_m, speed_mps } => row("red_light", at(s_m), None, Some(speed_mps)),
             EventKind::WrongWay { s_m } => row("wrong_way", at(s_m), None, None),
@@ -88,8 +92,8 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
     column(
         "event",
         "",
-        "advice_withheld, contact, left_road, back_on_road, stop_line, red_light, wrong_way, right_way, speeding, \
-         within_limit, near_miss, indicator, put_back, ended, mark, note, pause, ...",
+        "advice_withheld, contact, left_road, back_on_road, left_path, back_on_path, stop_line, red_light, wrong_way, \
+         right_way, speeding, within_limit, near_miss, indicator, put_back, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

@@ -266,6 +266,8 @@ fn rows_of_cars_advice_and_events_have_their_values() {
             ["left_road", "at 31.25 m of the route", "-", "-2.000000"],
         ),
         (EventKind::BackOnRoad, ["back_on_road", "", "-", "-"]),
+        (EventKind::LeftPath { s_m: 31.25 }, ["left_path", "at 31.25 m of the route", "-", "-"]),
+        (EventKind::BackOnPath { s_m: 80.5 }, ["back_on_path", "at 80.50 m of the route", "-", "-"]),
         (EventKind::Indicator(Indicator::Left), ["indicator", "left", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),

@@ -195,7 +195,7 @@ impl Agent {
 
     /// Asks the policy for the step that begins at this tick.
     pub(super) fn ask_policy(&mut self, drive: &PlannedDrive) {
-        let limit_mps = self.map.street_limit_mps(self.view.ego_s_m);
+        let limit_mps = self.network.limit_mps(&self.view, &self.map);
         // Advice from outside needs the history of an observation only.
         let observation = if self.advice.is_from_outside() { self.observe_traffic(drive) } else { self.observe(drive) };
         self.advice.ask(self.view.tick, &observation, limit_mps);
@@ -255,7 +255,8 @@ impl Agent {
     pub(super) fn locate(&mut self) {
         let Some((pose, _)) = self.car().map(|car| car.predict(0.0)) else { return };
         derived_state::locate(&mut self.view, &self.map.route, &pose);
-        self.network.locate(&mut self.view, &self.map, &pose);
+        let tick = self.view.tick;
+        self.events.extend(self.network.locate(&mut self.view, &self.map, &pose).map(|kind| Event { tick, kind }));
         let (ego, before, place) = (&self.view.ego, &self.image, derived_state::own_place(&self.view));
         self.image = VehicleSnapshot {
             id: self.id,

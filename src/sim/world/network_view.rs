@@ -1,7 +1,7 @@
 //! View of a network along the ego's path. In: the map and the snapshot. Out: the ego's lane, the ground under it, the next signal, yield
 //! line and place to stop, and whether the ego is at the end of its path. Metres, m/s.
 
-use super::{persons_ahead::PersonsAhead, vehicles_across};
+use super::{detour::Detour, persons_ahead::PersonsAhead, vehicles_across};
 use crate::{
     controls::Indicator,
     driver::{
@@ -14,7 +14,7 @@ use crate::{
     },
     policy::SignalAhead,
     sim::{
-        Snapshot, VehicleSnapshot,
+        EventKind, Snapshot, VehicleSnapshot,
         ground::{NONE_CLEAR, NetworkGround, RoadGround},
     },
     space::{CAR_LENGTH_M, Pose},
@@ -36,6 +36,7 @@ pub(super) struct NetworkView {
     changing: LaneChanging,
     turns: Turns,
     guidance: PathGuidance,
+    detour: Detour,
     persons: PersonsAhead,
     /// True if the ego is on the last edge of its path, or was there until its front reached the end.
     is_on_last: bool,
@@ -51,6 +52,7 @@ impl NetworkView {
             right_of_way,
             turns: lanes.turns(map, &changes),
             guidance: lanes.guidance(map),
+            detour: Detour::default(),
             changing: LaneChanging::new(changes),
             persons: PersonsAhead::new(map),
             lanes,
@@ -58,12 +60,15 @@ impl NetworkView {
         }
     }
 
-    /// Updates the lane of the ego's front in the snapshot.
-    pub fn locate(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) {
+    /// Updates the lane of the ego's front in the snapshot, and its position where it has left its path or is back. Returns the event of
+    /// that, if there is one.
+    pub fn locate(&mut self, snapshot: &mut Snapshot, map: &RoadMap, ego: &Pose) -> Option<EventKind> {
         let last = snapshot.ego_lane.map(|at| at.lane);
         let height_m = snapshot.ego.position.z;
         snapshot.ego_lane = self.lanes.ego_lane(map, ego, height_m, snapshot.ego_s_m, last);
+        let event = self.detour.locate(snapshot, map, &self.lanes);
         self.note_last_edge(snapshot, map);
+        event
     }
 
     /// Updates lane and position along the path of an ego that the engine keeps in this lane, which may be beside the path's.
@@ -82,10 +87,17 @@ impl NetworkView {
         self.is_on_last = is_on_last || (self.is_on_last && !has_left);
     }
 
+    /// Returns the speed limit for the ego, m/s: of its path's street, or of the one on which it is beside the path.
+    pub fn limit_mps(&self, snapshot: &Snapshot, map: &RoadMap) -> f64 {
+        let beside = snapshot.ego_lane.filter(|_| self.detour.has_left());
+        beside.map_or_else(|| map.street_limit_mps(snapshot.ego_s_m), |at| map.network.lane(at.lane).speed_limit_mps)
+    }
+
     /// Updates the ego's next manoeuvre, its state at the next line and its lane change; during the latter it sets the leader to the one in the
     /// ego's own lane.
     pub fn update_derived(&mut self, snapshot: &mut Snapshot, map: &RoadMap) {
-        snapshot.next_manoeuvre = self.guidance.next(map, snapshot.ego_s_m);
+        let way_back = self.detour.next_manoeuvre(snapshot.ego_lane);
+        snapshot.next_manoeuvre = way_back.unwrap_or_else(|| self.guidance.next(map, snapshot.ego_s_m));
         self.changing.update(snapshot, map);
         self.right_of_way.update(snapshot, map);
     }
