@@ -24,6 +24,8 @@ pub enum KeyCommand {
     Restart,
     /// Next view: driver, chase, bird's-eye, mirror.
     NextView,
+    /// Show or hide the map of the whole road.
+    WholeMap,
     /// Switch between drive and reverse.
     Reverse,
     /// Toggle the left indicator.
@@ -60,8 +62,8 @@ impl KeyCommand {
     }
 }
 
-/// All commands: keys, name of the keys, action.
-const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
+/// All commands: keys, name of the keys, action. A command without a name is in the row of another one.
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 18] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
@@ -70,9 +72,10 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 17] = [
     (&[KeyCode::KeyM], KeyCommand::Step, "M", "one step while paused"),
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
     (&[KeyCode::KeyV], KeyCommand::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
+    (&[KeyCode::KeyG], KeyCommand::WholeMap, "G", "map of the whole road on, off"),
     (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
-    (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q", "indicator left, on or off"),
-    (&[KeyCode::KeyE], KeyCommand::IndicateRight, "E", "indicator right, on or off"),
+    (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q; E", "indicator left; right, on or off"),
+    (&[KeyCode::KeyE], KeyCommand::IndicateRight, "", ""),
     (&[KeyCode::KeyB], KeyCommand::PutBack, "B", "back onto the lane"),
     (&[KeyCode::KeyL], KeyCommand::LaneHelp, "L", "lane help on, off"),
     (&[KeyCode::F11], KeyCommand::FullScreen, "F11", "full screen"),
@@ -137,7 +140,7 @@ pub fn list_of_participant() -> Vec<(&'static str, &'static str)> {
 }
 
 fn list_of(is_listed: fn(KeyCommand) -> bool) -> Vec<(&'static str, &'static str)> {
-    let commands = COMMANDS.iter().filter(|row| is_listed(row.1)).map(|row| (row.2, row.3));
+    let commands = COMMANDS.iter().filter(|row| is_listed(row.1) && !row.2.is_empty()).map(|row| (row.2, row.3));
     DRIVING.iter().map(|row| (row.2, row.3)).chain(commands).collect()
 }
 
@@ -148,9 +151,9 @@ mod tests {
     #[test]
     fn beside_an_experimenter_the_driver_has_only_their_own_commands() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["F1", "R", "Q", "E", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R", "Q; E", "", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
-        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q", "E", "B", "F11"]);
+        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q; E", "B", "F11"]);
     }
 
     #[test]

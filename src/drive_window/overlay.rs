@@ -13,13 +13,13 @@ use crate::{
         DrivePhase, PanelCommand, PanelState, PresetList, Readings, SettingChoices, SettingsPanel, SingleStep,
         calibration::CalibrationPage,
         contact_flash, dropped_time,
-        experimenter::{DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState},
+        experimenter::{DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState, map as road_map},
         recording_sign,
     },
     policy,
     render::PassTimes,
     scenario::Scenario,
-    sim::World,
+    sim::{Snapshot, World},
     time::{DueTicks, Pace},
     traffic::population_names,
 };
@@ -29,6 +29,9 @@ use std::time::Duration;
 /// Texts before a free drive, with a keyboard or a gamepad and with a wheel.
 const START: &str = "Space or Up starts.\nArrow keys or W A S D drive.\nF1 lists the keys.";
 const START_BY_WHEEL: &str = "The wheel's start button or Space starts.\nWheel and pedals drive.\nF1 lists the keys.";
+
+/// Side of the map of the whole road, as a share of the picture's height.
+const MAP_SHARE: f32 = 0.46;
 
 /// Panel and overlays of a drive.
 pub struct DriveOverlay {
@@ -40,6 +43,7 @@ pub struct DriveOverlay {
     loop_health: LoopHealth,
     engine: String,
     show_times: bool,
+    show_map: bool,
     message: Option<String>,
     error: Option<String>,
     /// True if the recording ended before the drive, which is paused since.
@@ -70,6 +74,7 @@ impl DriveOverlay {
             loop_health: LoopHealth::default(),
             engine: world.traffic_engine(),
             show_times: false,
+            show_map: false,
             message: None,
             error: None,
             is_cut: false,
@@ -111,6 +116,9 @@ impl DriveOverlay {
             asked.extend(self.wheel_page(ui, live));
         }
         contact_flash(ui, live.contacts().flash());
+        if self.show_map {
+            paint_map(ui, &self.log, live.drive.world.snapshot());
+        }
         write_notes(ui, &notes);
         write_recording(ui, live);
         asked
@@ -196,6 +204,7 @@ impl DriveOverlay {
             KeyCommand::Pause => live.toggle_pause(),
             KeyCommand::Tick => single_step(live, 1),
             KeyCommand::Step => single_step(live, live.drive.world.scenario().step_ticks()),
+            KeyCommand::WholeMap => self.show_map = !self.show_map,
             KeyCommand::NextView => live.picture.next_view(),
             KeyCommand::Reverse => live.devices.keyboard.toggle_reverse(),
             KeyCommand::IndicateLeft => live.devices.indicate(Indicator::Left),
@@ -282,6 +291,16 @@ struct OverlayNotes {
     corner: Vec<String>,
     /// Card below the middle; empty without one.
     card: String,
+}
+
+/// Paints the map of the whole road at the lower right, square, with the ego red and the others green.
+fn paint_map(ui: &Ui, log: &DriveLog, snapshot: &Snapshot) {
+    let painter = ui.ctx().layer_painter(egui::LayerId::background());
+    let screen = ui.ctx().content_rect();
+    let side = MAP_SHARE * screen.height();
+    let field =
+        Align2::RIGHT_BOTTOM.anchor_size(screen.right_bottom() - egui::vec2(16.0, 16.0), egui::vec2(side, side));
+    road_map::paint(&painter, field, log, Some(snapshot), false);
 }
 
 fn write_notes(ui: &Ui, notes: &OverlayNotes) {

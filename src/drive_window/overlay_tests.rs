@@ -77,6 +77,10 @@ fn keys_pause_advance_by_a_tick_or_a_step_and_change_the_view() {
         overlay.key(KeyCommand::NextView, &mut live);
         assert_eq!(live.picture.kind, view);
     }
+    overlay.key(KeyCommand::WholeMap, &mut live);
+    assert!(overlay.show_map);
+    overlay.key(KeyCommand::WholeMap, &mut live);
+    assert!(!overlay.show_map);
     let was = live.lane_help();
     overlay.key(KeyCommand::LaneHelp, &mut live);
     let message = format!("lane help is {}", if was { "off" } else { "on" });

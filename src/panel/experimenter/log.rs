@@ -3,10 +3,15 @@
 
 use super::space_time::{SpaceTime, WINDOW_S};
 use crate::{
+    map::network::{Edge, Lane, Network},
     panel::SpeedHistory,
     sim::{Snapshot, World},
 };
 use std::collections::VecDeque;
+
+/// Maximum number of a network's streets on the map, and of the points of each: a picture has no room for more.
+const MOST_STREETS: usize = 4000;
+const STREET_POINTS: usize = 12;
 
 /// Interval between two rows of all vehicles' speeds, s.
 const EVERY_S: f64 = 1.0;
@@ -29,8 +34,12 @@ pub struct DriveLog {
     pub space_time: SpaceTime,
     /// Speeds of all vehicles in the last [`WINDOW_S`].
     pub speeds: VecDeque<SpeedRow>,
-    /// Centre line of the road, metres.
+    /// Centre line of the road that the ego drives, metres.
     pub road: Vec<[f64; 2]>,
+    /// Length of that road, metres.
+    pub length_m: f64,
+    /// Lines of the streets of a network, metres; empty on a closed road.
+    pub streets: Vec<Vec<[f64; 2]>>,
     /// True if the end of the road is its start.
     pub is_closed: bool,
     /// Width of the road, metres.
@@ -55,7 +64,8 @@ impl DriveLog {
         let points = (length_m / 3.0).ceil().clamp(24.0, 2000.0) as usize;
         let point = |i: usize| route.point_at(i as f64 / points as f64 * length_m).to_array();
         let log = Self::on((0..points).map(point).collect(), length_m, route.width_m(0.0), top_mps);
-        Self { duration_s: world.scenario().duration_s, is_closed: route.is_closed(), ..log }
+        let streets = if route.is_closed() { Vec::new() } else { streets(&world.map().network) };
+        Self { duration_s: world.scenario().duration_s, is_closed: route.is_closed(), streets, ..log }
     }
 
     /// Creates an empty log for a closed road given by its centre line.
@@ -65,6 +75,8 @@ impl DriveLog {
             space_time: SpaceTime::new(length_m, top_mps),
             speeds: VecDeque::new(),
             road,
+            length_m,
+            streets: Vec::new(),
             is_closed: true,
             road_width_m,
             top_mps,
@@ -72,6 +84,12 @@ impl DriveLog {
             advised: [0; 2],
             began: false,
         }
+    }
+
+    /// Returns the part of the centre line beyond a position, metres.
+    pub fn road_to_come(&self, from_m: f64) -> &[[f64; 2]] {
+        let share = (from_m / self.length_m).clamp(0.0, 1.0);
+        &self.road[(share * self.road.len() as f64) as usize..]
     }
 
     /// Adds the world after a tick.
@@ -117,6 +135,21 @@ impl DriveLog {
         let end_s = time_s.max(width_s);
         [end_s - width_s, end_s]
     }
+}
+
+/// Returns the lines of the streets for cars, each by a lane in its middle; the longest ones of a large network.
+fn streets(net: &Network) -> Vec<Vec<[f64; 2]>> {
+    let is_shown = |edge: &&Edge| edge.kind.is_street() && edge.lanes().any(|lane| net.lane(lane).admits_cars());
+    let lanes = net.edges().iter().filter(is_shown).filter_map(|edge| edge.lanes().nth(edge.lanes().len() / 2));
+    let mut lanes: Vec<&Lane> = lanes.map(|lane| net.lane(lane)).collect();
+    lanes.sort_by(|a, b| b.length_m.total_cmp(&a.length_m));
+    let line = |lane: &Lane| {
+        let points = lane.line.points();
+        let every = points.len().div_ceil(STREET_POINTS);
+        let last = points.last().filter(|_| !(points.len() - 1).is_multiple_of(every));
+        points.iter().step_by(every).chain(last).map(|point| [point.x, point.y]).collect()
+    };
+    lanes.into_iter().take(MOST_STREETS).map(line).collect()
 }
 
 #[cfg(test)]
@@ -178,5 +211,22 @@ mod tests {
         assert_eq!((log.window(20.0), log.window(90.0), log.window(120.0)), ([0.0, 90.0], [0.0, 90.0], [30.0, 120.0]));
         log.duration_s = 3600.0;
         assert_eq!(log.window(20.0), [0.0, 300.0]);
+    }
+
+    #[test]
+    fn a_network_has_its_streets_and_the_part_of_the_path_to_come() {
+        let map = crate::map::RoadMap::load("town").expect("a shipped map");
+        let lines = streets(&map.network);
+        // Every street of the town, one line for each direction, from its first to its last point.
+        let cars = map.network.edges().iter().filter(|edge| edge.kind.is_street());
+        assert_eq!(lines.len(), cars.count());
+        assert!(lines.iter().all(|line| (2..=STREET_POINTS + 1).contains(&line.len())));
+        let longest = map.network.lanes().iter().filter(|lane| lane.admits_cars());
+        let longest = longest.max_by(|a, b| a.length_m.total_cmp(&b.length_m)).expect("a lane");
+        let last = longest.line.points().last().expect("a point");
+        assert_eq!(lines[0].last(), Some(&[last.x, last.y]));
+        let log = DriveLog::on((0..100).map(|x| [f64::from(x), 0.0]).collect(), 100.0, 4.0, 8.0);
+        assert_eq!((log.road_to_come(0.0).len(), log.road_to_come(60.5).first()), (100, Some(&[60.0, 0.0])));
+        assert_eq!((log.road_to_come(100.0).len(), log.road_to_come(-3.0).len()), (0, 100));
     }
 }
