@@ -4,6 +4,7 @@
 use super::{DialView, NumberFilter, SpeedometerScale};
 use crate::{
     hud,
+    scenario::GuidanceView,
     sim::{Snapshot, World},
     units::SpeedUnit,
 };
@@ -25,7 +26,7 @@ impl Speedometer {
         Self {
             unit: display.units,
             scale: Self::scale(world),
-            guides: display.guidance,
+            guides: display.guidance != GuidanceView::Off,
             filter: NumberFilter::default(),
         }
     }

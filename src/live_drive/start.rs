@@ -102,6 +102,5 @@ fn start(scenario: &Scenario, with_static_scene: bool) -> Result<ReadyDrive, Run
 
 /// Builds the static scene of a world.
 pub fn static_scene(world: &World) -> StaticScene {
-    let scenario = world.scenario();
-    StaticScene::with_trees(world.map(), scenario.seed, scenario.display.trees as usize)
+    StaticScene::of_drive(world.map(), world.scenario())
 }

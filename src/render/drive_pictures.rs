@@ -28,7 +28,7 @@ impl DrivePictures {
             QualityLevel::Auto => QualityLevel::Medium,
             chosen => chosen,
         };
-        let static_scene = StaticScene::with_trees(map, scenario.seed, scenario.display.trees as usize);
+        let static_scene = StaticScene::of_drive(map, scenario);
         let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(quality, &gpu));
         Ok(Self { gpu, static_scene, renderer })
     }

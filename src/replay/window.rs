@@ -149,7 +149,7 @@ impl ReplayedDrive {
             known_s: 0.0,
             playback,
             marks,
-            static_scene: StaticScene::with_trees(&map, scenario.seed, scenario.display.trees as usize),
+            static_scene: StaticScene::of_drive(&map, &scenario),
             options: view_options(&scenario),
             scenario,
             instruments,

@@ -17,6 +17,19 @@ pub enum CockpitView {
     Full,
 }
 
+/// Guidance along a path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum GuidanceView {
+    /// None
+    Off,
+    /// Next turn and the distance to it on the speedometer, from 2 km on
+    #[default]
+    Dial,
+    /// Also a blue line on the road, along the whole path
+    Road,
+}
+
 /// Colours of the speedometer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

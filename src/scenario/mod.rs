@@ -13,7 +13,7 @@ pub mod sound;
 mod sumo_config;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
-pub use display::{CockpitView, DialPalette, QualityLevel};
+pub use display::{CockpitView, DialPalette, GuidanceView, QualityLevel};
 pub use files::NamedFiles;
 pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;
@@ -158,8 +158,8 @@ flat_settings! {
             cockpit: CockpitView = CockpitView::default(),
             /// Colours of the speedometer
             palette: DialPalette = DialPalette::default(),
-            /// Show the next turn of the path and the distance to it on the speedometer
-            guidance: bool = true,
+            /// Guidance along a path
+            guidance: GuidanceView = GuidanceView::default(),
             /// Full scale of the speedometer in its unit, rounded up to 10, 15, 20, 25, 30, 40, 50, 60, 80, 100 and so on; 0: automatic for
             /// the drive, in a study for all trials
             #[schemars(range(min = 0.0, max = 240.0))]

@@ -14,6 +14,7 @@ use super::{
     vehicles,
 };
 use crate::map::{RoadMap, network::Network};
+use crate::scenario::{GuidanceView, Scenario};
 use crate::space::{Pose, Pose3};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
@@ -27,6 +28,15 @@ impl StaticScene {
     /// Builds the scene with at most `most_trees` trees, including those on the horizon (for weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
         Self::of_network(&map.network, seed, most_trees)
+    }
+
+    /// Builds the scene of a drive: with the trees of its scenario, and with a line along its path if the scenario asks for one.
+    pub fn of_drive(map: &RoadMap, scenario: &Scenario) -> Self {
+        let mut scene = Self::with_trees(map, scenario.seed, scenario.display.trees as usize);
+        if scenario.display.guidance == GuidanceView::Road {
+            scene.road.append(&network::route_line(&map.route, scene.origin));
+        }
+        scene
     }
 
     /// Builds the scene around all roads of a network, with at most `most_trees` trees.

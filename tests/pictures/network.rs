@@ -7,8 +7,12 @@ use crate::{
     place::{self, MAGENTA, gpu},
 };
 use codrive::{
-    map::network::{LaneId, Network, SignalId},
+    map::{
+        RoadMap,
+        network::{LaneId, Network, SignalId},
+    },
     render::{OFFSCREEN, Quality, Renderer, render_to_image},
+    scenario::{DisplaySettings, GuidanceView, Scenario},
     scene::{self, Camera, Lens, Mesh, SignalHead, StaticScene, View, ViewKind, ViewOptions},
     sim::{Snapshot, VehicleSnapshot},
     space::Pose,
@@ -51,15 +55,17 @@ fn view(snapshot: &Snapshot, kind: ViewKind, camera: Camera) -> View {
     view
 }
 
-/// Draws 60 m by 60 m around the crossing from above, 10 pixels per metre.
+/// Returns a view of 60 m by 60 m around the crossing from above.
+fn from_above() -> View {
+    let eye = Vec3::new(90.0, 90.0, 400.0);
+    let lens = Lens::Parallel { half_extent_m: 30.0 };
+    view(&Snapshot::default(), ViewKind::Birdseye, Camera { eye, forward: Vec3::NEG_Z, up: Vec3::Y, lens })
+}
+
+/// Draws that view, 10 pixels per metre.
 fn plan() -> &'static RgbaImage {
     static PLAN: OnceLock<RgbaImage> = OnceLock::new();
-    PLAN.get_or_init(|| {
-        let eye = Vec3::new(90.0, 90.0, 400.0);
-        let lens = Lens::Parallel { half_extent_m: 30.0 };
-        let camera = Camera { eye, forward: Vec3::NEG_Z, up: Vec3::Y, lens };
-        draw(&view(&Snapshot::default(), ViewKind::Birdseye, camera), [600, 600])
-    })
+    PLAN.get_or_init(|| draw(&from_above(), [600, 600]))
 }
 
 /// Returns the mean colour of 0.5 m by 0.5 m of the plan.
@@ -151,6 +157,26 @@ fn painted(from: Vec2, to: Vec2) -> f32 {
         is_paint(rgb(plan().get_pixel(pixel.x.min(599), pixel.y.min(599))))
     };
     (0..n).filter(is_painted).count() as f32 / n as f32
+}
+
+#[test]
+fn guidance_on_the_road_is_a_blue_line_along_the_path() {
+    // From the west straight on over the crossing, in the right lane: along y = 85.2.
+    let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["A1B1", "B1C1"]).expect("a path");
+    let display = DisplaySettings { guidance: GuidanceView::Road, trees: 0, ..DisplaySettings::default() };
+    let guided = StaticScene::of_drive(&map, &Scenario { display, ..Scenario::default() });
+    let guided = StaticScene { buildings: Mesh::default(), ..guided };
+    let mut renderer = Renderer::new(gpu(), &guided, OFFSCREEN, Quality::LOW);
+    let image = render_to_image(gpu(), &mut renderer, &from_above(), [600, 600]).expect("a picture");
+    let blue = |x: f32, y: f32| {
+        let pixel = ((Vec2::new(x, y) - Vec2::new(60.0, 120.0)) * Vec2::new(10.0, -10.0)).as_uvec2();
+        let [r, _, b] = rgb(image.get_pixel(pixel.x, pixel.y));
+        b > 2.0 * r
+    };
+    for k in 0..100 {
+        let x = 62.0 + 0.5 * k as f32;
+        assert!(blue(x, 85.2) && !blue(x, 84.7) && !blue(x, 85.7) && !blue(x, 88.4), "at x = {x}");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
 //! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
 //! reflector posts, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
-//! pavement. `road_ends` lets roads run on at the network's edge.
+//! pavement. `road_ends` lets roads run on at the network's edge. `route_line` leads along the ego's path.
 
 mod junctions;
 mod lanes;
@@ -13,6 +13,7 @@ mod paint;
 pub(super) mod posts;
 pub(super) mod road_ends;
 pub(super) mod road_surfaces;
+mod route_line;
 mod sign_plates;
 pub(super) mod signals;
 pub(super) mod signs;
@@ -25,6 +26,8 @@ pub(super) mod town;
 mod triangulation;
 mod verge;
 pub(super) mod verge_shape;
+
+pub(super) use route_line::route_line;
 
 use self::{
     layer::points,
