@@ -13,6 +13,7 @@ pub mod circuit;
 mod circuit_fault;
 mod edge_path;
 mod error;
+pub mod footprints;
 pub mod import;
 mod joined_shapes;
 pub mod lane;

@@ -6,7 +6,7 @@ use codrive::{
     driver::{DriverParams, DriversFile},
     input::{WheelProfile, profiles},
     map::{
-        RoadMap, circuit,
+        RoadMap, circuit, footprints,
         network::{LanePosition, Network as RoadNetwork},
     },
     metrics::traffic_moments::{moments, read_trajectories},
@@ -48,6 +48,11 @@ pub struct Reader {
 /// Drivers file as an analysis writes it.
 const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n\n[[driver]]\nparticipant = \"sub-P01\"\nreaction_s = 1.2\n\
                        error_mps = 0.3\nspeed_bias_mps = -0.1\ntime_gap_factor = 1.1\n\n[[driver]]\nspeed_bias_mps = 0.2\n";
+
+/// Buildings with all that is read of them.
+const BUILDINGS: &str = "<additional>\n<poly id='1' type='building.house' height='6.5' shape='0,0 9,0 9,8 0,8 0,0'/>\n\
+                         <poly id='2' type='building' shape='0,0,1 0,9,1 9,9,1'><param key='building:levels' value='3'/></poly>\n\
+                         <poly id='3' type='landuse.forest' shape='0,0 9,0 9,8'/>\n</additional>\n";
 
 /// Demand with every kind of traffic.
 const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' probability='1'><carFollowing-IDM tau='1'/></vType></vTypeDistribution>\n\
@@ -359,6 +364,20 @@ fn networks(folder: &Path) -> Vec<Reader> {
                         used_network(&network);
                         true
                     })
+                })
+            }),
+        },
+        Reader {
+            name: "buildings",
+            good: vec![BUILDINGS.as_bytes().to_vec()],
+            change: mutate::text,
+            share: 2000,
+            read: with_file(folder.join("buildings.xml"), |file| {
+                footprints::read(file).is_ok_and(|all| {
+                    for footprint in &all {
+                        assert!(footprint.area_m2().is_finite() && footprint.outline.len() >= 3, "{footprint:?}");
+                    }
+                    true
                 })
             }),
         },

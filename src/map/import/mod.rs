@@ -1,7 +1,8 @@
 //! Import of maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a folder in
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
-//! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`).
+//! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`). `buildings` adds the buildings of an OpenStreetMap file.
 
+mod buildings;
 mod driving_side;
 #[cfg(test)]
 mod format_tests;
@@ -148,7 +149,10 @@ fn fill(
     options: &ImportOptions,
 ) -> Result<ImportReport, MapError> {
     let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), options)?;
-    let report = ImportReport::of(file, format, &made)?;
+    let mut report = ImportReport::of(file, format, &made)?;
+    if format == SourceFormat::OpenStreetMap {
+        report.notes.extend(buildings::write(folder, netconvert, file, options)?);
+    }
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;
     private::replace(&folder.join(REPORT_FILE), report.text().as_bytes()).map_err(failed)?;

@@ -77,13 +77,7 @@ impl Conversion<'_> {
         let mut command = bounded_command(self.program, bounds);
         command.arg(self.format).arg(self.file).arg("--output-file").arg(self.net).args(&self.options);
         command.args(["--precision", "6", "--xml-validation", "never"]);
-        if let Some(home) = self.program.parent().and_then(Path::parent) {
-            // SUMO's own projection database: the system's may have another version.
-            let projections = home.join("data/proj");
-            command.env("SUMO_HOME", home).env("PROJ_DATA", &projections).env("PROJ_LIB", &projections);
-            // A projection in the file may name grids, which the library would download.
-            command.env("PROJ_NETWORK", "OFF");
-        }
+        with_projections(&mut command, self.program);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(private::file(&log).map_err(io)?);
         let status = self.wait(command.spawn().map_err(io)?, bounds);
         let words = read_bounded(&log, FILE_BYTES).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
@@ -139,6 +133,43 @@ impl Conversion<'_> {
             }
             std::thread::sleep(Duration::from_millis(1000 / WAITS_PER_S));
         }
+    }
+}
+
+/// Converts the polygons of an OpenStreetMap file into the frame of a network, by the program beside netconvert.
+///
+/// # Errors
+/// The program is absent, fails, exceeds the bounds, or the user stopped it.
+pub(super) fn polygons(
+    netconvert: &Path,
+    file: &Path,
+    net: &Path,
+    written: &Path,
+    bounds: &ImportOptions,
+) -> Result<(), MapError> {
+    let program = netconvert.with_file_name(format!("polyconvert{}", std::env::consts::EXE_SUFFIX));
+    let failed = |message: String| MapError::Netconvert { file: file.into(), message };
+    if !program.is_file() {
+        return Err(failed(format!("{} is absent", program.display())));
+    }
+    let mut command = bounded_command(&program, bounds);
+    command.arg("--net-file").arg(net).arg("--osm-files").arg(file).arg("--output-file").arg(written);
+    command.args(["--osm.keep-full-type", "--all-attributes", "--xml-validation", "never"]);
+    with_projections(&mut command, &program);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let child = command.spawn().map_err(|source| MapError::Io { file: program.clone(), source })?;
+    let run = Conversion { program: &program, format: "", file, known: file, net, options: Vec::new(), shares: 1 };
+    let status = run.wait(child, bounds)?;
+    if status.success() && written.is_file() { Ok(()) } else { Err(failed(format!("polyconvert ended with {status}"))) }
+}
+
+/// Sets SUMO's own projection database for one of its programs: the system's may have another version.
+fn with_projections(command: &mut Command, program: &Path) {
+    if let Some(home) = program.parent().and_then(Path::parent) {
+        let projections = home.join("data/proj");
+        command.env("SUMO_HOME", home).env("PROJ_DATA", &projections).env("PROJ_LIB", &projections);
+        // A projection in the file may name grids, which the library would download.
+        command.env("PROJ_NETWORK", "OFF");
     }
 }
 

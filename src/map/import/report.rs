@@ -143,7 +143,7 @@ impl ImportReport {
         match self.format {
             SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
             SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes without traffic",
-            SourceFormat::OpenStreetMap => "ways not for cars, buildings, signs, and painted markings",
+            SourceFormat::OpenStreetMap => "ways not for cars, signs, and painted markings",
             SourceFormat::Sumo => "nothing",
         }
         .to_owned()

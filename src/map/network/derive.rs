@@ -1,7 +1,7 @@
 //! Data derived from a network's elements once all are read: incoming lanes, links of connections, connections of signals, directions of
 //! lanes that are points, and the grid. In: a network with its lists filled. Out: the complete network.
 
-use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, LaneId, Network, SumoText, grid::SegmentGrid};
+use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, Footprint, LaneId, Network, SumoText, grid::SegmentGrid};
 use glam::{DVec2, DVec3};
 
 impl Network {
@@ -15,6 +15,12 @@ impl Network {
         self.grid = SegmentGrid::new(self);
         let (low, high) = self.bounds();
         self.level = low.z == high.z;
+    }
+
+    /// Returns the network with buildings beside it.
+    #[must_use]
+    pub fn with_footprints(self, footprints: Vec<Footprint>) -> Self {
+        Self { footprints, ..self }
     }
 
     /// Returns a copy with every coordinate shifted by `by`, metres: for the picture, which is drawn near a local origin. SUMO's text is
@@ -34,6 +40,8 @@ impl Network {
             lane.drawn.iter_mut().for_each(|drawn| all(drawn));
             all(&mut lane.outline);
         }
+        let corners = moved.footprints.iter_mut().flat_map(|footprint| &mut footprint.outline);
+        corners.for_each(|corner| *corner += by.truncate());
         moved.grid = SegmentGrid::new(&moved);
         moved
     }

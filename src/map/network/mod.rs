@@ -37,7 +37,7 @@ pub use signal::{ProgramKind, Signal, SignalLight, SignalPhase, SignalProgram};
 pub use signal_states::SignalStates;
 pub use vehicle_classes::VehicleClasses;
 
-use super::SumoText;
+use super::{SumoText, footprints::Footprint};
 use crate::space::Pose3;
 use glam::DVec3;
 use grid::SegmentGrid;
@@ -103,6 +103,7 @@ pub struct Network {
     lanes_by_id: Vec<LaneId>,
     edges_by_id: Vec<EdgeId>,
     grid: SegmentGrid,
+    footprints: Vec<Footprint>,
 }
 
 impl Network {
@@ -114,6 +115,11 @@ impl Network {
     /// Returns all lanes, in the order of the file.
     pub fn lanes(&self) -> &[Lane] {
         &self.lanes
+    }
+
+    /// Returns the buildings beside the network; empty if its map has none.
+    pub fn footprints(&self) -> &[Footprint] {
+        &self.footprints
     }
 
     /// Returns all junctions, in the order of the file.

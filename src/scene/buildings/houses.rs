@@ -20,7 +20,7 @@ pub(super) const DRIVE_UP_M: f32 = 0.03;
 pub(super) const PLINTH_M: f32 = 0.35;
 
 /// Colours of plaster, linear albedo.
-const PLASTER: [[f32; 3]; 9] = [
+pub(super) const PLASTER: [[f32; 3]; 9] = [
     [0.64, 0.60, 0.52],
     [0.68, 0.66, 0.62],
     [0.60, 0.50, 0.34],
@@ -32,7 +32,7 @@ const PLASTER: [[f32; 3]; 9] = [
     [0.66, 0.60, 0.42],
 ];
 /// Colours of brick, linear albedo.
-const BRICK: [[f32; 3]; 3] = [[0.27, 0.105, 0.070], [0.33, 0.155, 0.095], [0.40, 0.30, 0.20]];
+pub(super) const BRICK: [[f32; 3]; 3] = [[0.27, 0.105, 0.070], [0.33, 0.155, 0.095], [0.40, 0.30, 0.20]];
 /// Colours of roof tiles, linear albedo.
 const TILES: [[f32; 3]; 5] =
     [[0.26, 0.085, 0.045], [0.22, 0.095, 0.060], [0.070, 0.066, 0.068], [0.15, 0.085, 0.060], [0.10, 0.098, 0.10]];
@@ -49,7 +49,7 @@ fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
     random.uniform(f64::from(low), f64::from(high)) as f32
 }
 
-fn pick<T: Copy, const N: usize>(random: &mut Stream, of: &[T; N]) -> T {
+pub(super) fn pick<T: Copy, const N: usize>(random: &mut Stream, of: &[T; N]) -> T {
     of[random.index(N)]
 }
 
@@ -118,7 +118,8 @@ pub(super) fn model(plot: &Plot) -> Mesh {
 
 fn house(plot: &Plot, random: &mut Stream) -> Mesh {
     let mut shell = Shell::default();
-    let storeys = if random.uniform(0.0, 1.0) < 0.45 { 1 } else { 2 };
+    let usual = if random.uniform(0.0, 1.0) < 0.45 { 1 } else { 2 };
+    let storeys = plot.storeys.unwrap_or(usual);
     let windows = pick(random, &[WindowKind::Casement, WindowKind::Casement, WindowKind::Broad]);
     let look = Look::of(plot, storeys, windows, GroundFloor::Door, random);
     look.walls(&mut shell, plot.adjoins);
@@ -147,7 +148,8 @@ fn house(plot: &Plot, random: &mut Stream) -> Mesh {
 
 fn flats(plot: &Plot, random: &mut Stream) -> Mesh {
     let mut shell = Shell::default();
-    let storeys = 3 + random.index(2) as u32;
+    let usual = 3 + random.index(2) as u32;
+    let storeys = plot.storeys.unwrap_or(usual);
     let windows = pick(random, &[WindowKind::Broad, WindowKind::Casement]);
     let look = Look::of(plot, storeys, windows, GroundFloor::Door, random);
     look.walls(&mut shell, plot.adjoins);
@@ -194,7 +196,8 @@ fn flats(plot: &Plot, random: &mut Stream) -> Mesh {
 
 fn shops(plot: &Plot, random: &mut Stream) -> Mesh {
     let mut shell = Shell::default();
-    let storeys = 2 + random.index(3) as u32;
+    let usual = 2 + random.index(3) as u32;
+    let storeys = plot.storeys.unwrap_or(usual);
     let windows = pick(random, &[WindowKind::Tall, WindowKind::Tall, WindowKind::Casement, WindowKind::Broad]);
     let ground = if random.uniform(0.0, 1.0) < 0.7 { GroundFloor::Shops } else { GroundFloor::Door };
     let look = Look::of(plot, storeys, windows, ground, random);

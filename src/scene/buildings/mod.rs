@@ -1,22 +1,26 @@
-//! Buildings along the streets of a town, by the program's own rules. In: a network, its paved surfaces, the ground, a seed. Out: plots, and
-//! one mesh in world axes. Metres.
+//! Buildings by the footprints of a map, or along the streets of a town by the program's own rules. In: a network, its paved surfaces, the
+//! ground, a seed. Out: plots and blocks, and one mesh in world axes. Metres.
 //!
-//! `plots` says where buildings stand, `houses` how each is built from the parts of `shell`. Windows, doors, bricks and tiles are drawn by
+//! `plots` says where buildings stand in a town, `ground_plans` where by footprints, `houses` how each is built from the parts of `shell`. Windows, doors, bricks and tiles are drawn by
 //! `building.wgsl`, from the numbers of `facade` in each vertex.
 
 mod facade;
+mod ground_plans;
 mod houses;
 pub(super) mod plots;
 mod shell;
 
-use self::plots::{DRIVE_M, Plot, PlotSquares, plots};
+use self::{
+    ground_plans::Block,
+    plots::{DRIVE_M, Plot, PlotSquares, plots},
+};
 use super::{
     CarInstance, Mesh,
     car::{self, number_plate},
     land::Relief,
     network::{
         layer::SHOULDER_M,
-        road_surfaces::RoadSurfaces,
+        road_surfaces::{RoadSurfaces, SurfaceCollector},
         town::{PAVEMENT_M, Town},
     },
     options::ordinary_paint,
@@ -42,6 +46,9 @@ const LEVEL_M: f32 = 0.3;
 pub(super) struct Buildings {
     plots: Vec<Plot>,
     squares: PlotSquares,
+    blocks: Vec<Block>,
+    /// Outlines of the blocks; `None` without any.
+    block_outlines: Option<RoadSurfaces>,
     /// Lanes of the town's streets and junctions; `None` without a town.
     streets: Option<RoadSurfaces>,
 }
@@ -49,11 +56,19 @@ pub(super) struct Buildings {
 impl Buildings {
     /// Places the buildings of a network.
     pub fn of(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Self {
-        let plots = plots(net, town, roads, seed);
+        let (plots, blocks) = match net.footprints() {
+            [] => (plots(net, town, roads, seed), Vec::new()),
+            footprints => ground_plans::built(footprints, roads, seed),
+        };
+        let mut outlines = SurfaceCollector::default();
+        for block in &blocks {
+            outlines.area(&block.outline.iter().map(|corner| corner.extend(0.0)).collect::<Vec<Vec3>>());
+        }
+        let block_outlines = (!blocks.is_empty()).then(|| RoadSurfaces::new(outlines));
         let mut squares = PlotSquares::default();
         plots.iter().for_each(|plot| squares.add(*plot));
         let streets = town.surfaces(net).map(RoadSurfaces::new);
-        Self { plots, squares, streets }
+        Self { plots, squares, blocks, block_outlines, streets }
     }
 
     /// Checks whether the ground at a point is built on or paved, so that nothing grows there.
@@ -62,10 +77,10 @@ impl Buildings {
         self.distance_m(point) < BARE_M || self.streets.as_ref().is_some_and(is_paved)
     }
 
-    /// Returns the distance of a point from the nearest building, metres; infinite if none is within 20 m. Inside a building it is 0.
+    /// Returns the distance of a point from the nearest building, metres; not exact if none is within 20 m. Inside a building it is 0.
     pub fn distance_m(&self, point: Vec2) -> f32 {
-        let near = self.squares.near(point).iter();
-        near.map(|plot| plot.distance_m(point)).fold(f32::INFINITY, f32::min)
+        let near = self.squares.near(point).iter().map(|plot| plot.distance_m(point));
+        near.chain(self.block_outlines.iter().map(|blocks| blocks.border_m(point))).fold(f32::INFINITY, f32::min)
     }
 
     /// Returns the cars that stand on drives.
@@ -100,7 +115,12 @@ impl Buildings {
 
     /// Returns the mesh of all buildings, in world axes.
     pub fn mesh(&self, relief: &Relief) -> Mesh {
-        let models: Vec<(Mesh, Quat, Vec3)> = self.plots.par_iter().map(|plot| placed(plot, relief)).collect();
+        let mut models: Vec<(Mesh, Quat, Vec3)> = self.plots.par_iter().map(|plot| placed(plot, relief)).collect();
+        models.par_extend(self.blocks.par_iter().map(|block| {
+            let heights = block.outline.iter().map(|corner| relief.height_m(*corner));
+            let ground_m = heights.fold(f32::NEG_INFINITY, f32::max) + houses::PLINTH_M;
+            (ground_plans::model(block), Quat::IDENTITY, block.outline[0].extend(ground_m))
+        }));
         let mut mesh = Mesh::default();
         models.iter().for_each(|(model, turn, at)| mesh.append_placed(model, *turn, *at));
         mesh

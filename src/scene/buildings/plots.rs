@@ -62,6 +62,8 @@ pub(in crate::scene) struct Plot {
     pub has_fence: bool,
     /// Side of the drive beside the house: -1 for the left, 1 for the right; `None` without one.
     pub drive: Option<f32>,
+    /// Number of storeys, at most 7; `None` leaves it to the rules.
+    pub storeys: Option<u32>,
     /// Number for the choice of details.
     pub seed: u64,
 }
@@ -232,6 +234,7 @@ fn beside_lane(
             adjoins: [false; 2],
             has_fence: false,
             drive: None,
+            storeys: None,
             seed,
         };
         // In a bend towards the buildings, adjoining fronts would overlap.

@@ -158,3 +158,43 @@ fn cars_are_parked_beside_houses_and_off_the_road() {
         }
     }
 }
+
+#[test]
+fn footprints_of_a_map_stand_instead_of_the_towns_own_houses() {
+    use crate::map::footprints::{BuildingUse, Footprint};
+    use glam::{DVec2, dvec2};
+    let footprint = |of: BuildingUse, height_m: Option<f64>, outline: &[[f64; 2]]| {
+        let outline: Vec<DVec2> = outline.iter().map(|[x, y]| dvec2(*x, *y)).collect();
+        Footprint { outline, of, height_m }
+    };
+    // The street A1B1 of the grid leads east along y = 90; its southern lane has its edge at y = 83.6.
+    let house = [[30.0, 65.0], [42.0, 65.0], [42.0, 74.0], [36.0, 74.05], [30.0, 74.0]];
+    let corner = [[50.0, 60.0], [66.0, 60.0], [66.0, 75.0], [58.0, 75.0], [58.0, 68.0], [50.0, 68.0]];
+    let over = [[70.0, 80.0], [76.0, 80.0], [76.0, 95.0], [70.0, 95.0]];
+    let far = [[30.0, -900.0], [42.0, -900.0], [42.0, -890.0], [30.0, -890.0]];
+    let net = network("grid-signals").with_footprints(vec![
+        footprint(BuildingUse::House, Some(6.0), &house),
+        footprint(BuildingUse::Flats, Some(13.5), &corner),
+        footprint(BuildingUse::House, None, &over),
+        footprint(BuildingUse::House, None, &far),
+    ]);
+    let roads = surfaces(&net);
+    let buildings = Buildings::of(&net, &Town::of(&net), &roads, 1);
+    let [plot] = &buildings.plots[..] else { panic!("{:?}", buildings.plots) };
+    assert_eq!((plot.kind, plot.storeys), (PlotKind::House, Some(2)));
+    assert!(plot.front.distance(Vec2::new(36.0, 74.0)) < 0.1 && plot.inwards.distance(Vec2::NEG_Y) < 0.01, "{plot:?}");
+    assert!((plot.width_m - 12.0).abs() < 0.1 && (plot.depth_m - 9.0).abs() < 0.1, "{plot:?}");
+    assert_eq!(buildings.blocks.len(), 1, "nothing stands over a road or out of sight");
+    for (point, distance_m) in
+        [((36.0, 70.0), 0.0), ((54.0, 64.0), 0.0), ((54.0, 71.0), 3.0), ((64.0, 72.0), 0.0), ((68.0, 70.0), 2.0)]
+    {
+        let found_m = buildings.distance_m(Vec2::from(point));
+        assert!((found_m - distance_m).abs() < 0.01, "{point:?}: {found_m}");
+    }
+    let relief = Relief::new(&roads, 1);
+    let mesh = buildings.mesh(&relief);
+    check(&mesh, "buildings");
+    let of_block = |vertex: &&crate::scene::Vertex| (49.9..66.1).contains(&vertex.position[0]);
+    let top_m = mesh.vertices.iter().filter(of_block).map(|vertex| vertex.position[2]).fold(0.0, f32::max);
+    assert!((top_m - 13.5).abs() < 0.8, "13.5 m over the ground beside it, whose height differs a little: {top_m}");
+}

@@ -23,7 +23,7 @@ mod symbols;
 #[cfg(test)]
 mod tests;
 pub(super) mod town;
-mod triangulation;
+pub(super) mod triangulation;
 mod verge;
 pub(super) mod verge_shape;
 

@@ -29,7 +29,7 @@ pub(super) fn cleaned(outline: &[Vec2]) -> Vec<usize> {
 
 /// Cuts ears off the outline until none is left. If no corner is an ear, because the outline intersects itself, cuts the corner whose
 /// triangle is the least thin.
-pub(super) fn triangles(outline: &[Vec2]) -> Vec<[usize; 3]> {
+pub(in crate::scene) fn triangles(outline: &[Vec2]) -> Vec<[usize; 3]> {
     let mut left = cleaned(outline);
     let mut cut = Vec::with_capacity(left.len());
     while left.len() > 2 {

@@ -1,8 +1,8 @@
 //! Check of a drive before it begins, and its first moment, as quick as they can be. In: a scenario. Out: the drive as planned with its policy
 //! and expected speeds, or why it cannot start.
 //!
-//! A closed route starts by the native engine. On a network only SUMO moves vehicles, and a process has one SUMO at a time: there the demand
-//! is read, SUMO tries both in a process of its own, once for the same files, and no vehicle moves.
+//! A closed route starts by the native engine. On a network only SUMO moves vehicles, which need not be on a computer that reads
+//! the data of a study, and of which a process has one at a time: there the demand is read, and no vehicle moves.
 
 use super::{ExpectedSpeeds, World, WorldError, advice::DriveAdvice, traffic_start};
 use crate::{

@@ -122,26 +122,25 @@ impl SumoTraffic {
     /// SUMO is not here or in use, or it refuses the network or the demand.
     pub fn start_with_demand(setup: &DemandSetup) -> Result<Self, TrafficError> {
         let home = home()?;
-        let inputs = Self::tried(&home, setup)?;
+        locate::library(&home)?;
+        let (inputs, has_ego) = (Self::read_demand(setup)?, !setup.egos.is_empty());
+        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand().demand.clone(), has_ego };
+        let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
+        network_check::check(&home, &trial, &named)?;
         Self::start_demand(&home, setup, inputs, false)
     }
 
-    /// Checks that SUMO can start with a demand, in a process of its own.
+    /// Checks the files of a demand as [`SumoTraffic::start_with_demand`] does before it starts SUMO, which need not be here.
     ///
     /// # Errors
-    /// As [`SumoTraffic::start_with_demand`], except that SUMO may be in use.
+    /// A file is refused, or no vehicle departs.
     pub fn check_demand(setup: &DemandSetup) -> Result<(), TrafficError> {
-        Self::tried(&home()?, setup).map(drop)
+        Self::read_demand(setup).map(drop)
     }
 
-    /// Returns the input files of a demand after SUMO has read them in a process of its own.
-    fn tried(home: &Path, setup: &DemandSetup) -> Result<Inputs, TrafficError> {
-        locate::library(home)?;
-        let (inputs, has_ego) = (setup.inputs()?, !setup.egos.is_empty());
+    fn read_demand(setup: &DemandSetup) -> Result<Inputs, TrafficError> {
+        let inputs = setup.inputs()?;
         setup.departs(inputs.demand())?;
-        let trial = Trial { net_file: inputs.net().into(), demand: inputs.demand().demand.clone(), has_ego };
-        let named = Trial { net_file: setup.net_file.clone(), demand: setup.demand.clone(), has_ego };
-        network_check::check(home, &trial, &named)?;
         Ok(inputs)
     }
 

@@ -1,0 +1,111 @@
+//! Buildings of an OpenStreetMap file. In: the file, and the network made from it. Out: the map's file of footprints, and a line for the
+//! report. SUMO's own polyconvert places them in the network's frame.
+
+use super::netconvert::{self, ImportOptions};
+use crate::{
+    map::{
+        MapError,
+        footprints::{self, FOOTPRINTS},
+    },
+    private,
+};
+use std::path::Path;
+
+/// File that polyconvert writes, in the map's folder.
+const POLYGONS: &str = "polygons.xml";
+
+/// Writes the buildings of an OpenStreetMap file beside the network in a map's folder. Returns a line for the report, none without
+/// buildings; a map can be driven without them, so that a fault of theirs is said there, too.
+///
+/// # Errors
+/// The user stopped the import.
+pub(super) fn write(
+    folder: &Path,
+    netconvert: &Path,
+    file: &Path,
+    options: &ImportOptions,
+) -> Result<Option<String>, MapError> {
+    let polygons = folder.join(POLYGONS);
+    let made = netconvert::polygons(netconvert, file, &folder.join("net.xml"), &polygons, options).and_then(|()| {
+        let found = footprints::read(&polygons)?;
+        let failed = |source| MapError::Io { file: folder.join(FOOTPRINTS), source };
+        if !found.is_empty() {
+            private::replace(&folder.join(FOOTPRINTS), footprints::text(&found).as_bytes()).map_err(failed)?;
+        }
+        Ok(found.len())
+    });
+    let _ = std::fs::remove_file(&polygons);
+    match made {
+        Ok(0) => Ok(None),
+        Ok(count) => Ok(Some(format!("buildings      {count}"))),
+        Err(MapError::Interrupted { file }) => Err(MapError::Interrupted { file }),
+        Err(why) => Ok(Some(format!("buildings      none: {}", why.to_string().lines().next().unwrap_or_default()))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::{footprints::BuildingUse, import::import_into, network::Network};
+    use std::sync::atomic::AtomicBool;
+
+    /// Returns a node of OpenStreetMap with the thousandth parts of degrees north of 50 degrees and east of 8 degrees.
+    fn node(id: u32, north: f64, east: f64) -> String {
+        format!("<node id=\"{id}\" lat=\"{}\" lon=\"{}\"/>", 50.0 + north / 1000.0, 8.0 + east / 1000.0)
+    }
+
+    fn way(id: u32, nodes: &[u32], tags: &[[&str; 2]]) -> String {
+        let nodes: String = nodes.iter().map(|node| format!("<nd ref=\"{node}\"/>")).collect();
+        let tags: String = tags.iter().map(|[k, v]| format!("<tag k=\"{k}\" v=\"{v}\"/>")).collect();
+        format!("<way id=\"{id}\">{nodes}{tags}</way>")
+    }
+
+    #[test]
+    fn buildings_of_an_open_street_map_file_lie_where_the_file_says() {
+        static STOP: AtomicBool = AtomicBool::new(false);
+        // A street to the east, and a house 0.15 to 0.25 thousandths of a degree north of it; a wood.
+        let places = [
+            (1, 0.0, 0.0),
+            (2, 0.0, 3.0),
+            (3, 2.0, 3.0),
+            (11, 0.15, 1.0),
+            (12, 0.15, 1.2),
+            (13, 0.25, 1.2),
+            (14, 0.25, 1.0),
+        ];
+        let nodes: String = places.iter().map(|(id, north, east)| node(*id, *north, *east)).collect();
+        let ways = [
+            way(100, &[1, 2, 3], &[["highway", "residential"]]),
+            way(200, &[11, 12, 13, 14, 11], &[["building", "detached"], ["building:levels", "2"]]),
+            way(201, &[1, 12, 13, 1], &[["landuse", "forest"]]),
+        ];
+        let text = format!("<osm version=\"0.6\">{nodes}{}</osm>", ways.concat());
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("place.osm");
+        std::fs::write(&file, text).expect("written");
+        let netconvert = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo/bin/netconvert");
+        let options = ImportOptions { seconds: 60, memory_mib: 1024, stop: &STOP, side: None };
+        let made = import_into(&folder.path().join("maps"), &netconvert, &file, "place", &options).expect("imported");
+        assert!(made.report.notes.iter().any(|note| note == "buildings      1"), "{:?}", made.report.notes);
+        assert!(!made.folder.join(POLYGONS).exists() && made.folder.join(FOOTPRINTS).is_file());
+        let net = Network::load(&made.folder.join("net.xml").to_string_lossy()).expect("a network");
+        let [house] = net.footprints() else { panic!("{:?}", net.footprints()) };
+        assert_eq!((house.of, house.height_m, house.outline.len()), (BuildingUse::House, Some(6.0), 4));
+        // At 50 degrees north a degree has 111,229 m to the north and 71,698 m to the east (WGS 84).
+        let area_m2 = 0.2e-3 * 71_698.0 * 0.1e-3 * 111_229.0;
+        assert!((house.area_m2() / area_m2 - 1.0).abs() < 0.01, "{} instead of {area_m2}", house.area_m2());
+        let lanes = net.lanes().iter().filter(|lane| lane.admits_cars());
+        let points = lanes.flat_map(|lane| lane.line.points().windows(2).map(|pair| [pair[0], pair[1]]));
+        let off_m = |corner: glam::DVec2| {
+            let to_segment = |[a, b]: [glam::DVec3; 2]| {
+                let (a, along) = (a.truncate(), (b - a).truncate());
+                let share = ((corner - a).dot(along) / along.length_squared().max(1e-9)).clamp(0.0, 1.0);
+                corner.distance(a + along * share)
+            };
+            points.clone().map(to_segment).fold(f64::INFINITY, f64::min)
+        };
+        let nearest_m = house.outline.iter().map(|corner| off_m(*corner)).fold(f64::INFINITY, f64::min);
+        // 16.7 m from the street's middle, less half a lane of 3.2 m.
+        assert!((nearest_m - (0.15e-3 * 111_229.0 - 1.6)).abs() < 0.3, "{nearest_m} m from the lane's middle");
+    }
+}

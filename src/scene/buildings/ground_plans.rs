@@ -1,0 +1,156 @@
+//! Buildings by the footprints of a map. In: footprints, the roads. Out: plots for those that are rectangles, blocks for all others. Metres.
+
+use super::{
+    facade::{Facade, GroundFloor, STOREY_M, WindowKind},
+    houses::{BRICK, CELLAR_M, PLASTER, PLINTH_M, pick},
+    plots::{MOST_BUILDINGS, Plot, PlotKind},
+    shell::Shell,
+};
+use crate::{
+    map::footprints::{BuildingUse, Footprint},
+    rng,
+    scene::{
+        Mesh,
+        network::{road_surfaces::RoadSurfaces, triangulation},
+    },
+};
+use glam::{Vec2, Vec3};
+
+/// Greatest distance of a building from a road, metres: others would hardly be seen.
+const NEAR_M: f32 = 250.0;
+/// Least distance of a corner from a road, metres: an outline over a road is a fault of the data, or a passage.
+const FREE_M: f32 = 0.3;
+/// Largest sine of the angle by which two walls count as one, and smallest of one that counts as right.
+const STRAIGHT_SIN: f32 = 0.1;
+const RIGHT_SIN: f32 = 0.98;
+/// Sides of a rectangle that is built as a house, metres.
+const HOUSE_M: std::ops::RangeInclusive<f32> = 5.0..=26.0;
+/// Depth of the path to a door, metres.
+const PATH_M: std::ops::RangeInclusive<f32> = 1.0..=6.0;
+/// Wall that has windows, metres.
+const WINDOWED_M: f32 = 2.0;
+
+/// Building of any outline, with a flat roof.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::scene) struct Block {
+    /// Corners, counter-clockwise.
+    pub outline: Vec<Vec2>,
+    pub height_m: f32,
+    pub of: BuildingUse,
+    /// Number for the choice of details.
+    pub seed: u64,
+}
+
+/// Returns the buildings of these footprints, those nearest to the roads if there are too many.
+pub(super) fn built(footprints: &[Footprint], roads: &RoadSurfaces, seed: u64) -> (Vec<Plot>, Vec<Block>) {
+    let near = footprints.iter().enumerate().filter_map(|(k, footprint)| {
+        let outline: Vec<Vec2> = footprint.outline.iter().map(|at| at.as_vec2()).collect();
+        let middle = outline.iter().sum::<Vec2>() / outline.len() as f32;
+        let off_m = roads.border_m(middle);
+        let is_free = off_m > 0.0 && off_m < NEAR_M && outline.iter().all(|corner| roads.border_m(*corner) > FREE_M);
+        is_free.then_some((off_m, k, outline))
+    });
+    let mut near: Vec<(f32, usize, Vec<Vec2>)> = near.collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    near.truncate(MOST_BUILDINGS);
+    near.sort_by_key(|(_, k, _)| *k);
+    let (mut plots, mut blocks) = (Vec::new(), Vec::new());
+    for (_, k, outline) in near {
+        let footprint = &footprints[k];
+        let seed = rng::stream(seed, &format!("building {k}")).index(1 << 30) as u64;
+        let outline = straightened(&outline);
+        match plot(footprint, &outline, roads, seed) {
+            Some(plot) => plots.push(plot),
+            None => blocks.push(Block { height_m: height_m(footprint), outline, of: footprint.of, seed }),
+        }
+    }
+    (plots, blocks)
+}
+
+/// Returns the height of a building, metres; where none is known, that of its use.
+fn height_m(footprint: &Footprint) -> f32 {
+    let usual_m = match footprint.of {
+        BuildingUse::Outbuilding => 2.7,
+        BuildingUse::House | BuildingUse::Shops => 2.0 * STOREY_M,
+        BuildingUse::Flats => 3.0 * STOREY_M,
+    };
+    footprint.height_m.map_or(usual_m, |height_m| height_m as f32)
+}
+
+/// Returns an outline without the corners between walls in one line.
+fn straightened(outline: &[Vec2]) -> Vec<Vec2> {
+    let n = outline.len();
+    let is_corner = |k: &usize| {
+        let [before, here, after] = [k + n - 1, *k, k + 1].map(|k| outline[k % n]);
+        (here - before).normalize_or_zero().perp_dot((after - here).normalize_or_zero()).abs() > STRAIGHT_SIN
+    };
+    let kept: Vec<Vec2> = (0..n).filter(is_corner).map(|k| outline[k]).collect();
+    if kept.len() < 3 { outline.to_vec() } else { kept }
+}
+
+/// Returns the plot of a building whose outline is a rectangle of a house's size, with its front towards the nearest road.
+fn plot(footprint: &Footprint, outline: &[Vec2], roads: &RoadSurfaces, seed: u64) -> Option<Plot> {
+    let kind = match footprint.of {
+        BuildingUse::House => PlotKind::House,
+        BuildingUse::Flats => PlotKind::Flats,
+        BuildingUse::Shops => PlotKind::Shops,
+        BuildingUse::Outbuilding => return None,
+    };
+    let [a, b, c, d] = outline.try_into().ok()?;
+    let corners: [Vec2; 4] = [a, b, c, d];
+    let side = |k: usize| corners[(k + 1) % 4] - corners[k % 4];
+    let is_right = |k: usize| side(k).normalize_or_zero().perp_dot(side(k + 1).normalize_or_zero()) > RIGHT_SIN;
+    let is_house = (0..4).all(|k| is_right(k) && HOUSE_M.contains(&side(k).length()));
+    let storeys = (height_m(footprint) / STOREY_M).round() as u32;
+    if !is_house || !(1..=7).contains(&storeys) {
+        return None;
+    }
+    let middle = |k: usize| (corners[k] + corners[(k + 1) % 4]) / 2.0;
+    let off_m = |k: usize| roads.border_m(middle(k));
+    let front = (0..4).min_by(|a, b| off_m(*a).total_cmp(&off_m(*b)))?;
+    Some(Plot {
+        kind,
+        front: middle(front),
+        // Counter-clockwise, the inside is on the left.
+        inwards: side(front).normalize().perp(),
+        width_m: side(front).length(),
+        depth_m: side(front + 1).length(),
+        garden_m: (off_m(front) - FREE_M).clamp(*PATH_M.start(), *PATH_M.end()),
+        adjoins: [false; 2],
+        has_fence: false,
+        drive: None,
+        storeys: Some(storeys),
+        seed,
+    })
+}
+
+/// Returns the mesh of a block in a frame at its first corner.
+pub(super) fn model(block: &Block) -> Mesh {
+    let mut random = rng::stream(block.seed, "block");
+    let mut shell = Shell::default();
+    let is_brick = random.uniform(0.0, 1.0) < 0.28;
+    let wall = if is_brick { pick(&mut random, &BRICK) } else { pick(&mut random, &PLASTER) };
+    let ground = match block.of {
+        BuildingUse::Shops => GroundFloor::Shops,
+        BuildingUse::Outbuilding => GroundFloor::Blank,
+        BuildingUse::House | BuildingUse::Flats => GroundFloor::Windows,
+    };
+    let windows = pick(&mut random, &[WindowKind::Casement, WindowKind::Broad, WindowKind::Tall]);
+    let storeys = ((block.height_m / STOREY_M).round() as u32).clamp(1, 7);
+    let seed = random.index(256) as u8;
+    let facade = Facade { bay_m: 0.0, storeys, windows, is_brick, ground, seed };
+    let base = block.outline[0];
+    let outline: Vec<Vec2> = block.outline.iter().map(|corner| *corner - base).collect();
+    let heights = [-CELLAR_M - PLINTH_M, block.height_m];
+    for (k, from) in outline.iter().enumerate() {
+        let to = outline[(k + 1) % outline.len()];
+        let length_m = from.distance(to);
+        let of_wall = if length_m < WINDOWED_M { facade.blank() } else { facade };
+        shell.wall([*from, to], heights, wall, of_wall.along(length_m, 2.9));
+    }
+    for corners in triangulation::triangles(&outline) {
+        let corners: [Vec3; 3] = corners.map(|k| outline[k].extend(block.height_m));
+        shell.plain(&corners, [0.20, 0.195, 0.185]);
+    }
+    shell.mesh
+}
