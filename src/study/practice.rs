@@ -173,10 +173,7 @@ mod tests {
         fn showing(letter: u8) -> Self {
             let map =
                 RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["B0B1", "B1C1"]).expect("a path");
-            let links: Vec<usize> = map.network.signals().iter().map(|signal| signal.links.len()).collect();
-            let starts: Vec<u32> = (0..=links.len()).map(|k| links[..k].iter().sum::<usize>() as u32).collect();
-            let mut signals = SignalStates::default();
-            signals.set(&vec![letter; starts[links.len()] as usize], &starts);
+            let signals = SignalStates::uniform(&map.network, letter);
             let guidance = PathLanes::new(&map).guidance(&map);
             Self { observer: PracticeObserver::new(&map), map, guidance, signals }
         }

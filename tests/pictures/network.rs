@@ -9,7 +9,7 @@ use crate::{
 use codrive::{
     map::{
         RoadMap,
-        network::{LaneId, Network, SignalId},
+        network::{LaneId, Network, SignalId, SignalStates},
     },
     render::{OFFSCREEN, Quality, Renderer, render_to_image},
     scenario::{DisplaySettings, GuidanceView, Scenario},
@@ -249,11 +249,7 @@ fn seen_lamp(image: &RgbaImage, view: &View, lamp: Vec3) -> [f32; 3] {
 
 /// Returns a snapshot in which all links of all signals show one letter.
 fn showing(letter: u8) -> Snapshot {
-    let mut snapshot = Snapshot::default();
-    let letters: Vec<usize> = network().signals().iter().map(|signal| signal.links.len()).collect();
-    let starts: Vec<u32> = (0..=letters.len()).map(|k| letters[..k].iter().sum::<usize>() as u32).collect();
-    snapshot.signals.set(&vec![letter; letters.iter().sum()], &starts);
-    snapshot
+    Snapshot { signals: SignalStates::uniform(network(), letter), ..Snapshot::default() }
 }
 
 #[test]

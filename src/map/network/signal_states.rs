@@ -41,6 +41,16 @@ impl SignalStates {
         states
     }
 
+    /// Returns the states in which every link of every signal shows one of SUMO's letters.
+    pub fn uniform(network: &Network, letter: u8) -> Self {
+        let mut states = Self { letters: Vec::new(), starts: vec![0] };
+        for signal in network.signals() {
+            states.letters.resize(states.letters.len() + signal.links.len(), letter);
+            states.starts.push(states.letters.len() as u32);
+        }
+        states
+    }
+
     /// Replaces the letters and the start index of each signal (one more at the end). Reuses memory where the capacity suffices.
     pub fn set(&mut self, letters: &[u8], starts: &[u32]) {
         self.letters.clear();

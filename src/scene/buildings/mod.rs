@@ -1,8 +1,8 @@
 //! Buildings by the footprints of a map, or along the streets of a town by the program's own rules. In: a network, its paved surfaces, the
 //! ground, a seed. Out: plots and blocks, and one mesh in world axes. Metres.
 //!
-//! `plots` says where buildings stand in a town, `ground_plans` where by footprints, `houses` how each is built from the parts of `shell`. Windows, doors, bricks and tiles are drawn by
-//! `building.wgsl`, from the numbers of `facade` in each vertex.
+//! `plots` says where buildings stand in a town, `ground_plans` where by footprints, `houses` how each is built from the parts of `shell`.
+//! Windows, doors, bricks and tiles are drawn by `building.wgsl`, from the numbers of `facade` in each vertex.
 
 mod facade;
 mod ground_plans;

@@ -173,8 +173,9 @@ mod tests {
         assert!((55.0..70.0).contains(&ahead_m), "a street of the grid has 69.2 m: {ahead_m}");
         assert_eq!((drive.place("B2A2_1", 20.0, 0.0), drive.snapshot.ego_s_m), (None, 60.0), "the position waits");
         assert!(matches!(next(&drive), Some(NextManoeuvre { manoeuvre: Manoeuvre::Left, .. })));
-        // Right instead: a way from there.
-        assert_eq!(drive.place("A2A1_0", 20.0, 0.0), None);
+        // Right at B2 instead: a way from there.
+        assert_eq!(drive.place("B2C2_0", 20.0, 0.0), None);
+        assert!(next(&drive).is_some_and(|next| next.manoeuvre != Manoeuvre::TurnAround));
         let edge =
             drive.map.route.lanes().iter().find(|lane| lane.edge_id(&drive.map.network) == "B1C1").expect("B1C1");
         let start_m = edge.start_s_m;

@@ -32,10 +32,7 @@ impl Drive {
 
     fn along(edges: &[&str], letter: u8) -> Self {
         let map = RoadMap::load_along(GRID, edges).expect("a path");
-        let links: Vec<usize> = map.network.signals().iter().map(|signal| signal.links.len()).collect();
-        let starts: Vec<u32> = (0..=links.len()).map(|k| links[..k].iter().sum::<usize>() as u32).collect();
-        let mut signals = SignalStates::default();
-        signals.set(&vec![letter; starts[links.len()] as usize], &starts);
+        let signals = SignalStates::uniform(&map.network, letter);
         Self { map, rules: RoadRules::default(), tick: 0, signals, turned_rad: 0.0, offset_m: 0.0, cars: Vec::new() }
     }
 
