@@ -8,7 +8,7 @@ use std::{fmt::Write, path::Path};
 
 /// File name of a map's buildings.
 pub const FOOTPRINTS: &str = "buildings.xml";
-/// Height of a storey where a file states a number of storeys, metres.
+/// Height of a storey, metres.
 pub const STOREY_M: f64 = 3.0;
 /// Maximum number of footprints of a map, and of corners of one.
 const MOST_FOOTPRINTS: usize = 100_000;
@@ -54,7 +54,7 @@ impl BuildingUse {
 pub struct Footprint {
     /// Corners, counter-clockwise, the first one once.
     pub outline: Vec<DVec2>,
-    pub of: BuildingUse,
+    pub kind: BuildingUse,
     /// Height over the ground, metres, if the file states it or a number of storeys.
     pub height_m: Option<f64>,
 }
@@ -128,7 +128,7 @@ fn parse(file: &Path, text: &str) -> Result<Vec<Footprint>, MapError> {
             Some(Err((text, attribute))) => return Err(fault(attribute, text, "metres above 0, at most 1000")),
             None => levels(),
         };
-        found.push(Footprint { of: BuildingUse::of(value, doubled_m2.abs() / 2.0), outline, height_m });
+        found.push(Footprint { kind: BuildingUse::of(value, doubled_m2.abs() / 2.0), outline, height_m });
     }
     Ok(found)
 }
@@ -156,7 +156,7 @@ fn height(text: &str) -> Option<f64> {
 pub fn text(footprints: &[Footprint]) -> String {
     let mut text = String::from("<additional>\n");
     for (id, footprint) in footprints.iter().enumerate() {
-        let value = match footprint.of {
+        let value = match footprint.kind {
             BuildingUse::House => "house",
             BuildingUse::Flats => "apartments",
             BuildingUse::Shops => "retail",
@@ -191,7 +191,7 @@ mod tests {
                <poly id="204" type="building.garage" shape="0,0,5 4,0,5 4,6,5 0,6,5"><param key="building:levels" value="1-2"/></poly>"#,
         )
         .expect("polygons");
-        let looks: Vec<_> = found.iter().map(|f| (f.of, f.height_m, f.outline.len(), f.area_m2().round())).collect();
+        let looks: Vec<_> = found.iter().map(|f| (f.kind, f.height_m, f.outline.len(), f.area_m2().round())).collect();
         use BuildingUse::{Flats, House, Outbuilding};
         assert_eq!(
             looks,

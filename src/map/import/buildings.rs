@@ -90,7 +90,7 @@ mod tests {
         assert!(!made.folder.join(POLYGONS).exists() && made.folder.join(FOOTPRINTS).is_file());
         let net = Network::load(&made.folder.join("net.xml").to_string_lossy()).expect("a network");
         let [house] = net.footprints() else { panic!("{:?}", net.footprints()) };
-        assert_eq!((house.of, house.height_m, house.outline.len()), (BuildingUse::House, Some(6.0), 4));
+        assert_eq!((house.kind, house.height_m, house.outline.len()), (BuildingUse::House, Some(6.0), 4));
         // At 50 degrees north a degree has 111,229 m to the north and 71,698 m to the east (WGS 84).
         let area_m2 = 0.2e-3 * 71_698.0 * 0.1e-3 * 111_229.0;
         assert!((house.area_m2() / area_m2 - 1.0).abs() < 0.01, "{} instead of {area_m2}", house.area_m2());

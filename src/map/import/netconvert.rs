@@ -79,7 +79,7 @@ impl Conversion<'_> {
         command.args(["--precision", "6", "--xml-validation", "never"]);
         with_projections(&mut command, self.program);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(private::file(&log).map_err(io)?);
-        let status = self.wait(command.spawn().map_err(io)?, bounds);
+        let status = wait(command.spawn().map_err(io)?, self.program, self.known, bounds, self.shares);
         let words = read_bounded(&log, FILE_BYTES).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
         std::fs::remove_file(&log).map_err(io)?;
         let words = words.unwrap_or_default();
@@ -96,7 +96,7 @@ impl Conversion<'_> {
         errors.retain(|error| !error.starts_with(NO_NODES));
         // Messages of the system when memory runs out, of netconvert, and of its libraries.
         if let Some(line) = out_of_memory(&words) {
-            return Err(self.beyond(bounds, format!("netconvert needs more memory ({line})")));
+            return Err(beyond(self.known, bounds, format!("netconvert needs more memory ({line})")));
         }
         let message = match errors.is_empty() {
             true => {
@@ -106,33 +106,40 @@ impl Conversion<'_> {
         };
         Err(MapError::Netconvert { file: self.known.into(), message })
     }
+}
 
-    fn beyond(&self, bounds: &ImportOptions, what: String) -> MapError {
-        let ImportOptions { seconds, memory_mib, .. } = *bounds;
-        MapError::NetconvertLimit { file: self.known.into(), what, seconds, memory_mib }
-    }
+fn beyond(known: &Path, bounds: &ImportOptions, what: String) -> MapError {
+    let ImportOptions { seconds, memory_mib, .. } = *bounds;
+    MapError::NetconvertLimit { file: known.into(), what, seconds, memory_mib }
+}
 
-    fn wait(&self, mut child: Child, bounds: &ImportOptions) -> Result<std::process::ExitStatus, MapError> {
-        // Waits are counted, not timed by a clock: only the order of magnitude matters.
-        let most_waits = (bounds.seconds * WAITS_PER_S / self.shares.max(1)).max(1);
-        let mut waits = 0;
-        loop {
-            if let Some(status) =
-                child.try_wait().map_err(|source| MapError::Io { file: self.program.into(), source })?
-            {
-                return Ok(status);
-            }
-            waits += 1;
-            let late = waits > most_waits;
-            if late || bounds.stop.load(Ordering::Relaxed) {
-                end_with_children(&mut child);
-                return Err(match late {
-                    true => self.beyond(bounds, "netconvert was stopped at the time limit".into()),
-                    false => MapError::Interrupted { file: self.known.into() },
-                });
-            }
-            std::thread::sleep(Duration::from_millis(1000 / WAITS_PER_S));
+/// Waits for a program to end, at most its share of the time limit. Errors name the user's file `known`.
+fn wait(
+    mut child: Child,
+    program: &Path,
+    known: &Path,
+    bounds: &ImportOptions,
+    shares: u64,
+) -> Result<std::process::ExitStatus, MapError> {
+    // Waits are counted, not timed by a clock: only the order of magnitude matters.
+    let most_waits = (bounds.seconds * WAITS_PER_S / shares.max(1)).max(1);
+    let mut waits = 0;
+    loop {
+        let ended = child.try_wait().map_err(|source| MapError::Io { file: program.into(), source })?;
+        if let Some(status) = ended {
+            return Ok(status);
         }
+        waits += 1;
+        let late = waits > most_waits;
+        if late || bounds.stop.load(Ordering::Relaxed) {
+            end_with_children(&mut child);
+            let name = program.file_stem().unwrap_or_default().to_string_lossy();
+            return Err(match late {
+                true => beyond(known, bounds, format!("{name} was stopped at the time limit")),
+                false => MapError::Interrupted { file: known.into() },
+            });
+        }
+        std::thread::sleep(Duration::from_millis(1000 / WAITS_PER_S));
     }
 }
 
@@ -158,8 +165,7 @@ pub(super) fn polygons(
     with_projections(&mut command, &program);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     let child = command.spawn().map_err(|source| MapError::Io { file: program.clone(), source })?;
-    let run = Conversion { program: &program, format: "", file, known: file, net, options: Vec::new(), shares: 1 };
-    let status = run.wait(child, bounds)?;
+    let status = wait(child, &program, file, bounds, 1)?;
     if status.success() && written.is_file() { Ok(()) } else { Err(failed(format!("polyconvert ended with {status}"))) }
 }
 

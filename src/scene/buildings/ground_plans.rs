@@ -36,7 +36,7 @@ pub(in crate::scene) struct Block {
     /// Corners, counter-clockwise.
     pub outline: Vec<Vec2>,
     pub height_m: f32,
-    pub of: BuildingUse,
+    pub kind: BuildingUse,
     /// Number for the choice of details.
     pub seed: u64,
 }
@@ -61,7 +61,7 @@ pub(super) fn built(footprints: &[Footprint], roads: &RoadSurfaces, seed: u64) -
         let outline = straightened(&outline);
         match plot(footprint, &outline, roads, seed) {
             Some(plot) => plots.push(plot),
-            None => blocks.push(Block { height_m: height_m(footprint), outline, of: footprint.of, seed }),
+            None => blocks.push(Block { height_m: height_m(footprint), outline, kind: footprint.kind, seed }),
         }
     }
     (plots, blocks)
@@ -69,7 +69,7 @@ pub(super) fn built(footprints: &[Footprint], roads: &RoadSurfaces, seed: u64) -
 
 /// Returns the height of a building, metres; where none is known, that of its use.
 fn height_m(footprint: &Footprint) -> f32 {
-    let usual_m = match footprint.of {
+    let usual_m = match footprint.kind {
         BuildingUse::Outbuilding => 2.7,
         BuildingUse::House | BuildingUse::Shops => 2.0 * STOREY_M,
         BuildingUse::Flats => 3.0 * STOREY_M,
@@ -90,7 +90,7 @@ fn straightened(outline: &[Vec2]) -> Vec<Vec2> {
 
 /// Returns the plot of a building whose outline is a rectangle of a house's size, with its front towards the nearest road.
 fn plot(footprint: &Footprint, outline: &[Vec2], roads: &RoadSurfaces, seed: u64) -> Option<Plot> {
-    let kind = match footprint.of {
+    let kind = match footprint.kind {
         BuildingUse::House => PlotKind::House,
         BuildingUse::Flats => PlotKind::Flats,
         BuildingUse::Shops => PlotKind::Shops,
@@ -130,7 +130,7 @@ pub(super) fn model(block: &Block) -> Mesh {
     let mut shell = Shell::default();
     let is_brick = random.uniform(0.0, 1.0) < 0.28;
     let wall = if is_brick { pick(&mut random, &BRICK) } else { pick(&mut random, &PLASTER) };
-    let ground = match block.of {
+    let ground = match block.kind {
         BuildingUse::Shops => GroundFloor::Shops,
         BuildingUse::Outbuilding => GroundFloor::Blank,
         BuildingUse::House | BuildingUse::Flats => GroundFloor::Windows,

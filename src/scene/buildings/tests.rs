@@ -163,9 +163,9 @@ fn cars_are_parked_beside_houses_and_off_the_road() {
 fn footprints_of_a_map_stand_instead_of_the_towns_own_houses() {
     use crate::map::footprints::{BuildingUse, Footprint};
     use glam::{DVec2, dvec2};
-    let footprint = |of: BuildingUse, height_m: Option<f64>, outline: &[[f64; 2]]| {
+    let footprint = |kind: BuildingUse, height_m: Option<f64>, outline: &[[f64; 2]]| {
         let outline: Vec<DVec2> = outline.iter().map(|[x, y]| dvec2(*x, *y)).collect();
-        Footprint { outline, of, height_m }
+        Footprint { outline, kind, height_m }
     };
     // The street A1B1 of the grid leads east along y = 90; its southern lane has its edge at y = 83.6.
     let house = [[30.0, 65.0], [42.0, 65.0], [42.0, 74.0], [36.0, 74.05], [30.0, 74.0]];

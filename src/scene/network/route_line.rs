@@ -16,6 +16,9 @@ const ROW_M: f64 = 2.0;
 /// Linear albedo of the line: a blue that no marking has.
 const COLOUR: [f32; 3] = [0.025, 0.14, 0.42];
 
+/// Offset of `uv` from the range in which lanes have wheel tracks.
+const UV_SHIFT: Vec2 = Vec2::splat(16.0);
+
 /// Returns the line along a whole route, less `origin`; empty on a closed route, which has no turns to show.
 pub fn route_line(route: &Route, origin: DVec3) -> Mesh {
     let mut mesh = Mesh::default();
@@ -39,9 +42,6 @@ pub fn route_line(route: &Route, origin: DVec3) -> Mesh {
     }
     mesh
 }
-
-/// Offset of `uv` from the range in which lanes have wheel tracks.
-const UV_SHIFT: Vec2 = Vec2::splat(16.0);
 
 #[cfg(test)]
 mod tests {
