@@ -104,6 +104,10 @@ impl DriveOverlay {
         } else {
             self.card = None;
         }
+        // Before the panel, which lies over it.
+        if self.show_map {
+            paint_map(ui, &self.log, live.drive.world.snapshot());
+        }
         let Self { panel, log, loop_health, engine, error, .. } = self;
         let state = state(live, log, loop_health, engine, error.as_deref());
         let keys = match (self.attended, panel.open) {
@@ -116,9 +120,6 @@ impl DriveOverlay {
             asked.extend(self.wheel_page(ui, live));
         }
         contact_flash(ui, live.contacts().flash());
-        if self.show_map {
-            paint_map(ui, &self.log, live.drive.world.snapshot());
-        }
         write_notes(ui, &notes);
         write_recording(ui, live);
         asked
@@ -293,13 +294,12 @@ struct OverlayNotes {
     card: String,
 }
 
-/// Paints the map of the whole road at the lower right, square, with the ego red and the others green.
+/// Paints the map of the whole road at the upper right, where no view has a dial: square, with the ego red and the others green.
 fn paint_map(ui: &Ui, log: &DriveLog, snapshot: &Snapshot) {
     let painter = ui.ctx().layer_painter(egui::LayerId::background());
     let screen = ui.ctx().content_rect();
     let side = MAP_SHARE * screen.height();
-    let field =
-        Align2::RIGHT_BOTTOM.anchor_size(screen.right_bottom() - egui::vec2(16.0, 16.0), egui::vec2(side, side));
+    let field = Align2::RIGHT_TOP.anchor_size(screen.right_top() + egui::vec2(-16.0, 16.0), egui::vec2(side, side));
     road_map::paint(&painter, field, log, Some(snapshot), false);
 }
 
