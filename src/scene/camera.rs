@@ -129,15 +129,19 @@ pub(super) fn mirror_camera(ego: &EgoAt, options: &ViewOptions) -> Camera {
 /// Height of the bird's-eye camera above the highest road, metres: above hills and trees near the road.
 const BIRDSEYE_HEIGHT_M: f32 = 400.0;
 
-/// Half the width of the widest scene that the bird's-eye view shows whole, metres: a car then has 6 of 720 lines.
-const WIDEST_SCENE_M: f32 = 300.0;
+/// Half the width of the widest scene that the bird's-eye view shows whole, metres: a car then has 12 of 720 lines.
+const WIDEST_SCENE_M: f32 = 138.0;
+/// Half the width of the widest circuit without branches that it shows whole, metres: a wave is seen as a whole there, with 6 of 720 lines for a car.
+const WIDEST_CIRCUIT_M: f32 = 300.0;
 /// Half the width that it shows around the ego in wider scenes, such as towns, metres: a car has 18 of 720 lines.
 const FOLLOWED_M: f32 = 100.0;
 
 /// Returns the camera above the whole scene, or above the ego, if there is one, where the options say so or the scene is too wide.
 pub(super) fn birdseye_camera(ego: Option<&EgoAt>, options: &ViewOptions, static_scene: &StaticScene) -> Camera {
     let whole_m = static_scene.radius_m * 1.06 + 4.0;
-    let is_too_wide = whole_m > WIDEST_SCENE_M;
+    let network = &static_scene.network;
+    let branches = || network.lane_ids().any(|lane| network.connections_from(lane).len() > 1);
+    let is_too_wide = whole_m > WIDEST_CIRCUIT_M || whole_m > WIDEST_SCENE_M && branches();
     let followed_m = options.birdseye_follow_m.or(is_too_wide.then_some(FOLLOWED_M));
     let (centre, half_extent_m) = match ego.zip(followed_m) {
         Some((ego, half_extent_m)) => (ego.position.truncate(), half_extent_m),

@@ -408,6 +408,20 @@ mod tests {
     }
 
     #[test]
+    fn a_car_has_twelve_of_720_lines_in_the_birds_eye_view_of_streets() {
+        for name in ["tests/data/networks/grid-signals.net.xml", "town", "figure-eight", "merge", "bottleneck", "grid"]
+        {
+            let network = crate::map::network::Network::load(name).expect("a network");
+            let static_scene = StaticScene::of_network(&network.into(), 1, 0);
+            let ego = EgoAt::new(&snapshot(&ring(250.0), 50.0, &[]), 1.0, static_scene.origin);
+            let camera = birdseye_camera(Some(&ego), &ViewOptions::default(), &static_scene);
+            let crate::scene::Lens::Parallel { half_extent_m } = camera.lens else { panic!("a parallel lens") };
+            let lines = 720.0 * crate::space::CAR_LENGTH_M as f32 / (2.0 * half_extent_m);
+            assert!(lines >= 12.0, "{name}: {lines}");
+        }
+    }
+
+    #[test]
     fn the_chase_view_shows_the_whole_ego_also_in_a_bend() {
         let map = ring(250.0);
         let mut snapshot = snapshot(&map, 50.0, &[]);
