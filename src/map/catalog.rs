@@ -4,11 +4,11 @@
 use super::{
     MapError, RoadMap,
     edge_path::along_edges,
-    footprints::{self, FOOTPRINTS},
     limits::MOST_BYTES,
     loop_search::{ChosenEdges, route_of},
     network::{LaneId, Network},
     shipped::SHIPPED,
+    surroundings::{self, SURROUNDINGS},
 };
 use crate::{
     data_folders,
@@ -142,14 +142,14 @@ impl Network {
     pub fn load(name_or_path: &str) -> Result<Self, MapError> {
         let place = place_of(name_or_path)?;
         let file = if place.is_dir() { place.join("net.xml") } else { place };
-        Self::read(&file, &read_network(&file)?)?.with_buildings_of(&file)
+        Self::read(&file, &read_network(&file)?)?.with_surroundings_of(&file)
     }
 
-    /// Returns the network with the buildings of its map, if it is a `net.xml` with a file of them beside it.
-    fn with_buildings_of(self, net_file: &Path) -> Result<Self, MapError> {
-        let file = net_file.with_file_name(FOOTPRINTS);
+    /// Returns the network with the surroundings of its map, if it is a `net.xml` with a file of them beside it.
+    fn with_surroundings_of(self, net_file: &Path) -> Result<Self, MapError> {
+        let file = net_file.with_file_name(SURROUNDINGS);
         let is_there = net_file.ends_with("net.xml") && file.is_file();
-        if is_there { Ok(self.with_footprints(footprints::read(&file)?)) } else { Ok(self) }
+        if is_there { Ok(self.with_surroundings(surroundings::read(&file)?)) } else { Ok(self) }
     }
 }
 
@@ -171,14 +171,14 @@ impl RoadMap {
     }
 
     /// Returns the files of a map, named as for [`RoadMap::load`]: its network, and if present its `map.toml`, its demand and its
-    /// buildings.
+    /// surroundings.
     ///
     /// # Errors
     /// There is no such map.
     pub fn files(name_or_path: &str) -> Result<Vec<PathBuf>, MapError> {
         let place = place_of(name_or_path)?;
         let net_file = if place.is_dir() { place.join("net.xml") } else { place };
-        let beside = ["map.toml", DEMAND, FOOTPRINTS].map(|name| net_file.with_file_name(name));
+        let beside = ["map.toml", DEMAND, SURROUNDINGS].map(|name| net_file.with_file_name(name));
         let beside =
             beside.into_iter().filter(|file| net_file.ends_with("net.xml") && file.is_file()).collect::<Vec<_>>();
         Ok([vec![net_file], beside].concat())
@@ -196,7 +196,7 @@ impl RoadMap {
             (place.clone(), place.parent().filter(|_| place.ends_with("net.xml")))
         };
         let about = folder.map_or(Ok(None), read_map_file)?;
-        let network = Network::read(&net_file, &read_network(&net_file)?)?.with_buildings_of(&net_file)?;
+        let network = Network::read(&net_file, &read_network(&net_file)?)?.with_surroundings_of(&net_file)?;
         let route = along_edges(&net_file, &network, edges, None)?;
         let stem = || stem_of(&net_file);
         let name = folder.filter(|_| place.is_dir() || about.is_some()).map_or_else(stem, name_of);
@@ -238,7 +238,7 @@ impl RoadMap {
 
     /// Parses the text of a `net.xml`, with the chosen edges as its route, or with its default path.
     pub(super) fn read(net_file: &Path, text: &str, chosen: Option<ChosenEdges>) -> Result<Self, MapError> {
-        let network = Network::read(net_file, text)?.with_buildings_of(net_file)?;
+        let network = Network::read(net_file, text)?.with_surroundings_of(net_file)?;
         let route = route_of(net_file, &network, chosen)?;
         let name = stem_of(net_file);
         Ok(Self { title: name.clone(), name, net_file: net_file.into(), route, network: Arc::new(network) })

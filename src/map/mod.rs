@@ -13,7 +13,6 @@ pub mod circuit;
 mod circuit_fault;
 mod edge_path;
 mod error;
-pub mod footprints;
 pub mod import;
 mod joined_shapes;
 pub mod lane;
@@ -31,6 +30,7 @@ mod path_places;
 pub mod ring;
 mod route;
 mod shipped;
+pub mod surroundings;
 #[cfg(test)]
 mod tests;
 mod tight_turns;

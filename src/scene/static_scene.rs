@@ -4,7 +4,7 @@ use super::{
     CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
     buildings::Buildings,
     car::{self, wheel},
-    land::{self, tufts},
+    land::{self, land_use_map::LandUseMap, tufts},
     network::{
         self, posts, road_ends, signals, signs,
         street_lamps::{self, StreetLamp},
@@ -50,13 +50,14 @@ impl StaticScene {
         let drawn = longer.as_ref().unwrap_or(&network);
         let longer_roads = longer.as_ref().map(network::surfaces);
         let roads = longer_roads.as_ref().unwrap_or(&own);
-        let relief = land::Relief::new(roads, seed);
+        let land_use = LandUseMap::of(network.surroundings(), roads);
+        let relief = land::Relief::new(roads, &land_use, seed);
         let town = Town::of(&network);
-        let buildings = Buildings::of(&network, &town, roads, seed);
+        let buildings = Buildings::of(&network, &town, &land_use, roads, seed);
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
-            let places = forest::plant(roads, &buildings, &relief, &trees, seed, most_trees);
+            let places = forest::plant(network.surroundings(), roads, &buildings, &relief, &trees, seed, most_trees);
             let distant = forest::horizon(roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };

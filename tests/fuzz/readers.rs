@@ -6,8 +6,9 @@ use codrive::{
     driver::{DriverParams, DriversFile},
     input::{WheelProfile, profiles},
     map::{
-        RoadMap, circuit, footprints,
+        RoadMap, circuit,
         network::{LanePosition, Network as RoadNetwork},
+        surroundings,
     },
     metrics::traffic_moments::{moments, read_trajectories},
     policy::{Network, Observation, ObservedDriver, OnnxPolicy, Policy, RoadAhead},
@@ -49,10 +50,11 @@ pub struct Reader {
 const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n\n[[driver]]\nparticipant = \"sub-P01\"\nreaction_s = 1.2\n\
                        error_mps = 0.3\nspeed_bias_mps = -0.1\ntime_gap_factor = 1.1\n\n[[driver]]\nspeed_bias_mps = 0.2\n";
 
-/// Buildings with all that is read of them.
-const BUILDINGS: &str = "<additional>\n<poly id='1' type='building.house' height='6.5' shape='0,0 9,0 9,8 0,8 0,0'/>\n\
+/// Surroundings with all that is read of them.
+const SURROUNDINGS: &str = "<additional>\n<poly id='1' type='building.house' height='6.5' shape='0,0 9,0 9,8 0,8 0,0'/>\n\
                          <poly id='2' type='building' shape='0,0,1 0,9,1 9,9,1'><param key='building:levels' value='3'/></poly>\n\
-                         <poly id='3' type='landuse.forest' shape='0,0 9,0 9,8'/>\n</additional>\n";
+                         <poly id='3' type='landuse.forest' shape='0,0 9,0 9,8'/>\n<poly id='4' type='natural.tree_row' shape='0,0 90,0'/>\n\
+                         <poi id='5' type='natural.tree' x='3' y='4'><param key='leaf_type' value='needleleaved'/></poi>\n</additional>\n";
 
 /// Demand with every kind of traffic.
 const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' probability='1'><carFollowing-IDM tau='1'/></vType></vTypeDistribution>\n\
@@ -368,15 +370,18 @@ fn networks(folder: &Path) -> Vec<Reader> {
             }),
         },
         Reader {
-            name: "buildings",
-            good: vec![BUILDINGS.as_bytes().to_vec()],
+            name: "surroundings",
+            good: vec![SURROUNDINGS.as_bytes().to_vec()],
             change: mutate::text,
             share: 2000,
-            read: with_file(folder.join("buildings.xml"), |file| {
-                footprints::read(file).is_ok_and(|all| {
-                    for footprint in &all {
-                        assert!(footprint.area_m2().is_finite() && footprint.outline.len() >= 3, "{footprint:?}");
+            read: with_file(folder.join("surroundings.xml"), |file| {
+                surroundings::read(file).is_ok_and(|all| {
+                    let buildings = all.buildings.iter().map(|of| (of.area_m2(), of.outline.len()));
+                    let outlines = buildings.chain(all.areas.iter().map(|of| (of.area_m2(), of.outline.len())));
+                    for (area_m2, corners) in outlines {
+                        assert!(area_m2.is_finite() && corners >= 3, "{all:?}");
                     }
+                    assert!(all.points().all(|point| point.is_finite()), "{all:?}");
                     true
                 })
             }),

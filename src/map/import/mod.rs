@@ -2,7 +2,6 @@
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
 //! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`). `buildings` adds the buildings of an OpenStreetMap file.
 
-mod buildings;
 mod driving_side;
 #[cfg(test)]
 mod format_tests;
@@ -17,6 +16,7 @@ mod report;
 mod road_lanes;
 mod source_copy;
 mod source_format;
+mod surroundings;
 #[cfg(test)]
 mod tests;
 mod warnings;
@@ -151,7 +151,7 @@ fn fill(
     let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), options)?;
     let mut report = ImportReport::of(file, format, &made)?;
     if format == SourceFormat::OpenStreetMap {
-        report.notes.extend(buildings::write(folder, netconvert, file, options)?);
+        report.notes.extend(surroundings::write(folder, netconvert, file, options)?);
     }
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;

@@ -1,11 +1,12 @@
-//! Buildings of an OpenStreetMap file. In: the file, and the network made from it. Out: the map's file of footprints, and a line for the
-//! report. SUMO's own polyconvert places them in the network's frame.
+//! Surroundings of an OpenStreetMap file: buildings, land and trees. In: the file, and the network made from it. Out: the map's file of
+//! surroundings, and lines for the report. SUMO's own polyconvert places them in the network's frame.
 
 use super::netconvert::{self, ImportOptions};
 use crate::{
     map::{
         MapError,
-        footprints::{self, FOOTPRINTS},
+        limits::MOST_IMPORT_BYTES,
+        surroundings::{self, SURROUNDINGS},
     },
     private,
 };
@@ -14,8 +15,8 @@ use std::path::Path;
 /// File that polyconvert writes, in the map's folder.
 const POLYGONS: &str = "polygons.xml";
 
-/// Writes the buildings of an OpenStreetMap file beside the network in a map's folder. Returns a line for the report, none without
-/// buildings; a map can be driven without them, so that a fault of theirs is said there, too.
+/// Writes the surroundings of an OpenStreetMap file beside the network in a map's folder. Returns lines for the report, none without any; a
+/// map can be driven without them, so that a fault of theirs is said there, too.
 ///
 /// # Errors
 /// The user stopped the import.
@@ -24,29 +25,33 @@ pub(super) fn write(
     netconvert: &Path,
     file: &Path,
     options: &ImportOptions,
-) -> Result<Option<String>, MapError> {
+) -> Result<Vec<String>, MapError> {
     let polygons = folder.join(POLYGONS);
     let made = netconvert::polygons(netconvert, file, &folder.join("net.xml"), &polygons, options).and_then(|()| {
-        let found = footprints::read(&polygons)?;
-        let failed = |source| MapError::Io { file: folder.join(FOOTPRINTS), source };
+        let found = surroundings::read_within(&polygons, MOST_IMPORT_BYTES)?;
+        let failed = |source| MapError::Io { file: folder.join(SURROUNDINGS), source };
         if !found.is_empty() {
-            private::replace(&folder.join(FOOTPRINTS), footprints::text(&found).as_bytes()).map_err(failed)?;
+            private::replace(&folder.join(SURROUNDINGS), found.text().as_bytes()).map_err(failed)?;
         }
-        Ok(found.len())
+        let counts = [("buildings", found.buildings.len()), ("land", found.areas.len()), ("trees", found.trees.len())];
+        Ok(counts.into_iter().filter(|(_, count)| *count > 0))
     });
     let _ = std::fs::remove_file(&polygons);
     match made {
-        Ok(0) => Ok(None),
-        Ok(count) => Ok(Some(format!("buildings      {count}"))),
+        Ok(counts) => Ok(counts.map(|(what, count)| format!("{what:<14} {count}")).collect()),
         Err(MapError::Interrupted { file }) => Err(MapError::Interrupted { file }),
-        Err(why) => Ok(Some(format!("buildings      none: {}", why.to_string().lines().next().unwrap_or_default()))),
+        Err(why) => Ok(vec![format!("surroundings   none: {}", why.to_string().lines().next().unwrap_or_default())]),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{footprints::BuildingUse, import::import_into, network::Network};
+    use crate::map::{
+        import::import_into,
+        network::Network,
+        surroundings::{BuildingUse, LandUse},
+    };
     use std::sync::atomic::AtomicBool;
 
     /// Returns a node of OpenStreetMap with the thousandth parts of degrees north of 50 degrees and east of 8 degrees.
@@ -61,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn buildings_of_an_open_street_map_file_lie_where_the_file_says() {
+    fn surroundings_of_an_open_street_map_file_lie_where_the_file_says() {
         static STOP: AtomicBool = AtomicBool::new(false);
         // A street to the east, and a house 0.15 to 0.25 thousandths of a degree north of it; a wood.
         let places = [
@@ -74,25 +79,37 @@ mod tests {
             (14, 0.25, 1.0),
         ];
         let nodes: String = places.iter().map(|(id, north, east)| node(*id, *north, *east)).collect();
+        let conifer = node(21, 0.1, 1.0)
+            .replace("/>", "><tag k=\"natural\" v=\"tree\"/><tag k=\"leaf_type\" v=\"needleleaved\"/></node>");
         let ways = [
             way(100, &[1, 2, 3], &[["highway", "residential"]]),
             way(200, &[11, 12, 13, 14, 11], &[["building", "detached"], ["building:levels", "2"]]),
             way(201, &[1, 12, 13, 1], &[["landuse", "forest"]]),
         ];
-        let text = format!("<osm version=\"0.6\">{nodes}{}</osm>", ways.concat());
+        let text = format!("<osm version=\"0.6\">{nodes}{conifer}{}</osm>", ways.concat());
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("place.osm");
         std::fs::write(&file, text).expect("written");
         let netconvert = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo/bin/netconvert");
         let options = ImportOptions { seconds: 60, memory_mib: 1024, stop: &STOP, side: None };
         let made = import_into(&folder.path().join("maps"), &netconvert, &file, "place", &options).expect("imported");
-        assert!(made.report.notes.iter().any(|note| note == "buildings      1"), "{:?}", made.report.notes);
-        assert!(!made.folder.join(POLYGONS).exists() && made.folder.join(FOOTPRINTS).is_file());
+        for line in ["buildings      1", "land           1", "trees          1"] {
+            assert!(made.report.notes.iter().any(|note| note == line), "{:?}", made.report.notes);
+        }
+        assert!(!made.folder.join(POLYGONS).exists() && made.folder.join(SURROUNDINGS).is_file());
         let net = Network::load(&made.folder.join("net.xml").to_string_lossy()).expect("a network");
-        let [house] = net.footprints() else { panic!("{:?}", net.footprints()) };
+        let found = net.surroundings();
+        let [house] = &found.buildings[..] else { panic!("{found:?}") };
+        let [wood] = &found.areas[..] else { panic!("{found:?}") };
+        let [tree] = &found.trees[..] else { panic!("{found:?}") };
         assert_eq!((house.kind, house.height_m, house.outline.len()), (BuildingUse::House, Some(6.0), 4));
         // At 50 degrees north a degree has 111,229 m to the north and 71,698 m to the east (WGS 84).
         let area_m2 = 0.2e-3 * 71_698.0 * 0.1e-3 * 111_229.0;
+        assert_eq!((wood.land_use, tree.is_conifer), (LandUse::Wood, true));
+        // 0.05 thousandths of a degree south of the house's corner.
+        let corner =
+            house.outline.iter().copied().min_by(|a, b| (a.x + a.y).total_cmp(&(b.x + b.y))).expect("a corner");
+        assert!((corner.distance(tree.position) - 0.05e-3 * 111_229.0).abs() < 0.1, "{corner} {}", tree.position);
         assert!((house.area_m2() / area_m2 - 1.0).abs() < 0.01, "{} instead of {area_m2}", house.area_m2());
         let lanes = net.lanes().iter().filter(|lane| lane.admits_cars());
         let points = lanes.flat_map(|lane| lane.line.points().windows(2).map(|pair| [pair[0], pair[1]]));

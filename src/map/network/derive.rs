@@ -1,7 +1,7 @@
 //! Data derived from a network's elements once all are read: incoming lanes, links of connections, connections of signals, directions of
 //! lanes that are points, and the grid. In: a network with its lists filled. Out: the complete network.
 
-use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, Footprint, LaneId, Network, SumoText, grid::SegmentGrid};
+use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, LaneId, Network, SumoText, Surroundings, grid::SegmentGrid};
 use glam::{DVec2, DVec3};
 
 impl Network {
@@ -17,10 +17,10 @@ impl Network {
         self.level = low.z == high.z;
     }
 
-    /// Returns the network with buildings beside it.
+    /// Returns the network with these surroundings.
     #[must_use]
-    pub fn with_footprints(self, footprints: Vec<Footprint>) -> Self {
-        Self { footprints, ..self }
+    pub fn with_surroundings(self, surroundings: Surroundings) -> Self {
+        Self { surroundings, ..self }
     }
 
     /// Returns a copy with every coordinate shifted by `by`, metres: for the picture, which is drawn near a local origin. SUMO's text is
@@ -40,8 +40,7 @@ impl Network {
             lane.drawn.iter_mut().for_each(|drawn| all(drawn));
             all(&mut lane.outline);
         }
-        let corners = moved.footprints.iter_mut().flat_map(|footprint| &mut footprint.outline);
-        corners.for_each(|corner| *corner += by.truncate());
+        moved.surroundings.move_by(by.truncate());
         moved.grid = SegmentGrid::new(&moved);
         moved
     }

@@ -37,7 +37,7 @@ pub use signal::{ProgramKind, Signal, SignalLight, SignalPhase, SignalProgram};
 pub use signal_states::SignalStates;
 pub use vehicle_classes::VehicleClasses;
 
-use super::{SumoText, footprints::Footprint};
+use super::{SumoText, surroundings::Surroundings};
 use crate::space::Pose3;
 use glam::DVec3;
 use grid::SegmentGrid;
@@ -103,7 +103,7 @@ pub struct Network {
     lanes_by_id: Vec<LaneId>,
     edges_by_id: Vec<EdgeId>,
     grid: SegmentGrid,
-    footprints: Vec<Footprint>,
+    surroundings: Surroundings,
 }
 
 impl Network {
@@ -117,9 +117,9 @@ impl Network {
         &self.lanes
     }
 
-    /// Returns the buildings beside the network; empty if its map has none.
-    pub fn footprints(&self) -> &[Footprint] {
-        &self.footprints
+    /// Returns the buildings, land and trees beside the network; empty if its map states none.
+    pub fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
     }
 
     /// Returns all junctions, in the order of the file.

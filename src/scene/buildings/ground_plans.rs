@@ -7,7 +7,7 @@ use super::{
     shell::Shell,
 };
 use crate::{
-    map::footprints::{BuildingUse, Footprint},
+    map::surroundings::{BuildingUse, Footprint},
     rng,
     scene::{
         Mesh,

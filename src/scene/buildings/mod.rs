@@ -17,7 +17,7 @@ use self::{
 use super::{
     CarInstance, Mesh,
     car::{self, number_plate},
-    land::Relief,
+    land::{Relief, land_use_map::LandUseMap},
     network::{
         layer::SHOULDER_M,
         road_surfaces::{RoadSurfaces, SurfaceCollector},
@@ -28,7 +28,10 @@ use super::{
     vehicles,
 };
 use crate::{
-    map::network::Network,
+    map::{
+        network::{EdgeId, Network},
+        surroundings::LandUse,
+    },
     traffic::{VehicleBody, VehicleId},
 };
 use glam::{Mat2, Quat, Vec2, Vec3};
@@ -40,6 +43,11 @@ const BARE_M: f32 = 0.3;
 const OF_TEN_PARKED: u64 = 7;
 /// Largest height of a drive with a car over the ground, metres.
 const LEVEL_M: f32 = 0.3;
+
+/// Least distance of a building from those that a map states, metres: near them it states the others, too.
+const UNSTATED_M: f32 = 35.0;
+/// Types of streets that lead to homes (OpenStreetMap's key `highway`).
+const HOMES: [&str; 2] = ["highway.residential", "highway.living_street"];
 
 /// Buildings of a network.
 #[derive(Debug, Default)]
@@ -54,12 +62,24 @@ pub(super) struct Buildings {
 }
 
 impl Buildings {
-    /// Places the buildings of a network.
-    pub fn of(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Self {
-        let (plots, blocks) = match net.footprints() {
-            [] => (plots(net, town, roads, seed), Vec::new()),
-            footprints => ground_plans::built(footprints, roads, seed),
+    /// Places the buildings of a network: those that its map states, and others along streets where it states none but may have left them
+    /// out.
+    pub fn of(net: &Network, town: &Town, land_use: &LandUseMap, roads: &RoadSurfaces, seed: u64) -> Self {
+        let (stated, blocks) = ground_plans::built(&net.surroundings().buildings, roads, seed);
+        let mut found = Self::default().with(stated, blocks);
+        let may_stand = |edge: EdgeId, plot: &Plot| {
+            let stands_for_itself = || found.distance_m(plot.middle()) > UNSTATED_M;
+            !land_use.is_stated() || may_be_built_up(net, edge, land_use, plot.middle()) && stands_for_itself()
         };
+        let grown = plots(net, town, roads, seed, &may_stand);
+        let stated = std::mem::take(&mut found.plots);
+        let blocks = std::mem::take(&mut found.blocks);
+        let streets = town.surfaces(net).map(RoadSurfaces::new);
+        Self { streets, ..Self::default().with([stated, grown].concat(), blocks) }
+    }
+
+    /// Adds buildings and what is looked up of them.
+    fn with(self, plots: Vec<Plot>, blocks: Vec<Block>) -> Self {
         let mut outlines = SurfaceCollector::default();
         for block in &blocks {
             outlines.area(&block.outline.iter().map(|corner| corner.extend(0.0)).collect::<Vec<Vec3>>());
@@ -67,8 +87,7 @@ impl Buildings {
         let block_outlines = (!blocks.is_empty()).then(|| RoadSurfaces::new(outlines));
         let mut squares = PlotSquares::default();
         plots.iter().for_each(|plot| squares.add(*plot));
-        let streets = town.surfaces(net).map(RoadSurfaces::new);
-        Self { plots, squares, blocks, block_outlines, streets }
+        Self { plots, squares, blocks, block_outlines, ..self }
     }
 
     /// Checks whether the ground at a point is built on or paved, so that nothing grows there.
@@ -124,6 +143,15 @@ impl Buildings {
         let mut mesh = Mesh::default();
         models.iter().for_each(|(model, turn, at)| mesh.append_placed(model, *turn, *at));
         mesh
+    }
+}
+
+/// Checks whether buildings may stand along a street that its map does not state: on land for houses or shops, along a residential street
+/// on land of no stated kind, and outside the part of the world that the map covers.
+fn may_be_built_up(net: &Network, edge: EdgeId, land_use: &LandUseMap, middle: Vec2) -> bool {
+    match land_use.at(middle) {
+        Some(kind) => matches!(kind, LandUse::Residential | LandUse::Commercial),
+        None => !land_use.covers(middle) || net.edge(edge).road_type.as_deref().is_some_and(|of| HOMES.contains(&of)),
     }
 }
 

@@ -162,11 +162,15 @@ impl PlotSquares {
     }
 }
 
-/// Returns the plots along all streets of a town.
-pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64) -> Vec<Plot> {
+/// Rule that says whether a building may stand along a street.
+pub(super) type MayStand<'a> = dyn Fn(EdgeId, &Plot) -> bool + Sync + 'a;
+
+/// Returns the plots along all streets of a town where a building may stand.
+pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64, may_stand: &MayStand) -> Vec<Plot> {
     let streets: Vec<EdgeId> = net.edge_ids().filter(|edge| town.has_street(*edge)).collect();
     // Each street has its own random numbers, so that streets can be built up in parallel.
-    let along: Vec<Vec<Plot>> = streets.par_iter().map(|edge| along_street(net, town, roads, *edge, seed)).collect();
+    let along = streets.par_iter().map(|edge| along_street(net, town, roads, (*edge, may_stand), seed));
+    let along: Vec<Vec<Plot>> = along.collect();
     let mut squares = PlotSquares::default();
     let mut plots = Vec::new();
     for plot in along.into_iter().flatten() {
@@ -184,13 +188,19 @@ pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64)
 }
 
 /// Returns the plots on both sides of a street.
-fn along_street(net: &Network, town: &Town, roads: &RoadSurfaces, edge: EdgeId, seed: u64) -> Vec<Plot> {
+fn along_street(
+    net: &Network,
+    town: &Town,
+    roads: &RoadSurfaces,
+    (edge, may_stand): (EdgeId, &MayStand),
+    seed: u64,
+) -> Vec<Plot> {
     let mut random = rng::stream(seed, &format!("buildings {}", net.edge(edge).id));
     let mut plots: Vec<Plot> = Vec::new();
     for side in [Side::Right, Side::Left] {
         let outermost = net.edge(edge).lanes().find(|lane| net.neighbour(*lane, side).is_none());
         if let Some(lane) = outermost {
-            let one_side = beside_lane(net, town, roads, (lane, side), &mut random);
+            let one_side = beside_lane(net, town, roads, (lane, side), &mut random, may_stand);
             plots.extend(one_side);
         }
     }
@@ -203,6 +213,7 @@ fn beside_lane(
     roads: &RoadSurfaces,
     (id, side): (LaneId, Side),
     random: &mut Stream,
+    may_stand: &MayStand,
 ) -> Vec<Plot> {
     let lane = net.lane(id);
     let scale = lane.length_m / lane.line.drawn_m().max(0.1);
@@ -239,7 +250,7 @@ fn beside_lane(
         };
         // In a bend towards the buildings, adjoining fronts would overlap.
         let is_apart = plots.last().is_none_or(|before| !plot.overlaps(before));
-        if is_apart && plot.is_free(roads, pavement_m) {
+        if is_apart && plot.is_free(roads, pavement_m) && may_stand(lane.edge, &plot) {
             // Along the lane, the right side of a building to the right comes last.
             let [first, last] = if side == Side::Right { [1, 0] } else { [0, 1] };
             if let (true, Some(before)) = (adjoins, plots.last_mut()) {

@@ -1,14 +1,19 @@
 //! Land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's position. Out:
 //! one mesh in world axes, with fine cells near the road and coarse ones far away.
 
+pub(super) mod land_use_map;
 pub(super) mod noise;
 pub(super) mod tufts;
 
-use self::noise::{mix, shade, smoothstep};
+use self::{
+    land_use_map::{BORDER_M, LandUseMap},
+    noise::{mix, shade, smoothstep},
+};
 use super::{
     Material, Mesh, Vertex,
     network::{road_surfaces::RoadSurfaces, verge_shape::VergeShape},
 };
+use crate::map::surroundings::LandUse;
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -21,9 +26,18 @@ const REACH_M: f32 = 1300.0;
 /// Reach of the hills beyond the road network, metres.
 const RANGES_M: f32 = 9000.0;
 
+/// Kinds of land with a paved ground, beside and between which grass may grow.
+const PAVED: [LandUse; 2] = [LandUse::Paved, LandUse::Commercial];
+/// Depth of water below the meadow, metres, and distances from a road over which its bank falls.
+const WATER_M: f32 = 0.7;
+const BANK_M: [f32; 2] = [3.0, 9.0];
+/// Largest distance from the nearest road at which a map's own kinds of land are drawn, metres.
+const STATED_M: f32 = 400.0;
+
 /// Heights and colours of the ground.
 pub(in crate::scene) struct Relief<'a> {
     roads: &'a RoadSurfaces,
+    land_use: &'a LandUseMap,
     seed: u64,
     /// Height of the meadow relative to the road beside it, metres.
     beside_m: f32,
@@ -31,9 +45,9 @@ pub(in crate::scene) struct Relief<'a> {
 
 impl<'a> Relief<'a> {
     /// Creates the ground around the roads.
-    pub fn new(roads: &'a RoadSurfaces, seed: u64) -> Self {
+    pub fn new(roads: &'a RoadSurfaces, land_use: &'a LandUseMap, seed: u64) -> Self {
         let beside_m = VergeShape::of(roads).meadow_m;
-        Self { roads, seed, beside_m }
+        Self { roads, land_use, seed, beside_m }
     }
 
     /// Returns the height of the ground in the local frame, metres.
@@ -49,7 +63,28 @@ impl<'a> Relief<'a> {
         let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
         let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
         let base_m = self.beside_m + self.roads.height_m(point);
-        base_m + ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge)
+        let water = smoothstep(0.0, 0.5 * BORDER_M, self.land_use.depth_m(point, &[LandUse::Water]));
+        let lake_m = WATER_M * water * smoothstep(BANK_M[0], BANK_M[1], distance);
+        let above_m = ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge);
+        base_m + above_m * (1.0 - water) - lake_m
+    }
+
+    /// Returns how deep a point lies within paved ground and within water, metres, for the shader (`land.wgsl`).
+    fn paved_and_water_m(&self, point: Vec2) -> Vec2 {
+        if self.roads.middle_m(point) > STATED_M {
+            return Vec2::splat(-BORDER_M);
+        }
+        Vec2::new(self.land_use.depth_m(point, &PAVED), self.land_use.depth_m(point, &[LandUse::Water]))
+    }
+
+    /// Returns the map's own kinds of land.
+    pub fn land_use(&self) -> &LandUseMap {
+        self.land_use
+    }
+
+    /// Checks whether a point lies in water or on paved ground, where nothing grows.
+    pub fn is_bare(&self, point: Vec2) -> bool {
+        self.paved_and_water_m(point).max_element() > -0.3
     }
 
     /// Returns the unit normal, from heights at the distance `span_m` on either side.
@@ -65,6 +100,12 @@ impl<'a> Relief<'a> {
         let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
         let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
         let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
+        let colour = match self.land_use.at(point) {
+            Some(LandUse::Field) => mix(colour, [0.190, 0.150, 0.080], 0.75 + 0.2 * small),
+            Some(LandUse::Wood | LandUse::Scrub) => mix(colour, [0.052, 0.062, 0.028], 0.6),
+            Some(LandUse::Grass | LandUse::Park) => mix(colour, [0.078, 0.120, 0.040], 0.5),
+            _ => colour,
+        };
         let far = smoothstep(150.0, 500.0, point.distance(self.roads.centre()) - self.roads.radius_m());
         let field = noise::value(self.seed ^ 6, point / 120.0);
         let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
@@ -129,7 +170,8 @@ fn ground(relief: &Relief, own: &RoadSurfaces) -> Mesh {
     let mut numbers: BTreeMap<[i32; 2], u32> = BTreeMap::new();
     let vertex = |mesh: &mut Mesh, point: Vec2, span_m: f32| {
         let position = point.extend(relief.height_m(point));
-        mesh.vertex(Vertex::new(position, relief.normal(point, span_m), relief.colour(point), point, Material::Grass))
+        let (colour, paved) = (relief.colour(point), relief.paved_and_water_m(point));
+        mesh.vertex(Vertex::new(position, relief.normal(point, span_m), colour, paved, Material::Grass))
     };
     for &(low, side) in &squares {
         for d in [IVec2::ZERO, IVec2::X, IVec2::ONE, IVec2::Y] {
@@ -174,7 +216,8 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
             let sunk = if ring == 0 { 12.0 } else { 0.0 };
             let position = point.extend(relief.height_m(point) - sunk);
             let normal = relief.normal(point, 0.03 * radius);
-            mesh.vertex(Vertex::new(position, normal, relief.colour(point), point, Material::Grass));
+            let dry = Vec2::splat(-BORDER_M);
+            mesh.vertex(Vertex::new(position, normal, relief.colour(point), dry, Material::Grass));
         }
     }
     for ring in 0..RINGS {
@@ -202,7 +245,7 @@ mod tests {
     fn the_land_never_covers_the_road() {
         for map in [ring(250.0), ring(1500.0), circuit()] {
             let roads = network::surfaces(&map.network);
-            let mesh = ground(&Relief::new(&roads, 5), &roads);
+            let mesh = ground(&Relief::new(&roads, &LandUseMap::default(), 5), &roads);
             check(&mesh, "land");
             for (corners, face) in faces(&mesh) {
                 assert!(face.z > 0.0, "faces up");
@@ -220,7 +263,7 @@ mod tests {
     fn the_ground_has_no_cracks_and_reaches_the_horizon() {
         let map = ring(250.0);
         let roads = network::surfaces(&map.network);
-        let mesh = ground(&Relief::new(&roads, 5), &roads);
+        let mesh = ground(&Relief::new(&roads, &LandUseMap::default(), 5), &roads);
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
         // Inside, every edge belongs to two triangles: open edges are on the rim only.
         let mut edges: BTreeMap<[u32; 2], i32> = BTreeMap::new();
@@ -240,7 +283,8 @@ mod tests {
     fn hills_stand_above_the_eye_all_around() {
         let map = ring(250.0);
         let roads = network::surfaces(&map.network);
-        let relief = Relief::new(&roads, 5);
+        let land_use = LandUseMap::default();
+        let relief = Relief::new(&roads, &land_use, 5);
         for degrees in 0..360 {
             let direction = Vec2::from_angle((degrees as f32).to_radians());
             let heights = (30..95).map(|k| relief.height_m(roads.centre() + direction * (k as f32 * 10.0)));

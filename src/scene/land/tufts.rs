@@ -92,7 +92,7 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief:
             let density = (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
                 * (1.0 - 0.80 * far)
                 * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond);
-            if beyond < 0.55 || luck > density || buildings.is_built_on(point) {
+            if beyond < 0.55 || luck > density || buildings.is_built_on(point) || relief.is_bare(point) {
                 continue;
             }
             let sunk = if beyond < 2.5 { 0.05 } else { 0.0 };
@@ -116,13 +116,13 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief:
 mod tests {
     use super::*;
     use crate::scene::static_scene::tests::{circuit, ring};
-    use crate::scene::{mesh::tests::check, network};
+    use crate::scene::{land::land_use_map::LandUseMap, mesh::tests::check, network};
 
     #[test]
     fn tufts_grow_beside_the_road_only() {
         for map in [ring(250.0), circuit()] {
             let roads = network::surfaces(&map.network);
-            let places = sow(&roads, &Buildings::default(), &Relief::new(&roads, 3), 3);
+            let places = sow(&roads, &Buildings::default(), &Relief::new(&roads, &LandUseMap::default(), 3), 3);
             assert!((2000..=MOST_TUFTS).contains(&places.len()), "{}", places.len());
             for place in &places {
                 let beyond = roads.middle_m(place.position.truncate()) - HALF_LANE_M - SHOULDER_M;

@@ -2,6 +2,7 @@
 //! crowns, a seed. Out: places. Distances in metres.
 
 use crate::{
+    map::surroundings::{LandUse, StatedTree, Surroundings},
     rng::{self, Stream},
     scene::{
         Mesh, TreePlace,
@@ -28,6 +29,10 @@ pub const FOREST_M: f32 = 120.0;
 /// Maximum number of trees in a static scene.
 pub const MOST_TREES: usize = 5000;
 
+/// Least distance of a crown from a road where a map states the tree, and the least part of its full size that a tree is grown to.
+const STATED_FREE_M: f32 = 0.2;
+const SMALLEST: f32 = 0.35;
+
 /// Maximum number of trees on the horizon.
 const MOST_DISTANT: usize = 3200;
 
@@ -41,8 +46,10 @@ struct Seedling {
     rank: f32,
 }
 
-/// Plants at most `most` trees.
+/// Plants at most `most` trees: those that the map states, and others as its kinds of land have them; where it states nothing, by the
+/// program's own rules.
 pub(in crate::scene) fn plant(
+    surroundings: &Surroundings,
     roads: &RoadSurfaces,
     buildings: &Buildings,
     relief: &Relief,
@@ -53,7 +60,7 @@ pub(in crate::scene) fn plant(
     let crowns: Vec<f32> = models.iter().map(crown_radius_m).collect();
     let mut random = rng::stream(seed, "trees");
     let reach = ((roads.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
-    let mut seedlings = Vec::new();
+    let mut seedlings = stated(surroundings, roads, buildings, relief, &crowns, seed);
     for row in -reach..=reach {
         for column in -reach..=reach {
             // Each square draws the same number of random values, whether or not it gets a tree.
@@ -71,6 +78,56 @@ pub(in crate::scene) fn plant(
     grown
 }
 
+/// Returns the trees that the map states, as large as the road and the walls beside them allow.
+fn stated(
+    surroundings: &Surroundings,
+    roads: &RoadSurfaces,
+    buildings: &Buildings,
+    relief: &Relief,
+    crowns: &[f32],
+    seed: u64,
+) -> Vec<Seedling> {
+    let mut random = rng::stream(seed, "stated trees");
+    let grown = |tree: &StatedTree| {
+        let [pick, size, turn] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+        let at = tree.position.as_vec2();
+        let road_m = roads.border_m(at);
+        let free_m = (road_m - STATED_FREE_M).min(1.6 * buildings.distance_m(at));
+        let kind = if tree.is_conifer { trees::SPRUCE } else { (pick * 3.0) as usize };
+        let scale = (0.75 + 0.4 * size).min(free_m / crowns[kind]);
+        if scale < SMALLEST || road_m > FOREST_M {
+            return None;
+        }
+        let position = at.extend(relief.height_m(at) - 0.05);
+        let place = TreePlace { position, yaw_rad: turn * std::f32::consts::TAU, scale, tint: [1.0; 3], kind };
+        Some(Seedling { place, crown_m: crowns[kind] * scale, rank: f32::NEG_INFINITY })
+    };
+    surroundings.trees.iter().filter_map(grown).collect()
+}
+
+/// Share of the squares in which a tree grows, and of bushes and spruces among them.
+struct Growth {
+    density: f32,
+    bushes: f32,
+    spruces: f32,
+}
+
+impl Growth {
+    /// Returns the growth on land that a map states to be of this kind; `None` stands for land of which it states nothing.
+    fn on(land_use: Option<LandUse>) -> Self {
+        let [density, bushes, spruces] = match land_use {
+            Some(LandUse::Wood) => [0.75, 0.12, 0.2],
+            Some(LandUse::Scrub) => [0.5, 1.0, 0.0],
+            Some(LandUse::Park) => [0.09, 0.3, 0.04],
+            Some(LandUse::Residential) => [0.07, 0.55, 0.04],
+            Some(LandUse::Grass | LandUse::Commercial) => [0.012, 0.4, 0.0],
+            Some(LandUse::Field | LandUse::Paved | LandUse::Water) => [0.0; 3],
+            None => [0.045, 0.5, 0.04],
+        };
+        Self { density, bushes, spruces }
+    }
+}
+
 /// Returns the largest distance of a leaf from the trunk, metres.
 pub(in crate::scene) fn crown_radius_m(model: &Mesh) -> f32 {
     model.vertices.iter().map(|v| Vec3::from(v.position).truncate().length()).fold(0.0, f32::max)
@@ -86,7 +143,11 @@ fn seedling(
 ) -> Option<Seedling> {
     // Woods and glades about 40 m across; denser in a belt 10-40 m from the road, thin far out where few are visible.
     let wood = noise::fractal(seed ^ 0x7ee5, point / 42.0);
-    let density = |far: f32| smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * far) + 0.04;
+    let growth = relief.land_use().is_stated().then(|| Growth::on(relief.land_use().at(point)));
+    let density = |far: f32| match &growth {
+        Some(growth) => growth.density * (1.0 - 0.6 * far),
+        None => smoothstep(-0.30, 0.45, wood) * (1.0 - 0.82 * far) + 0.04,
+    };
     // Most seedlings do not grow at any distance.
     if draw[4] > density(0.0) {
         return None;
@@ -98,13 +159,11 @@ fn seedling(
     let density = density(smoothstep(35.0, FOREST_M, distance));
     // Spruces grow in groups; bushes grow at the edges of woods and nearest the road.
     let conifers = noise::value(seed ^ 0x5b0c, point / 60.0);
-    let kind = match draw[2] {
-        d if d < 0.16 + 0.25 * smoothstep(14.0, 6.0, distance) => trees::BUSH,
-        d if conifers > 0.15 && d < 0.85 => trees::SPRUCE,
-        d if d < 0.45 => 0,
-        d if d < 0.75 => 1,
-        d if d < 0.95 => 2,
-        _ => trees::SPRUCE,
+    let kind = match (&growth, draw[2]) {
+        (Some(growth), d) if d < growth.bushes => trees::BUSH,
+        (Some(growth), d) if d < growth.bushes + growth.spruces => trees::SPRUCE,
+        (Some(_), d) => (d * 1000.0) as usize % 3,
+        (None, d) => own_kind(d, distance, conifers),
     };
     let scale = 0.72 + 0.5 * draw[3];
     let crown_m = crowns[kind] * scale;
@@ -115,6 +174,18 @@ fn seedling(
     let position = point.extend(relief.height_m(point) - 0.05);
     let place = TreePlace { position, yaw_rad: draw[5] * std::f32::consts::TAU, scale, tint: [1.0; 3], kind };
     Some(Seedling { place, crown_m, rank: draw[4] / density })
+}
+
+/// Returns a tree's kind by the program's own rules, from a random number of 0 to 1.
+fn own_kind(random: f32, distance_m: f32, conifers: f32) -> usize {
+    match random {
+        d if d < 0.16 + 0.25 * smoothstep(14.0, 6.0, distance_m) => trees::BUSH,
+        d if conifers > 0.15 && d < 0.85 => trees::SPRUCE,
+        d if d < 0.45 => 0,
+        d if d < 0.75 => 1,
+        d if d < 0.95 => 2,
+        _ => trees::SPRUCE,
+    }
 }
 
 /// Keeps the seedlings of lowest rank, but none so close to a kept one that their crowns would merge.
@@ -256,5 +327,41 @@ mod tests {
         let mean = counts.values().sum::<usize>() as f32 / counts.len() as f32;
         let variance = counts.values().map(|&n| (n as f32 - mean).powi(2)).sum::<f32>() / counts.len() as f32;
         assert!(variance > 1.5 * mean, "{variance} {mean}");
+    }
+
+    #[test]
+    fn trees_stand_where_a_map_states_them_and_as_its_land_has_them() {
+        use crate::map::surroundings::LandArea;
+        use crate::scene::land::land_use_map::tests::rectangle;
+        use glam::DVec2;
+        // Inside the circuit, between its straights at y = 20 m and y = 140 m.
+        let kinds = [LandUse::Wood, LandUse::Field, LandUse::Water, LandUse::Paved, LandUse::Park];
+        let left_m = |k: usize| 310.0 + 76.0 * k as f64;
+        let areas: Vec<LandArea> =
+            kinds.iter().enumerate().map(|(k, kind)| rectangle(*kind, [left_m(k), 40.0], [70.0, 80.0])).collect();
+        // On the paved land, one in the field, and one on the road.
+        let places = [[560.0, 80.0], [420.0, 80.0], [420.0, 20.0]];
+        let tree = |at: [f64; 2]| StatedTree { position: DVec2::from(at), is_conifer: at[0] > 500.0 };
+        let surroundings = Surroundings { areas, trees: places.map(tree).to_vec(), ..Surroundings::default() };
+        let network = (*circuit().network).clone().with_surroundings(surroundings);
+        let scene = StaticScene::of_network(&network.into(), 1, MOST_TREES);
+        let origin = scene.origin.truncate();
+        let of_kind = |k: usize| {
+            let inside = |place: &&TreePlace| {
+                let [x, y] = (place.position.truncate().as_dvec2() + origin).to_array();
+                (left_m(k)..left_m(k) + 70.0).contains(&x) && (40.0..120.0).contains(&y)
+            };
+            scene.tree_places.iter().filter(inside).count()
+        };
+        // 70 x 80 m of wood with crowns of about 5 m have some hundred trees.
+        assert!((60..400).contains(&of_kind(0)), "{} in the wood", of_kind(0));
+        assert_eq!([1, 2, 3].map(of_kind), [1, 0, 1], "those that the map states, and no other");
+        assert!((2..of_kind(0) / 3).contains(&of_kind(4)), "{} in the park", of_kind(4));
+        let at = |place: [f64; 2]| {
+            let near =
+                |of: &&TreePlace| (of.position.truncate().as_dvec2() + origin).distance(DVec2::from(place)) < 0.1;
+            scene.tree_places.iter().find(near).map(|of| of.kind == trees::SPRUCE)
+        };
+        assert_eq!(places.map(at), [Some(true), Some(false), None]);
     }
 }
