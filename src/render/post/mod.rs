@@ -5,3 +5,6 @@ pub mod bloom;
 pub mod preview;
 pub mod tonemap;
 pub mod ui_pass;
+
+#[cfg(test)]
+mod mirror_inset_tests;

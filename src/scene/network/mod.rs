@@ -2,7 +2,7 @@
 //! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
-//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads, `signs` the road signs, `posts` the
+//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads with the pictures of `signal_faces`, `signs` the road signs, `posts` the
 //! reflector posts, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
 //! pavement. `road_ends` lets roads run on at the network's edge. `route_line` leads along the ego's path.
 
@@ -15,6 +15,7 @@ pub(super) mod road_ends;
 pub(super) mod road_surfaces;
 mod route_line;
 mod sign_plates;
+mod signal_faces;
 pub(super) mod signals;
 pub(super) mod signs;
 pub(super) mod street_lamps;

@@ -1,11 +1,14 @@
-//! Signal heads: three lamps in a vertical dark housing with a backboard. One head is on a pole beside the stop line, one over each further
+//! Signal heads for vehicles: three lamps in a vertical dark housing with a backboard. One head is on a pole beside the stop line, one over each further
 //! lane on an arm, and one across the junction, visible to the first vehicle at the line. In: the network. Out: one mesh of poles, arms and
 //! heads; the lamps' positions, with the link whose state each head shows. Sizes are from `docs/references.md: roads`.
 
-use super::road_surfaces::RoadSurfaces;
+use super::{
+    road_surfaces::RoadSurfaces,
+    signal_faces::{SignalFace, WALKERS_LAMP_M, shows_alike},
+};
 use crate::{
     map::network::{
-        Connection, EdgeId, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
+        Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
     },
     scene::{
         LitLamp, Material, Mesh,
@@ -26,10 +29,18 @@ const POLE_HEAD_M: f32 = 2.75;
 const ARM_HEAD_M: f32 = 5.6;
 /// Height of the arm above the middle lamps of its heads, metres.
 const ARM_OVER_M: f32 = 0.85;
+/// Height of the middle of a head for those who walk, and the distance of its pole from the crossing's end and side, metres.
+const WALKERS_HEAD_M: f32 = 2.35;
+const BEYOND_CROSSING_M: f32 = 0.4;
+const BESIDE_CROSSING_M: f64 = 0.25;
 /// Distance between a pole and the edge of the outermost lane, metres: beyond the shoulder.
 pub(super) const BESIDE_M: f64 = 0.95;
 /// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
 const BEFORE_END_M: f64 = 0.15;
+/// Least distance of a head across the junction from the stop line where the way is not straight on, metres, and its largest distance to one
+/// side as a share of that: it is in the picture then.
+const LEAST_ACROSS_M: f32 = 10.0;
+const ASIDE_SHARE: f32 = 0.45;
 /// Maximum distance of a head across the junction from the stop line, metres.
 const ACROSS_M: f32 = 45.0;
 
@@ -50,7 +61,9 @@ pub struct SignalHead {
     pub signal: SignalId,
     /// Index of the link whose state the head shows, among the signal's links.
     pub link: u32,
-    /// Centre of the front of each lamp, world axes, metres: red, yellow, green.
+    /// Picture that its lamps show.
+    pub face: SignalFace,
+    /// Centre of the front of each lamp, world axes, metres: red, yellow, green. A head for those who walk has no yellow one.
     pub lamps: [Vec3; 3],
     /// Direction in which the lamps shine, a unit vector in world axes.
     pub facing: Vec3,
@@ -60,15 +73,26 @@ impl SignalHead {
     /// Returns the lit lamps. Blinking lamps are lit for the first half of each second of `time_s`.
     pub(in crate::scene) fn lit(&self, states: &SignalStates, time_s: f64) -> impl Iterator<Item = LitLamp> {
         let lit: &[usize] = match states.light(self.signal, self.link) {
+            Some(SignalLight::Red | SignalLight::RedYellow | SignalLight::Yellow)
+                if self.face == SignalFace::Walkers =>
+            {
+                &[0]
+            }
             Some(SignalLight::Red) => &[0],
             Some(SignalLight::RedYellow) => &[0, 1],
             Some(SignalLight::Yellow) => &[1],
             Some(SignalLight::GreenMinor | SignalLight::GreenMajor | SignalLight::GreenArrow) => &[2],
-            Some(SignalLight::OffBlinking) if time_s.rem_euclid(1.0) < 0.5 => &[1],
+            Some(SignalLight::OffBlinking) if self.face != SignalFace::Walkers && time_s.rem_euclid(1.0) < 0.5 => &[1],
             Some(SignalLight::OffBlinking | SignalLight::Off) | None => &[],
         };
-        let (lamps, facing) = (self.lamps, self.facing);
-        lit.iter().map(move |&k| LitLamp { position: lamps[k], facing, radius_m: LAMP_M, light: LIT[k] })
+        let Self { lamps, facing, face, .. } = *self;
+        // To the right as seen by those for whom it shines.
+        let right = Vec3::Z.cross(facing);
+        lit.iter().flat_map(move |&k| {
+            let (discs, radius_m) = face.discs(k);
+            let at = move |disc: Vec2| lamps[k] + right * disc.x + Vec3::Z * disc.y;
+            discs.map(move |disc| LitLamp { position: at(disc), facing, radius_m, light: LIT[k] })
+        })
     }
 }
 
@@ -93,7 +117,10 @@ pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, 
     let mut triangles = TriangleList::default();
     let mut heads = Vec::new();
     for edge in net.edge_ids() {
-        approach(net, edge, surfaces, &mut triangles, &mut heads);
+        match net.edge(edge).kind {
+            EdgeKind::Crossing => at_crossing(net, edge, &mut triangles, &mut heads),
+            _ => approach(net, edge, surfaces, &mut triangles, &mut heads),
+        }
     }
     (triangles.into_mesh(0.6), heads)
 }
@@ -125,7 +152,8 @@ fn approach(
         let over = at(lane, 0.0);
         let mut head = |middle: Vec3, triangles: &mut TriangleList| {
             let facing = -direction(&over);
-            heads.push(SignalHead { lane, signal, link, lamps: housing(triangles, middle, facing), facing });
+            let face = SignalFace::of(net, lane, (way, signal, link));
+            heads.push(SignalHead { lane, signal, link, face, lamps: housing(triangles, middle, facing), facing });
         };
         if k == 0 {
             head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, triangles);
@@ -136,6 +164,13 @@ fn approach(
         } else {
             let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
             head(middle, triangles);
+            // Those at the line do not see what is over them: they see the head across of another lane, if it shows the same.
+            let is_repeated =
+                ruled[..k].iter().any(|(_, (_, of, other))| *of == signal && shows_alike(net, signal, [link, *other]));
+            if let Some(foot) = across(net, way, &over, side, surfaces).filter(|_| !is_repeated) {
+                pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
+                head(foot + Vec3::Z * POLE_HEAD_M, triangles);
+            }
             arm_end = Some(middle + Vec3::Z * ARM_OVER_M);
             bar(triangles, middle + behind, middle + behind + Vec3::Z * ARM_OVER_M, 0.03);
         }
@@ -150,8 +185,28 @@ fn approach(
     }
 }
 
-/// Returns the foot of the head across the junction: beside the exit lane if the way is straight on, else beyond the road ahead. `None` if
-/// there is no free place in range.
+/// Adds the heads for those who walk over a crossing: one on either side of the road, facing the other.
+fn at_crossing(net: &Network, edge: EdgeId, triangles: &mut TriangleList, heads: &mut Vec<SignalHead>) {
+    let Some(lane) = net.edge(edge).lanes().next() else { return };
+    let onto = net.predecessors(lane).iter().flat_map(|before| net.connections_from(*before));
+    let rule = onto.filter(|way| way.to == lane).find_map(|way| way.signal.and_then(|link| link.index.zip(Some(link))));
+    let Some((link, rule)) = rule else { return };
+    let of = net.lane(lane);
+    let beside_m = of.half_width_m() + BESIDE_CROSSING_M;
+    for (s_m, beyond, offset_m) in [(of.length_m, 1.0, -beside_m), (0.0, -1.0, beside_m)] {
+        let end = net.pose(LanePosition { lane, s_m, offset_m });
+        let outwards = direction(&end) * beyond;
+        let foot = end.position.as_vec3() + outwards * BEYOND_CROSSING_M;
+        pole(triangles, foot + outwards * 0.15, WALKERS_HEAD_M + 0.3);
+        let (middle, facing) = (foot + Vec3::Z * WALKERS_HEAD_M, -outwards);
+        let lamps = walkers_housing(triangles, middle, facing);
+        let (signal, face) = (rule.signal, SignalFace::Walkers);
+        heads.push(SignalHead { lane, signal, link, face, lamps, facing });
+    }
+}
+
+/// Returns the foot of the head across the junction: beside the exit lane if the way is straight on, else in view of those at the line.
+/// `None` if there is no free place in range.
 fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &RoadSurfaces) -> Option<Vec3> {
     let (from, ahead) = (line.position.as_vec3(), direction(line));
     let near = |foot: &Vec3| foot.distance(from) < ACROSS_M && (*foot - from).dot(ahead) > 6.0;
@@ -167,8 +222,15 @@ fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &R
         let free = |foot: &Vec3| paved || surfaces.border_m(foot.truncate()) > 0.5;
         return (0..8).map(foot).find(free).filter(near);
     }
-    let foot = |k: u32| from + ahead * (6.0 + 0.5 * k as f32);
-    (0..60).map(foot).find(|foot| surfaces.border_m(foot.truncate()) > 0.7).filter(near)
+    // Straight ahead, or the least to one side, so far across that it is below the mirror inset.
+    let turns_left = matches!(way.direction, TurnDirection::Left | TurnDirection::Turnaround);
+    let aside = Vec3::Z.cross(ahead) * if turns_left { 1.0 } else { -1.0 };
+    let row = |k: u32| {
+        let ahead_m = LEAST_ACROSS_M + 0.5 * k as f32;
+        let steps = (0..).map(|step| step as f32).take_while(move |aside_m| *aside_m <= ASIDE_SHARE * ahead_m);
+        steps.flat_map(move |aside_m| [aside_m, -aside_m]).map(move |aside_m| from + ahead * ahead_m + aside * aside_m)
+    };
+    (0..80).flat_map(row).find(|foot| surfaces.border_m(foot.truncate()) > 0.7).filter(near)
 }
 
 /// Returns the direction of a pose on the ground, a unit vector.
@@ -212,19 +274,32 @@ fn housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3
     head.cuboid(Vec3::new(-0.040, 0.0, 0.0), Vec3::new(0.012, y, z), HOUSING);
     let heights = [LAMP_EVERY_M, 0.0, -LAMP_EVERY_M];
     for (height_m, colour) in heights.into_iter().zip(DARK) {
-        lens(&mut head, height_m, SurfaceFinish::new(Material::Lamp, colour));
-        hood(&mut head, height_m);
+        lens(&mut head, height_m, LAMP_M, SurfaceFinish::new(Material::Lamp, colour));
+        hood(&mut head, height_m, LAMP_M);
     }
     triangles.append(head.moved(|p| middle + turn * p));
     heights.map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
 }
 
+/// Adds a housing for those who walk, of a red and a green lamp; returns the centres of the lamps' fronts, the green one's twice.
+fn walkers_housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
+    let turn = Mat3::from_cols(facing, Vec3::Z.cross(facing), Vec3::Z);
+    let mut head = TriangleList::default();
+    head.cuboid(Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.13, 2.0 * 0.13), HOUSING);
+    for (height_m, colour) in [(0.125, DARK[0]), (-0.125, DARK[2])] {
+        lens(&mut head, height_m, WALKERS_LAMP_M, SurfaceFinish::new(Material::Lamp, colour));
+        hood(&mut head, height_m, WALKERS_LAMP_M);
+    }
+    triangles.append(head.moved(|p| middle + turn * p));
+    [0.125, -0.125, -0.125].map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
+}
+
 /// Adds a lamp's lens, slightly conical.
-fn lens(head: &mut TriangleList, height_m: f32, finish: SurfaceFinish) {
+fn lens(head: &mut TriangleList, height_m: f32, radius_m: f32, finish: SurfaceFinish) {
     const SIDES: usize = 12;
     let rim = |k: usize| {
         let (sin, cos) = (TAU * k as f32 / SIDES as f32).sin_cos();
-        Vec3::new(0.004, LAMP_M * cos, height_m + LAMP_M * sin)
+        Vec3::new(0.004, radius_m * cos, height_m + radius_m * sin)
     };
     for k in 0..SIDES {
         head.triangle([Vec3::new(0.014, 0.0, height_m), rim(k), rim(k + 1)], finish);
@@ -232,15 +307,16 @@ fn lens(head: &mut TriangleList, height_m: f32, finish: SurfaceFinish) {
 }
 
 /// Adds a hood over a lamp, visible from inside and outside.
-fn hood(head: &mut TriangleList, height_m: f32) {
+fn hood(head: &mut TriangleList, height_m: f32, radius_m: f32) {
     const SIDES: usize = 6;
+    let long_m = 1.33 * radius_m;
     let edge = |k: usize, out_m: f32| {
         // The arc starts a little below the middle on one side and ends a little below it on the other.
         let angle = TAU * (-0.04 + 0.58 * k as f32 / SIDES as f32);
-        Vec3::new(out_m, 1.08 * LAMP_M * angle.cos(), height_m + 1.08 * LAMP_M * angle.sin())
+        Vec3::new(out_m, 1.08 * radius_m * angle.cos(), height_m + 1.08 * radius_m * angle.sin())
     };
     for k in 0..SIDES {
-        let corners = [edge(k, 0.0), edge(k, 0.20), edge(k + 1, 0.20), edge(k + 1, 0.0)];
+        let corners = [edge(k, 0.0), edge(k, long_m), edge(k + 1, long_m), edge(k + 1, 0.0)];
         head.quad(corners, HOUSING);
         head.quad([corners[3], corners[2], corners[1], corners[0]], HOUSING);
     }

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::{
-    map::network::{LaneId, LanePosition, REACH_M},
+    map::network::{LaneId, LanePosition, REACH_M, SignalStates, TurnDirection},
     rng,
     scene::{
-        self, StaticScene, ViewKind, ViewOptions,
+        self, SignalHead, StaticScene, ViewKind, ViewOptions,
         mesh::tests::{check, faces},
         network::triangulation::cleaned,
         trees::forest,
@@ -222,4 +222,51 @@ fn wheels_turn_with_a_vehicles_heading_and_its_body_follows_the_slope() {
     assert!((forward.z / forward.truncate().length() - 9.0 / 62.52).abs() < 2e-3, "{forward}");
     // The mean of four wheels, in single precision.
     assert!((drawn(0.0).position.z - at.position.z as f32).abs() < 1e-4, "{}", drawn(0.0).position.z);
+}
+
+#[test]
+fn signals_show_arrows_for_protected_turns_and_persons_at_crossings() {
+    use super::signal_faces::SignalFace;
+    // Counted in the file: each of the four lanes from B1 that only turn right has a `G` in all its green phases, and two heads.
+    let grid = StaticScene::of_network(&network("grid-signals"), 1, 0);
+    let arrows: Vec<_> = grid.signal_heads.iter().filter(|head| head.face != SignalFace::Full).collect();
+    assert_eq!(arrows.len(), 8);
+    for head in arrows {
+        assert_eq!(head.face, SignalFace::Arrow(-std::f32::consts::FRAC_PI_2));
+        let ways = grid.network.connections_from(head.lane);
+        assert!(ways.iter().all(|way| way.direction == TurnDirection::Right), "{ways:?}");
+    }
+    // The town of the tests has two crossings with a signal.
+    let town = StaticScene::of_network(&network("town"), 1, 0);
+    let walkers: Vec<_> = town.signal_heads.iter().filter(|head| head.face == SignalFace::Walkers).collect();
+    assert_eq!(walkers.len(), 4);
+    for pair in walkers.chunks(2) {
+        let [one, other] = [pair[0], pair[1]];
+        assert_eq!((one.lane, one.link), (other.lane, other.link));
+        // Each faces the other across the road.
+        let across = (other.lamps[0] - one.lamps[0]).with_z(0.0).normalize();
+        assert!(one.facing.dot(across) > 0.7 && other.facing.dot(across) < -0.7, "{pair:?}");
+    }
+}
+
+#[test]
+fn a_lit_lamp_shows_its_picture_to_those_whom_it_faces() {
+    use super::signal_faces::SignalFace;
+    let net = network("grid-signals");
+    let head = StaticScene::of_network(&net, 1, 0).signal_heads[0];
+    let lit = |face: SignalFace, letter: u8| -> Vec<scene::LitLamp> {
+        SignalHead { face, ..head }.lit(&SignalStates::uniform(&net, letter), 0.0).collect()
+    };
+    assert_eq!(lit(SignalFace::Full, b'G').iter().map(|lamp| lamp.position).collect::<Vec<_>>(), [head.lamps[2]]);
+    // An arrow to the left: its head's discs are to the left of its middle as seen against the direction that it shines in.
+    let arrow = lit(SignalFace::Arrow(std::f32::consts::FRAC_PI_2), b'G');
+    let left = Vec3::Z.cross(-head.facing);
+    let off = |lamp: &scene::LitLamp| lamp.position - head.lamps[2];
+    let wings: Vec<_> = arrow.iter().filter(|lamp| off(lamp).z.abs() > 0.02).collect();
+    assert!(wings.len() == 4 && wings.iter().all(|lamp| off(lamp).dot(left) > -0.01), "{wings:?}");
+    assert!(arrow.iter().all(|lamp| off(lamp).length() + lamp.radius_m < 0.15), "within the lens");
+    // Those who walk see red until it is green.
+    let colours = [b'r', b'y', b'u', b'G'].map(|letter| lit(SignalFace::Walkers, letter)[0].light);
+    assert!(colours[..3].iter().all(|light| light[0] > light[1]) && colours[3][1] > colours[3][0], "{colours:?}");
+    assert!(lit(SignalFace::Walkers, b'o').is_empty());
 }

@@ -1,0 +1,91 @@
+//! Pictures that lit signal lamps show: a full disc, an arrow, a walking or a standing person. In: whom a head is for. Out: discs of light on
+//! the lens, as the diodes of real lamps. Metres.
+
+use super::signals::LAMP_M;
+use crate::map::network::{Connection, LaneId, Network, SignalId, SignalLight, TurnDirection};
+use glam::Vec2;
+
+/// Radius of a lamp for those who walk.
+pub(super) const WALKERS_LAMP_M: f32 = 0.1;
+/// Radius of one disc of an arrow, and of a person.
+const ARROW_DISC_M: f32 = 0.031;
+const PERSON_DISC_M: f32 = 0.022;
+/// Arrow up: its shaft, then its head.
+const ARROW: [[f32; 2]; 9] = [
+    [0.0, -0.105],
+    [0.0, -0.06],
+    [0.0, -0.015],
+    [0.0, 0.03],
+    [0.0, 0.085],
+    [-0.045, 0.045],
+    [0.045, 0.045],
+    [-0.088, 0.0],
+    [0.088, 0.0],
+];
+/// Person who stands, and person who walks to the left.
+const STANDING: [[f32; 2]; 6] =
+    [[0.0, 0.068], [-0.02, 0.022], [0.02, 0.022], [0.0, -0.015], [-0.014, -0.06], [0.014, -0.06]];
+const WALKING: [[f32; 2]; 7] =
+    [[-0.008, 0.068], [0.0, 0.022], [-0.036, 0.008], [0.036, 0.012], [0.004, -0.02], [-0.034, -0.062], [0.036, -0.058]];
+
+/// Picture on the lamps of a head.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SignalFace {
+    /// Full discs: for all who leave the lane.
+    Full,
+    /// Arrows, by their angle from straight up to the left, radians: the head rules this turn alone, and on green no other way crosses it.
+    Arrow(f32),
+    /// Persons: for those who walk across the road.
+    Walkers,
+}
+
+impl SignalFace {
+    /// Returns the face for a lane of which this connection is shown.
+    pub(super) fn of(net: &Network, lane: LaneId, (shown, signal, link): (&Connection, SignalId, u32)) -> Self {
+        let Some(turn_rad) = turn_rad(shown.direction) else { return Self::Full };
+        let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
+        let has_one_turn = ways().all(|way| way.direction == shown.direction);
+        // On a permissive green, those who turn give way to others: that is a full disc.
+        let programs = &net.signal(signal).programs;
+        let lights = || programs.iter().flat_map(|program| &program.phases).filter_map(|phase| phase.light(link));
+        let is_protected = lights().any(|light| light == SignalLight::GreenMajor)
+            && !lights().any(|light| light == SignalLight::GreenMinor);
+        if has_one_turn && is_protected { Self::Arrow(turn_rad) } else { Self::Full }
+    }
+
+    /// Returns the discs of lamp `lamp`, 0 to 2 from the top, to the right and up from its middle as seen by those for whom it shines; and
+    /// their radius.
+    pub(super) fn discs(self, lamp: usize) -> (impl Iterator<Item = Vec2>, f32) {
+        let (discs, radius_m, turn_rad): (&[[f32; 2]], f32, f32) = match self {
+            Self::Full => (&[[0.0, 0.0]], LAMP_M, 0.0),
+            Self::Arrow(turn_rad) => (&ARROW, ARROW_DISC_M, turn_rad),
+            Self::Walkers if lamp == 0 => (&STANDING, PERSON_DISC_M, 0.0),
+            Self::Walkers => (&WALKING, PERSON_DISC_M, 0.0),
+        };
+        let turn = Vec2::from_angle(turn_rad);
+        (discs.iter().map(move |disc| turn.rotate(Vec2::from(*disc))), radius_m)
+    }
+}
+
+/// Checks whether two links of a signal show the same in all phases.
+pub(super) fn shows_alike(net: &Network, signal: SignalId, [a, b]: [u32; 2]) -> bool {
+    let phases = || net.signal(signal).programs.iter().flat_map(|program| &program.phases);
+    // A permissive green looks like a protected one.
+    let seen = |light: Option<SignalLight>| match light {
+        Some(SignalLight::GreenMinor | SignalLight::GreenArrow) => Some(SignalLight::GreenMajor),
+        other => other,
+    };
+    phases().all(|phase| seen(phase.light(a)) == seen(phase.light(b)))
+}
+
+/// Returns the angle of an arrow for a turn, from straight up to the left, radians; `None` for the way straight on, and back.
+fn turn_rad(direction: TurnDirection) -> Option<f32> {
+    use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+    match direction {
+        TurnDirection::Left => Some(FRAC_PI_2),
+        TurnDirection::PartLeft => Some(FRAC_PI_4),
+        TurnDirection::Right => Some(-FRAC_PI_2),
+        TurnDirection::PartRight => Some(-FRAC_PI_4),
+        _ => None,
+    }
+}
