@@ -6,7 +6,7 @@ use super::{
     car::{self, wheel},
     land::{self, land_use_map::LandUseMap, tufts},
     network::{
-        self, posts, road_ends, signals, signs,
+        self, barriers, guard_rails, posts, road_ends, signals, signs,
         street_lamps::{self, StreetLamp},
         town::Town,
     },
@@ -67,6 +67,8 @@ impl StaticScene {
             let (mut posts, heads) = signals::heads(&network, roads);
             posts.append(&posts::posts(drawn, roads));
             posts.append(&signs::signs(&network, roads));
+            posts.append(&guard_rails::guard_rails(drawn, roads));
+            posts.append(&barriers::barriers(&network, drawn));
             let lamps = street_lamps::street_lamps(&network, &town, roads);
             posts.append(&street_lamps::mesh(&lamps));
             let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();

@@ -3,9 +3,11 @@
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
 //! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads with the pictures of `signal_faces`, `signs` the road signs, `posts` the
-//! reflector posts, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
+//! reflector posts, `guard_rails` guard rails, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
 //! pavement. `road_ends` lets roads run on at the network's edge. `route_line` leads along the ego's path.
 
+pub(super) mod barriers;
+pub(super) mod guard_rails;
 mod junctions;
 mod lanes;
 pub(super) mod layer;

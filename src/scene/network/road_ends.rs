@@ -153,16 +153,50 @@ impl AddedRoads {
     }
 }
 
-/// Returns the network with roads that run on beyond their ends, where there is room; `None` if no road does.
-pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> Option<Network> {
+/// End of a road from which it does not run on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct DeadEnd {
+    /// Middle of the lanes' ends.
+    pub middle: DVec3,
+    /// Unit direction in which the road would run on.
+    pub outwards: DVec2,
+    pub half_width_m: f64,
+}
+
+/// Returns the ends of all roads, in the order of their junctions.
+fn ends(net: &Network) -> Vec<RoadEnd> {
     let mut streets: BTreeMap<JunctionId, Vec<(EdgeId, bool)>> = BTreeMap::new();
     for id in net.edge_ids().filter(|id| net.edge(*id).kind.is_street()) {
         for (junction, ends) in [(net.edge(id).from, false), (net.edge(id).to, true)] {
             junction.into_iter().for_each(|junction| streets.entry(junction).or_default().push((id, ends)));
         }
     }
+    streets.values().filter_map(|streets| RoadEnd::of(net, streets)).collect()
+}
+
+/// Returns the ends of roads for cars of a network whose roads have been made to run on where they can.
+pub(super) fn dead_ends(net: &Network, longer: &Network) -> Vec<DeadEnd> {
+    let stays = |end: &RoadEnd| {
+        end.lanes.iter().all(|(lane, ends)| end_of(net, *lane, *ends).0 == end_of(longer, *lane, *ends).0)
+            && end.lanes.iter().any(|(lane, _)| net.is_driven(*lane) && net.lane(*lane).admits_cars())
+    };
+    let height_m = |end: &RoadEnd| {
+        let heights = end.lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends).0.z);
+        heights.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let dead = ends(net).into_iter().filter(stays);
+    dead.map(|end| DeadEnd {
+        middle: end.middle.extend(height_m(&end)),
+        outwards: end.outwards,
+        half_width_m: end.half_width_m,
+    })
+    .collect()
+}
+
+/// Returns the network with roads that run on beyond their ends, where there is room; `None` if no road does.
+pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> Option<Network> {
     let (mut added, mut lines) = (AddedRoads::default(), BTreeMap::new());
-    for end in streets.values().filter_map(|streets| RoadEnd::of(net, streets)) {
+    for end in ends(net) {
         let Some(course) = end.free_course(surfaces, &added) else { continue };
         added.add(&course, end.half_width_m);
         for (lane, ends) in &end.lanes {
