@@ -18,6 +18,7 @@ mod spray;
 mod static_scene;
 mod traffic_parts;
 mod trees;
+mod vehicle_lamps;
 mod vehicles;
 mod view;
 

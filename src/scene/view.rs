@@ -9,15 +9,12 @@ use super::{
     headlamps::headlamps,
     spray::spray,
     traffic_parts::traffic_parts,
-    vehicles,
+    vehicle_lamps::vehicle_lamps,
 };
 use crate::map::network::SignalStates;
-use crate::space::{Pose, wrap_angle};
-use crate::traffic::{EGO, VehicleBody};
-use crate::{
-    controls::{BLINK_S, STEERING_RATIO},
-    ego::EgoState,
-};
+use crate::space::wrap_angle;
+use crate::traffic::EGO;
+use crate::{controls::STEERING_RATIO, ego::EgoState};
 use crate::{scenario::CockpitView, sim::Snapshot};
 use glam::{Affine3A, DVec3, EulerRot, Quat, Vec3};
 
@@ -58,11 +55,13 @@ pub fn view(
         ViewKind::Birdseye => birdseye_camera((!snapshot.is_without_ego).then_some(&ego), options, static_scene),
         ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, static_scene),
     };
+    let mut lamps = signal_lamps(snapshot, now_s, static_scene);
+    lamps.extend(vehicle_lamps(snapshot, &cars, kind, now_s, options, static_scene));
     View {
         kind,
         camera,
         mirror: (kind == ViewKind::Driver).then(|| mirror_camera(&ego, options)),
-        lamps: lit_lamps(snapshot, &cars, kind, now_s, static_scene),
+        lamps,
         headlamps: if options.headlamps_lit() { headlamps(snapshot, &cars, static_scene) } else { vec![] },
         spray: spray(snapshot, &cars, options.rain_mmph, now_s),
         cars,
@@ -138,19 +137,8 @@ impl EgoAt {
     }
 }
 
-/// Linear colour of an indicator's light, and the share of its period in which it is on (`docs/references.md: roads`).
-const INDICATOR: [f32; 3] = [3.4, 1.25, 0.02];
-const BLINK_ON: f64 = 0.5;
-
-/// Returns the lit lamps of signals, and the indicators of vehicles, which blink. Without signal states, as in a picture without
-/// a drive, the signals follow their first programs.
-fn lit_lamps(
-    snapshot: &Snapshot,
-    cars: &[CarInstance],
-    kind: ViewKind,
-    now_s: f64,
-    static_scene: &StaticScene,
-) -> Vec<LitLamp> {
+/// Returns the lit lamps of signals. Without signal states, as in a picture without a drive, they follow their first programs.
+fn signal_lamps(snapshot: &Snapshot, now_s: f64, static_scene: &StaticScene) -> Vec<LitLamp> {
     let mut lamps = Vec::new();
     if !static_scene.signal_heads.is_empty() {
         let known = static_scene.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
@@ -162,34 +150,6 @@ fn lit_lamps(
             &by_program
         };
         lamps.extend(static_scene.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
-    }
-    // The ego's indicators are not visible from its own seat.
-    let is_from_outside = matches!(kind, ViewKind::Chase | ViewKind::Birdseye);
-    let ego = is_from_outside.then(|| (EGO, snapshot.ego_lamps(), VehicleBody::CAR));
-    let mut drawn = cars.iter().skip(usize::from(!is_from_outside));
-    let others = snapshot.cars.iter().map(|car| (car.id, car.lamps, car.body));
-    for (id, lit, body) in ego.into_iter().chain(others) {
-        let parts: Vec<_> = body.parts(&Pose::default(), None).zip(&mut drawn).enumerate().collect();
-        // Each vehicle blinks with its own phase.
-        let phase = now_s / BLINK_S + 0.37 * f64::from(id.0 % 8);
-        if (!lit.left && !lit.right) || phase.fract() > BLINK_ON {
-            continue;
-        }
-        let sides = [(1.0, lit.left), (-1.0, lit.right)].into_iter().filter(|(_, lit)| *lit);
-        for (side, _) in sides {
-            for (k, (part, drawn)) in &parts {
-                let shape = vehicles::shape(&body, *k, part.length_m, &static_scene.hubs);
-                let ends = [(*k == 0, Vec3::X), (k + 1 == parts.len(), Vec3::NEG_X)];
-                for (at, (_, facing)) in shape.indicators.into_iter().zip(ends).filter(|(_, (is_end, _))| *is_end) {
-                    lamps.push(LitLamp {
-                        position: drawn.position + drawn.rotation * (at * Vec3::new(1.0, side, 1.0)),
-                        facing: drawn.rotation * facing,
-                        radius_m: shape.indicator_radius_m,
-                        light: INDICATOR,
-                    });
-                }
-            }
-        }
     }
     lamps
 }
