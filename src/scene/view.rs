@@ -163,6 +163,7 @@ mod tests {
     use crate::scene::static_scene::tests::{circuit, ring};
     use crate::sim::VehicleSnapshot;
     use crate::space::CAR_LENGTH_M;
+    use crate::space::Pose;
     use crate::time::Tick;
     use crate::traffic::{VehicleId, VehicleLamps};
     use glam::Vec2;

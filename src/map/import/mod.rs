@@ -150,9 +150,7 @@ fn fill(
 ) -> Result<ImportReport, MapError> {
     let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), options)?;
     let mut report = ImportReport::of(file, format, &made)?;
-    if format == SourceFormat::OpenStreetMap {
-        report.notes.extend(surroundings::write(folder, netconvert, file, options)?);
-    }
+    report.notes.extend(surroundings::write(folder, netconvert, (file, format), &made.network, options)?);
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;
     private::replace(&folder.join(REPORT_FILE), report.text().as_bytes()).map_err(failed)?;

@@ -1,12 +1,17 @@
-//! Surroundings of an OpenStreetMap file: buildings, land and trees. In: the file, and the network made from it. Out: the map's file of
-//! surroundings, and lines for the report. SUMO's own polyconvert places them in the network's frame.
+//! Surroundings of an imported file: buildings, land and trees of OpenStreetMap, buildings, trees and bushes of OpenDRIVE. In: the file, and
+//! the network made from it. Out: the map's file of surroundings, and lines for the report. SUMO's own polyconvert places those of
+//! OpenStreetMap in the network's frame.
 
-use super::netconvert::{self, ImportOptions};
+use super::{
+    netconvert::{self, ImportOptions},
+    source_format::SourceFormat,
+};
 use crate::{
     map::{
         MapError,
         limits::MOST_IMPORT_BYTES,
-        surroundings::{self, SURROUNDINGS},
+        network::Network,
+        surroundings::{self, SURROUNDINGS, Surroundings, open_drive},
     },
     private,
 };
@@ -15,20 +20,27 @@ use std::path::Path;
 /// File that polyconvert writes, in the map's folder.
 const POLYGONS: &str = "polygons.xml";
 
-/// Writes the surroundings of an OpenStreetMap file beside the network in a map's folder. Returns lines for the report, none without any; a
-/// map can be driven without them, so that a fault of theirs is said there, too.
+/// Writes the surroundings that a file states beside the network in a map's folder. Returns lines for the report, none without any; a map can
+/// be driven without them, so that a fault of theirs is said there, too.
 ///
 /// # Errors
 /// The user stopped the import.
 pub(super) fn write(
     folder: &Path,
     netconvert: &Path,
-    file: &Path,
+    (file, format): (&Path, SourceFormat),
+    network: &Network,
     options: &ImportOptions,
 ) -> Result<Vec<String>, MapError> {
-    let polygons = folder.join(POLYGONS);
-    let made = netconvert::polygons(netconvert, file, &folder.join("net.xml"), &polygons, options).and_then(|()| {
-        let found = surroundings::read_within(&polygons, MOST_IMPORT_BYTES)?;
+    let found = match format {
+        SourceFormat::OpenStreetMap => of_open_street_map(folder, netconvert, file, options),
+        SourceFormat::OpenDrive => open_drive::read(file).map(|mut found| {
+            found.move_by(network.offset());
+            found
+        }),
+        SourceFormat::Sumo => Ok(Surroundings::default()),
+    };
+    let written = found.and_then(|found| {
         let failed = |source| MapError::Io { file: folder.join(SURROUNDINGS), source };
         if !found.is_empty() {
             private::replace(&folder.join(SURROUNDINGS), found.text().as_bytes()).map_err(failed)?;
@@ -36,12 +48,24 @@ pub(super) fn write(
         let counts = [("buildings", found.buildings.len()), ("land", found.areas.len()), ("trees", found.trees.len())];
         Ok(counts.into_iter().filter(|(_, count)| *count > 0))
     });
-    let _ = std::fs::remove_file(&polygons);
-    match made {
+    match written {
         Ok(counts) => Ok(counts.map(|(what, count)| format!("{what:<14} {count}")).collect()),
         Err(MapError::Interrupted { file }) => Err(MapError::Interrupted { file }),
         Err(why) => Ok(vec![format!("surroundings   none: {}", why.to_string().lines().next().unwrap_or_default())]),
     }
+}
+
+fn of_open_street_map(
+    folder: &Path,
+    netconvert: &Path,
+    file: &Path,
+    options: &ImportOptions,
+) -> Result<Surroundings, MapError> {
+    let polygons = folder.join(POLYGONS);
+    let made = netconvert::polygons(netconvert, file, &folder.join("net.xml"), &polygons, options)
+        .and_then(|()| surroundings::read_within(&polygons, MOST_IMPORT_BYTES));
+    let _ = std::fs::remove_file(&polygons);
+    made
 }
 
 #[cfg(test)]
@@ -49,7 +73,6 @@ mod tests {
     use super::*;
     use crate::map::{
         import::import_into,
-        network::Network,
         surroundings::{BuildingUse, LandUse},
     };
     use std::sync::atomic::AtomicBool;
@@ -124,5 +147,37 @@ mod tests {
         let nearest_m = house.outline.iter().map(|corner| off_m(*corner)).fold(f64::INFINITY, f64::min);
         // 16.7 m from the street's middle, less half a lane of 3.2 m.
         assert!((nearest_m - (0.15e-3 * 111_229.0 - 1.6)).abs() < 0.3, "{nearest_m} m from the lane's middle");
+    }
+
+    #[test]
+    fn objects_of_an_open_drive_file_lie_beside_its_road() {
+        static STOP: AtomicBool = AtomicBool::new(false);
+        let lane = "<laneSection s=\"0\"><center><lane id=\"0\" type=\"none\"/></center><right><lane id=\"-1\" type=\"driving\">\
+                    <width sOffset=\"0\" a=\"3.5\" b=\"0\" c=\"0\" d=\"0\"/></lane></right></laneSection>";
+        let text = format!(
+            "<OpenDRIVE><header revMajor=\"1\" revMinor=\"4\"/><road id=\"1\" length=\"300\" junction=\"-1\"><planView>\
+             <geometry s=\"0\" x=\"-900\" y=\"40\" hdg=\"0\" length=\"300\"><line/></geometry></planView><lanes>{lane}</lanes><objects>\
+             <object type=\"building\" s=\"100\" t=\"-20\" length=\"12\" width=\"8\" height=\"7\"/></objects></road></OpenDRIVE>"
+        );
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("place.xodr");
+        std::fs::write(&file, text).expect("written");
+        let netconvert = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo/bin/netconvert");
+        let options = ImportOptions { seconds: 60, memory_mib: 1024, stop: &STOP, side: None };
+        let made = import_into(&folder.path().join("maps"), &netconvert, &file, "place", &options).expect("imported");
+        assert!(made.report.notes.iter().any(|note| note == "buildings      1"), "{:?}", made.report.notes);
+        let net = Network::load(&made.folder.join("net.xml").to_string_lossy()).expect("a network");
+        let [house] = &net.surroundings().buildings[..] else { panic!("{:?}", net.surroundings()) };
+        assert_eq!((house.height_m, house.area_m2().round()), (Some(7.0), 96.0));
+        // The lane's middle is 1.75 m to the right of the road's line, the house's nearest wall 16 m, wherever the network begins.
+        let lane = net.lanes().iter().find(|lane| lane.admits_cars()).expect("a lane");
+        let start = lane.line.points()[0];
+        let off_m = |corner: &glam::DVec2| (corner.x - start.x, start.y - corner.y);
+        let (along_m, aside_m): (Vec<f64>, Vec<f64>) = house.outline.iter().map(off_m).unzip();
+        let least = |of: &[f64]| of.iter().copied().fold(f64::INFINITY, f64::min);
+        assert!(
+            (least(&along_m) - 94.0).abs() < 0.2 && (least(&aside_m) - 14.25).abs() < 0.2,
+            "{along_m:?} {aside_m:?}"
+        );
     }
 }

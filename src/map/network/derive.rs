@@ -17,6 +17,16 @@ impl Network {
         self.level = low.z == high.z;
     }
 
+    /// Returns what was added to the coordinates of the file that the network was made from, metres; 0 where it does not say so.
+    pub fn offset(&self) -> DVec2 {
+        let text = self.location.iter().find(|(name, _)| name == "netOffset").map(|(_, value)| value.as_str());
+        let numbers = text.unwrap_or_default().split(',').map(str::parse).collect::<Result<Vec<f64>, _>>();
+        match numbers.as_deref() {
+            Ok([x, y]) if x.is_finite() && y.is_finite() => DVec2::new(*x, *y),
+            _ => DVec2::ZERO,
+        }
+    }
+
     /// Returns the network with these surroundings.
     #[must_use]
     pub fn with_surroundings(self, surroundings: Surroundings) -> Self {

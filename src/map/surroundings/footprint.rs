@@ -24,7 +24,7 @@ pub enum BuildingUse {
 
 impl BuildingUse {
     /// Returns the use by the value of OpenStreetMap's key `building`, and by the area where that says nothing, m².
-    fn of(value: &str, area_m2: f64) -> Self {
+    pub(super) fn of(value: &str, area_m2: f64) -> Self {
         match value {
             "house" | "detached" | "semidetached_house" | "semi" | "terrace" | "bungalow" | "farm" | "cabin" => {
                 Self::House

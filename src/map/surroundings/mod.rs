@@ -4,6 +4,8 @@
 
 mod footprint;
 mod land;
+pub mod open_drive;
+mod reference_line;
 
 pub use self::{
     footprint::{BuildingUse, Footprint, STOREY_M},
@@ -39,7 +41,12 @@ pub struct Surroundings {
 impl Surroundings {
     /// Checks whether nothing is known.
     pub fn is_empty(&self) -> bool {
-        self.buildings.is_empty() && self.areas.is_empty() && self.trees.is_empty()
+        self.count() == 0
+    }
+
+    /// Returns the number of buildings, areas and trees.
+    pub fn count(&self) -> usize {
+        self.buildings.len() + self.areas.len() + self.trees.len()
     }
 
     /// Returns all corners and points.
@@ -120,7 +127,7 @@ fn parse(file: &Path, text: &str) -> Result<Surroundings, MapError> {
             }
             _ => {}
         }
-        if found.buildings.len() + found.areas.len() + found.trees.len() > MOST_KEPT {
+        if found.count() > MOST_KEPT {
             return Err(too_many(file));
         }
     }
@@ -144,25 +151,15 @@ impl Surroundings {
         }
         let shape = node.attribute("shape").unwrap_or_default();
         let points = shape.split_whitespace().map(point).collect::<Option<Vec<DVec2>>>();
-        let mut points = points.ok_or_else(|| fault(("shape", shape), POINTS))?;
+        let points = points.ok_or_else(|| fault(("shape", shape), POINTS))?;
         if kind == land::TREE_ROW {
             let is_conifer = land::has_needles(node);
             let places = along(&points);
             self.trees.extend(places.map(|position| StatedTree { position, is_conifer }));
             return Ok(());
         }
-        points.dedup_by(|a, b| a.distance(*b) < 0.01);
-        if points.len() > 1 && points.first().zip(points.last()).is_some_and(|(a, b)| a.distance(*b) < 0.01) {
-            points.pop();
-        }
-        let mut points = thinned(points, if of_building.is_some() { MOST_WALLS } else { MOST_CORNERS });
-        let doubled_m2 = doubled_area_m2(&points);
-        if points.len() < 3 || doubled_m2.abs() < 2.0 * LEAST_M2 {
-            return Ok(());
-        }
-        if doubled_m2 < 0.0 {
-            points.reverse();
-        }
+        let most = if of_building.is_some() { MOST_WALLS } else { MOST_CORNERS };
+        let Some(points) = closed(points, most) else { return Ok(()) };
         match (of_building, of_land) {
             (Some(value), _) => self.buildings.push(Footprint::read(node, value, points, fault)?),
             (None, Some(land_use)) => self.areas.push(LandArea { outline: points, land_use }),
@@ -175,6 +172,23 @@ impl Surroundings {
 fn too_many(file: &Path) -> MapError {
     let (what, value) = ("the number of buildings, areas and trees".into(), "larger".into());
     MapError::Limit { file: file.into(), what, value, allowed: format!("at most {MOST_KEPT}") }
+}
+
+/// Returns an outline counter-clockwise, the first corner once, with at most `most` corners; `None` if it encloses next to nothing.
+fn closed(mut corners: Vec<DVec2>, most: usize) -> Option<Vec<DVec2>> {
+    corners.dedup_by(|a, b| a.distance(*b) < 0.01);
+    if corners.len() > 1 && corners.first().zip(corners.last()).is_some_and(|(a, b)| a.distance(*b) < 0.01) {
+        corners.pop();
+    }
+    let mut outline = thinned(corners, most);
+    let doubled_m2 = doubled_area_m2(&outline);
+    if outline.len() < 3 || doubled_m2.abs() < 2.0 * LEAST_M2 {
+        return None;
+    }
+    if doubled_m2 < 0.0 {
+        outline.reverse();
+    }
+    Some(outline)
 }
 
 /// Returns every second, third, ... corner of an outline with more than `most`.

@@ -37,6 +37,8 @@ struct RoadEnd {
     outwards: DVec2,
     half_width_m: f64,
     radius_m: f64,
+    /// Length of the end's own paved area beyond the lanes, such as that of a turnaround.
+    own_m: f64,
 }
 
 /// Course of an added road: the points in its middle, every [`STEP_M`], each with the direction there.
@@ -45,7 +47,7 @@ type Course = Vec<(DVec2, DVec2)>;
 impl RoadEnd {
     /// Returns the end of a road at a junction with these streets, which end there if true; `None` if a road leads on, if they do not end side
     /// by side, or for a path.
-    fn of(net: &Network, streets: &[(EdgeId, bool)]) -> Option<Self> {
+    fn of(net: &Network, junction: JunctionId, streets: &[(EdgeId, bool)]) -> Option<Self> {
         let lanes: Vec<(LaneId, bool)> =
             streets.iter().flat_map(|(edge, ends)| net.edge(*edge).lanes().map(|lane| (lane, *ends))).collect();
         let leads_on = |lane: LaneId| net.connections_from(lane).iter().any(|way| !way.is_turnaround());
@@ -66,9 +68,15 @@ impl RoadEnd {
         let reach_m =
             |((lane, _), (end, _)): (&(LaneId, bool), &(DVec3, DVec2))| aside_m(*end) + net.lane(*lane).half_width_m();
         let half_width_m = lanes.iter().zip(&ends).map(reach_m).fold(0.0, f64::max);
+        let inside = net.lanes().iter().filter(|lane| net.edge(lane.edge).junction == Some(junction));
+        let of_lanes = inside.flat_map(|lane| {
+            lane.line.points().iter().map(|at| (at.truncate() - middle).dot(outwards) + lane.half_width_m())
+        });
+        let of_outline = net.junction(junction).shape.iter().map(|at| (at.truncate() - middle).dot(outwards));
+        let own_m = of_lanes.chain(of_outline).fold(0.0, f64::max);
         let limit_mps = lanes.iter().map(|(lane, _)| net.lane(*lane).speed_limit_mps).fold(0.0, f64::max);
         let radius_m = (limit_mps * limit_mps / LATERAL_MPS2).max(LEAST_RADIUS_M);
-        Some(Self { lanes, middle, outwards, half_width_m, radius_m })
+        Some(Self { lanes, middle, outwards, half_width_m, radius_m, own_m })
     }
 
     /// Returns a whole course: with 1 a bend to the left, with -1 to the right, with 0 straight on.
@@ -92,7 +100,7 @@ impl RoadEnd {
     fn free_course(&self, surfaces: &RoadSurfaces, added: &AddedRoads) -> Option<Course> {
         let is_free = |(k, (at, _)): (usize, &(DVec2, DVec2))| {
             // The road's own end is no obstacle.
-            let clear_m = (self.half_width_m + CLEAR_M).min(0.85 * STEP_M * (k + 1) as f64 - 2.0);
+            let clear_m = (self.half_width_m + CLEAR_M).min(0.85 * STEP_M * (k + 1) as f64 - 2.0 - self.own_m);
             f64::from(surfaces.border_m(at.as_vec2())) >= clear_m && added.leave_room(*at, self.half_width_m)
         };
         let leads_away = |course: &Course| {
@@ -171,7 +179,7 @@ fn ends(net: &Network) -> Vec<RoadEnd> {
             junction.into_iter().for_each(|junction| streets.entry(junction).or_default().push((id, ends)));
         }
     }
-    streets.values().filter_map(|streets| RoadEnd::of(net, streets)).collect()
+    streets.iter().filter_map(|(junction, streets)| RoadEnd::of(net, *junction, streets)).collect()
 }
 
 /// Returns the ends of roads for cars of a network whose roads have been made to run on where they can.
@@ -262,6 +270,33 @@ mod tests {
             let far = added.filter(|point| old.iter().all(|own| own.distance(**point) > 12.0));
             far.for_each(|point| assert!(surfaces.border_m(point.truncate().as_vec2()) > 5.0, "{point}"));
         }
+    }
+
+    #[test]
+    fn a_road_whose_end_has_a_turnaround_runs_on() {
+        // Two streets between two dead ends, each with a turnaround that reaches 4 m beyond it.
+        let street = |id: &str, [from, to]: [&str; 2], shape: &str| {
+            format!(
+                "<edge id=\"{id}\" from=\"{from}\" to=\"{to}\"><lane id=\"{id}_0\" index=\"0\" speed=\"14\" length=\"200\" shape=\"{shape}\"/></edge>"
+            )
+        };
+        let node = |id: &str, x: f64, outline: &str| {
+            format!(
+                "<junction id=\"{id}\" type=\"dead_end\" x=\"{x}\" y=\"0\" incLanes=\"\" intLanes=\"\" shape=\"{outline}\"/>"
+            )
+        };
+        let text = [
+            "<net version=\"1.20\">".to_owned(),
+            street("there", ["a", "b"], "0,-1.6 200,-1.6"),
+            street("back", ["b", "a"], "200,1.6 0,1.6"),
+            node("a", 0.0, "0,3.2 0,-3.2 -4,0"),
+            node("b", 200.0, "200,-3.2 200,3.2 204,0"),
+            "</net>".to_owned(),
+        ];
+        let net = Network::read(std::path::Path::new("t.net.xml"), &text.concat()).expect("a network");
+        let longer = running_on(&net, &super::super::surfaces(&net)).expect("both ends run on");
+        assert!(longer.lanes().iter().all(|lane| lane.line.drawn_m() > 300.0), "by at least 60 m at either end");
+        assert!(dead_ends(&net, &longer).is_empty());
     }
 
     #[test]
