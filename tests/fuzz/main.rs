@@ -6,6 +6,7 @@
 //! `CODRIVE_FUZZ_SECONDS` (and `CODRIVE_FUZZ_SEED`, `CODRIVE_FUZZ_READER`) and continues for that time. An input that breaks a reader is
 //! kept in `target/tmp/fuzz/`; after an abort, the input that was being read is there.
 
+mod good_texts;
 mod large_network;
 mod memory;
 mod mutate;

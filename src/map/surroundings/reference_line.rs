@@ -140,8 +140,8 @@ mod tests {
         // A quarter of a circle with a radius of 50 m.
         let quarter_m = 25.0 * std::f64::consts::PI;
         near(at(&piece("<arc curvature=\"0.02\"/>"), 10.0 + quarter_m), [55.0, 57.0], std::f64::consts::FRAC_PI_2);
-        // A clothoid with a² = 100 m · 100 m: x = l - l⁵ / (40 a⁴) + l⁹ / (3456 a⁸), y = l³ / (6 a²) - l⁷ / (336 a⁶) + l¹¹ / (42240 a¹⁰),
-        // here with l = a = 100 m.
+        // A clothoid whose parameter is its length, 100 m: the series x = 1 - 1/40 + 1/3456 - 1/599040 and y = 1/6 - 1/336 + 1/42240 of its
+        // end, in lengths.
         let [x, y] = [1.0 - 1.0 / 40.0 + 1.0 / 3456.0 - 1.0 / 599_040.0, 1.0 / 6.0 - 1.0 / 336.0 + 1.0 / 42_240.0];
         let end = [5.0 + 100.0 * x, 7.0 + 100.0 * y];
         near(at(&piece("<spiral curvStart=\"0\" curvEnd=\"0.01\"/>"), 110.0), end, 0.5);

@@ -23,7 +23,7 @@ const SECTION_M: [[f32; 2]; 4] = [[0.0, 0.44], [0.08, 0.52], [0.08, 0.67], [0.0,
 const END_SHARE: f32 = 0.12;
 /// Width of a post along its road's direction of view, metres.
 const POST_M: f32 = 0.11;
-/// Albedo of zinc.
+/// Linear albedo of galvanised steel.
 const ZINC: [f32; 3] = [0.40, 0.41, 0.42];
 
 /// Point of a rail at a post: the point of the road's height under it, the unit vectors along the road and towards it.
