@@ -370,8 +370,10 @@ mod tests {
 
     #[test]
     fn a_car_has_twelve_of_720_lines_in_the_birds_eye_view_of_streets() {
-        for name in ["tests/data/networks/grid-signals.net.xml", "town", "figure-eight", "merge", "bottleneck", "grid"]
-        {
+        let of_tests = ["grid-signals", "town", "random-3", "random-8", "spider", "roundabout", "ramps", "crossing"];
+        let of_tests = of_tests.map(|name| format!("tests/data/networks/{name}.net.xml"));
+        let shipped = ["town", "figure-eight", "merge", "bottleneck", "grid"].map(str::to_owned);
+        for name in of_tests.iter().chain(&shipped) {
             let network = crate::map::network::Network::load(name).expect("a network");
             let static_scene = StaticScene::of_network(&network.into(), 1, 0);
             let ego = EgoAt::new(&snapshot(&ring(250.0), 50.0, &[]), 1.0, static_scene.origin);
