@@ -1,7 +1,7 @@
 //! Cost of recording in the drive loop. In: a scenario. Out: time of the recorder's part of a tick: its rows, its frame's row,
 //! and a few times a second the hand-over of a batch to the writing thread. The time of the disk is not included.
 
-use super::{TimeStatistics, now};
+use super::{TimeStatistics, now, simulation::native_of};
 use crate::{
     controls::Controls,
     drive_loop::{RunError, recording_manifest},
@@ -24,7 +24,7 @@ const BATCH: u64 = 40;
 /// # Errors
 /// The scenario cannot be simulated, or the temporary folder cannot be made.
 pub fn recording(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
-    let native = Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() };
+    let native = native_of(scenario)?;
     let mut world = World::new(&native)?;
     let folder = TemporaryFolder::new().map_err(|why| RecordError::File { path: std::env::temp_dir(), why })?;
     record(&mut world, &folder.path().join("recording"))

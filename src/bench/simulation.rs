@@ -52,16 +52,18 @@ pub struct SimulationReport {
     pub times_real_time: f64,
 }
 
-/// Measures everything that needs no graphics.
+/// Measures everything that needs no graphics. On a path through a network the world's tick is that of the drive itself; engines and the
+/// ego's physics are measured on the ring, as they need a closed route.
 ///
 /// # Errors
 /// The scenario cannot be simulated.
 pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
-    let native = Scenario { traffic: scenario.traffic.without_sumo(), ..scenario.clone() };
-    let sumo_step = if_here(sumo(scenario))?;
+    let native = native_of(scenario)?;
+    let is_open = native.map != scenario.map;
+    let sumo_step = if_here(sumo(&native))?;
     let network_step = if_here(network_step().map_err(WorldError::from))?;
     let network_loading = if_here(network_loading().map_err(WorldError::from))?;
-    let (world_tick, times_real_time) = world(&native)?;
+    let (world_tick, times_real_time) = world(if is_open { scenario } else { &native })?;
     Ok(SimulationReport {
         sumo_step,
         network_step,
@@ -71,6 +73,16 @@ pub fn simulation(scenario: &Scenario) -> Result<SimulationReport, RunError> {
         world_tick,
         times_real_time,
     })
+}
+
+/// Returns the scenario with the native engine; for a path through a network, which needs SUMO, the default one on a ring.
+///
+/// # Errors
+/// The scenario cannot be planned.
+pub(super) fn native_of(scenario: &Scenario) -> Result<Scenario, WorldError> {
+    let is_open = PlannedDrive::new(scenario)?.is_open();
+    let closed = if is_open { Scenario::default() } else { scenario.clone() };
+    Ok(Scenario { traffic: closed.traffic.without_sumo(), ..closed })
 }
 
 /// Passes on a measurement of SUMO; `None`, with a warning, if SUMO is not on this machine.

@@ -2,7 +2,7 @@
 //! fraction, options. Out: a [`View`] whose `dial` the caller fills in.
 
 use super::{
-    CarInstance, DriverSeat, LitLamp, StaticScene, View, ViewKind, ViewOptions, WiperMotion,
+    CarInstance, DriverSeat, LitLamp, SignalHead, StaticScene, View, ViewKind, ViewOptions, WiperMotion,
     camera::{birdseye_camera, chase_camera, driver_camera, driver_look, mirror_camera},
     car::number_plate,
     cockpit::mirrors,
@@ -55,7 +55,7 @@ pub fn view(
         ViewKind::Birdseye => birdseye_camera((!snapshot.is_without_ego).then_some(&ego), options, static_scene),
         ViewKind::Chase => chase_camera(&ego, snapshot.ego.yaw_rate as f32, static_scene),
     };
-    let mut lamps = signal_lamps(snapshot, now_s, static_scene);
+    let mut lamps = signal_lamps(snapshot, camera.eye, now_s, static_scene);
     lamps.extend(vehicle_lamps(snapshot, &cars, kind, now_s, options, static_scene));
     View {
         kind,
@@ -138,7 +138,7 @@ impl EgoAt {
 }
 
 /// Returns the lit lamps of signals. Without signal states, as in a picture without a drive, they follow their first programs.
-fn signal_lamps(snapshot: &Snapshot, now_s: f64, static_scene: &StaticScene) -> Vec<LitLamp> {
+fn signal_lamps(snapshot: &Snapshot, eye: Vec3, now_s: f64, static_scene: &StaticScene) -> Vec<LitLamp> {
     let mut lamps = Vec::new();
     if !static_scene.signal_heads.is_empty() {
         let known = static_scene.signal_heads.iter().any(|head| !snapshot.signals.letters(head.signal).is_empty());
@@ -149,7 +149,8 @@ fn signal_lamps(snapshot: &Snapshot, now_s: f64, static_scene: &StaticScene) -> 
             by_program = SignalStates::by_first_program(&static_scene.network, now_s);
             &by_program
         };
-        lamps.extend(static_scene.signal_heads.iter().flat_map(|head| head.lit(states, now_s)));
+        let seen = |head: &SignalHead| head.seen_from(eye);
+        lamps.extend(static_scene.signal_heads.iter().filter_map(seen).flat_map(|head| head.lit(states, now_s)));
     }
     lamps
 }

@@ -7,7 +7,7 @@ use roxmltree::Node;
 /// Height of a storey, metres.
 pub const STOREY_M: f64 = 3.0;
 /// Greatest height of a building, metres: the tallest of the world has 828 m.
-const HIGHEST_M: f64 = 1000.0;
+pub(super) const HIGHEST_M: f64 = 1000.0;
 
 /// Use of a building.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,6 +4,7 @@
 
 use super::{
     BuildingUse, Footprint, LandArea, LandUse, MOST_KEPT, StatedTree, Surroundings, doubled_area_m2,
+    footprint::HIGHEST_M,
     reference_line::{ReferenceLine, number},
 };
 use crate::{
@@ -19,8 +20,6 @@ const LEAST_M: f64 = 0.5;
 const CORNER_EVERY_M: f64 = 5.0;
 /// Width of a hedge of which the file states none, metres.
 const HEDGE_M: f64 = 1.0;
-/// Greatest height of a building, metres.
-const HIGHEST_M: f64 = 1000.0;
 
 /// Reads the objects of an OpenDRIVE file of at most 48 MiB.
 ///

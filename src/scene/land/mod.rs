@@ -71,7 +71,7 @@ impl<'a> Relief<'a> {
 
     /// Returns how deep a point lies within paved ground and within water, metres, for the shader (`land.wgsl`).
     fn paved_and_water_m(&self, point: Vec2) -> Vec2 {
-        if self.roads.middle_m(point) > STATED_M {
+        if !self.land_use.is_stated() || self.roads.middle_m(point) > STATED_M {
             return Vec2::splat(-BORDER_M);
         }
         Vec2::new(self.land_use.depth_m(point, &PAVED), self.land_use.depth_m(point, &[LandUse::Water]))

@@ -29,6 +29,8 @@ const POLE_HEAD_M: f32 = 2.75;
 const ARM_HEAD_M: f32 = 5.6;
 /// Height of the arm above the middle lamps of its heads, metres.
 const ARM_OVER_M: f32 = 0.85;
+/// Distance up to which lamps show their pictures, metres: of 720 lines an arrow then has little more than one.
+const PICTURED_M: f32 = 150.0;
 /// Height of the middle of a head for those who walk, and the distance of its pole from the crossing's end and side, metres.
 const WALKERS_HEAD_M: f32 = 2.35;
 const BEYOND_CROSSING_M: f32 = 0.4;
@@ -70,8 +72,18 @@ pub struct SignalHead {
 }
 
 impl SignalHead {
+    /// Returns the head as it is seen from a point: from afar an arrow is a disc, and the small lamps for those who walk are left out, so that
+    /// the number of lights stays small in a city.
+    pub(in crate::scene) fn seen_from(&self, eye: Vec3) -> Option<Self> {
+        match self.face {
+            _ if self.lamps[0].distance_squared(eye) < PICTURED_M * PICTURED_M => Some(*self),
+            SignalFace::Walkers => None,
+            SignalFace::Arrow(_) | SignalFace::Full => Some(Self { face: SignalFace::Full, ..*self }),
+        }
+    }
+
     /// Returns the lit lamps. Blinking lamps are lit for the first half of each second of `time_s`.
-    pub(in crate::scene) fn lit(&self, states: &SignalStates, time_s: f64) -> impl Iterator<Item = LitLamp> {
+    pub(in crate::scene) fn lit(self, states: &SignalStates, time_s: f64) -> impl Iterator<Item = LitLamp> {
         let lit: &[usize] = match states.light(self.signal, self.link) {
             Some(SignalLight::Red | SignalLight::RedYellow | SignalLight::Yellow)
                 if self.face == SignalFace::Walkers =>
@@ -85,7 +97,7 @@ impl SignalHead {
             Some(SignalLight::OffBlinking) if self.face != SignalFace::Walkers && time_s.rem_euclid(1.0) < 0.5 => &[1],
             Some(SignalLight::OffBlinking | SignalLight::Off) | None => &[],
         };
-        let Self { lamps, facing, face, .. } = *self;
+        let Self { lamps, facing, face, .. } = self;
         // To the right as seen by those for whom it shines.
         let right = Vec3::Z.cross(facing);
         lit.iter().flat_map(move |&k| {

@@ -269,4 +269,10 @@ fn a_lit_lamp_shows_its_picture_to_those_whom_it_faces() {
     let colours = [b'r', b'y', b'u', b'G'].map(|letter| lit(SignalFace::Walkers, letter)[0].light);
     assert!(colours[..3].iter().all(|light| light[0] > light[1]) && colours[3][1] > colours[3][0], "{colours:?}");
     assert!(lit(SignalFace::Walkers, b'o').is_empty());
+    let from = |face: SignalFace, away_m: f32| {
+        SignalHead { face, ..head }.seen_from(head.lamps[0] + head.facing * away_m).map(|seen| seen.face)
+    };
+    let [arrow, walkers] = [SignalFace::Arrow(1.0), SignalFace::Walkers];
+    assert_eq!([from(arrow, 140.0), from(walkers, 140.0)], [Some(arrow), Some(walkers)]);
+    assert_eq!([from(arrow, 160.0), from(walkers, 160.0)], [Some(SignalFace::Full), None]);
 }
