@@ -50,7 +50,7 @@ pub enum CarDetail {
     Mid,
     /// Outer shape with lamps.
     Far,
-    /// Outline from above, without wheels.
+    /// Coarse shape with its colours, without wheels.
     Plan,
     /// Coarse shape for shadows.
     Shade,
@@ -83,6 +83,8 @@ const FITTED_PX: f32 = 100.0;
 const MID_PX: f32 = 36.0;
 /// Radius from which a car seen from above is more than its outline, pixels.
 const PLAN_PX: f32 = 7.5;
+/// Radius from which a car seen from the road is more than a coarse shape, pixels: it is three or four lines high then.
+const AFAR_PX: f32 = 6.0;
 /// Width of the transition between two levels of a tree, as a share of the radius at which they change.
 const BAND: f32 = 0.22;
 /// Width of the transition with one sample per pixel: both levels are drawn one over the other, so fewer trees should
@@ -106,7 +108,7 @@ impl CarDetail {
         match radius_px {
             px if px > FITTED_PX => Self::Near,
             px if px > MID_PX => Self::Mid,
-            px if px > PLAN_PX || !from_above => Self::Far,
+            px if px > if from_above { PLAN_PX } else { AFAR_PX } => Self::Far,
             _ => Self::Plan,
         }
     }
@@ -153,11 +155,14 @@ mod tests {
     }
 
     #[test]
-    fn a_car_is_an_outline_only_from_above_and_only_at_a_few_pixels() {
-        // 40 cars on ring-641 in a picture of 640x360; 22 on ring-250 in that and at 1280x720.
+    fn a_car_is_a_coarse_shape_only_at_a_few_pixels() {
+        // From above: 40 cars on ring-641 in a picture of 640x360; 22 on ring-250 in that and at 1280x720.
         for (radius_px, above) in [(3.0, CarDetail::Plan), (7.1, CarDetail::Plan), (14.3, CarDetail::Far)] {
             assert_eq!(CarDetail::of(radius_px, true), above);
-            assert_eq!(CarDetail::of(radius_px, false), CarDetail::Far, "a car on the road has wheels");
+        }
+        // From the road: a wheel of 0.65 m has a pixel and a half where a car's radius of 2.5 m has 6.
+        for (radius_px, on_road) in [(3.0, CarDetail::Plan), (5.9, CarDetail::Plan), (6.1, CarDetail::Far)] {
+            assert_eq!(CarDetail::of(radius_px, false), on_road);
         }
         for from_above in [true, false] {
             assert_eq!(CarDetail::of(40.0, from_above), CarDetail::Mid);
