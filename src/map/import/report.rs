@@ -142,7 +142,7 @@ impl ImportReport {
     fn left_out(&self) -> String {
         match self.format {
             SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
-            SourceFormat::OpenDrive => "signs, painted markings, objects, banking, and lanes without traffic",
+            SourceFormat::OpenDrive => "signs, painted markings, objects other than buildings, trees and bushes, banking, and lanes without traffic",
             SourceFormat::OpenStreetMap => "ways not for cars, signs, and painted markings",
             SourceFormat::Sumo => "nothing",
         }

@@ -5,11 +5,13 @@ use crate::{
     map::surroundings::{LandUse, Surroundings},
     scene::network::road_surfaces::{RoadSurfaces, contains},
 };
-use glam::{Vec2, Vec3};
+use glam::{IVec2, Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Side of the squares in which areas are looked up, metres.
 const SQUARE_M: f32 = 32.0;
+/// Maximum number of areas in all squares together: 16 MB.
+const MOST_ENTRIES: u64 = 4_000_000;
 /// Distance from the roads' circle beyond which areas are left out, metres.
 const BEYOND_M: f32 = 300.0;
 /// Distance from a border up to which it is measured, metres: more than the smallest cells of the ground, so that borders between their
@@ -44,10 +46,17 @@ impl LandUseMap {
         let reach = Vec2::splat(roads.radius_m() + BEYOND_M);
         let (least, most) = (roads.centre() - reach, roads.centre() + reach);
         let mut squares: BTreeMap<[i32; 2], Vec<u32>> = BTreeMap::new();
+        let mut left = MOST_ENTRIES;
         for (number, (_, outline)) in (0u32..).zip(&areas) {
             let (low, high) = around(outline.iter().map(|corner| corner.truncate()));
             let (low, high) = (low.max(least), high.min(most));
             let (from, to) = ((low / SQUARE_M).floor().as_ivec2(), (high / SQUARE_M).floor().as_ivec2());
+            // In a file with far too many areas, the largest ones are left out.
+            let sides = (to - from + 1).max(IVec2::ZERO).as_u64vec2();
+            left = left.saturating_sub(sides.x * sides.y);
+            if left == 0 {
+                break;
+            }
             for (x, y) in (from.y..=to.y).flat_map(|y| (from.x..=to.x).map(move |x| (x, y))) {
                 squares.entry([x, y]).or_default().push(number);
             }
