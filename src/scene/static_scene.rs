@@ -46,7 +46,7 @@ impl StaticScene {
         let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
         // Views from above show the network's own roads, not what runs on beyond them.
         let own = network::surfaces(&network);
-        let longer = road_ends::running_on(&network, &own);
+        let (longer, dead_ends) = road_ends::running_on(&network, &own);
         let drawn = longer.as_ref().unwrap_or(&network);
         let longer_roads = longer.as_ref().map(network::surfaces);
         let roads = longer_roads.as_ref().unwrap_or(&own);
@@ -68,7 +68,7 @@ impl StaticScene {
             posts.append(&posts::posts(drawn, roads));
             posts.append(&signs::signs(&network, roads));
             posts.append(&guard_rails::guard_rails(drawn, roads));
-            posts.append(&barriers::barriers(&network, drawn));
+            posts.append(&barriers::barriers(&dead_ends));
             let lamps = street_lamps::street_lamps(&network, &town, roads);
             posts.append(&street_lamps::mesh(&lamps));
             let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();

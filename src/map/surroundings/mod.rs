@@ -15,7 +15,7 @@ pub use self::{
 use super::{MapError, limits::MOST_BYTES};
 use crate::sumo_xml::document;
 use glam::DVec2;
-use roxmltree::Node;
+use roxmltree::{Document, Node};
 use std::{fmt::Write, path::Path};
 
 /// File name of a map's surroundings.
@@ -102,10 +102,7 @@ pub(super) fn read_within(file: &Path, most_bytes: u64) -> Result<Surroundings, 
 }
 
 fn parse(file: &Path, text: &str) -> Result<Surroundings, MapError> {
-    let tree = roxmltree::Document::parse(text).map_err(|error| {
-        let at = error.pos();
-        MapError::NotXml { file: file.into(), line: at.row, column: at.col, message: error.to_string() }
-    })?;
+    let tree = tree_of(file, text)?;
     let mut found = Surroundings::default();
     for node in tree.root_element().children().filter(Node::is_element) {
         let Some(kind) = node.attribute("type") else { continue };
@@ -132,6 +129,14 @@ fn parse(file: &Path, text: &str) -> Result<Surroundings, MapError> {
         }
     }
     Ok(found)
+}
+
+/// Parses the text of a file.
+fn tree_of<'text>(file: &Path, text: &'text str) -> Result<Document<'text>, MapError> {
+    Document::parse(text).map_err(|error| {
+        let at = error.pos();
+        MapError::NotXml { file: file.into(), line: at.row, column: at.col, message: error.to_string() }
+    })
 }
 
 /// Values that coordinates may have.

@@ -27,10 +27,7 @@ const HEDGE_M: f64 = 1.0;
 /// The file cannot be read or is no XML.
 pub fn read(file: &Path) -> Result<Surroundings, MapError> {
     let text = document::read_text(file, MOST_BYTES).map_err(|source| MapError::Io { file: file.into(), source })?;
-    let tree = roxmltree::Document::parse(&text).map_err(|error| {
-        let at = error.pos();
-        MapError::NotXml { file: file.into(), line: at.row, column: at.col, message: error.to_string() }
-    })?;
+    let tree = super::tree_of(file, &text)?;
     let mut found = Surroundings::default();
     for road in tree.root_element().children().filter(|node| node.has_tag_name("road")) {
         let line = ReferenceLine::of(road);

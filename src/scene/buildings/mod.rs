@@ -66,28 +66,26 @@ impl Buildings {
     /// out.
     pub fn of(net: &Network, town: &Town, land_use: &LandUseMap, roads: &RoadSurfaces, seed: u64) -> Self {
         let (stated, blocks) = ground_plans::built(&net.surroundings().buildings, roads, seed);
-        let mut found = Self::default().with(stated, blocks);
-        let may_stand = |edge: EdgeId, plot: &Plot| {
-            let stands_for_itself = || found.distance_m(plot.middle()) > UNSTATED_M;
-            !land_use.is_stated() || may_be_built_up(net, edge, land_use, plot.middle()) && stands_for_itself()
-        };
-        let grown = plots(net, town, roads, seed, &may_stand);
-        let stated = std::mem::take(&mut found.plots);
-        let blocks = std::mem::take(&mut found.blocks);
-        let streets = town.surfaces(net).map(RoadSurfaces::new);
-        Self { streets, ..Self::default().with([stated, grown].concat(), blocks) }
-    }
-
-    /// Adds buildings and what is looked up of them.
-    fn with(self, plots: Vec<Plot>, blocks: Vec<Block>) -> Self {
         let mut outlines = SurfaceCollector::default();
         for block in &blocks {
             outlines.area(&block.outline.iter().map(|corner| corner.extend(0.0)).collect::<Vec<Vec3>>());
         }
         let block_outlines = (!blocks.is_empty()).then(|| RoadSurfaces::new(outlines));
-        let mut squares = PlotSquares::default();
-        plots.iter().for_each(|plot| squares.add(*plot));
-        Self { plots, squares, blocks, block_outlines, ..self }
+        let streets = town.surfaces(net).map(RoadSurfaces::new);
+        let mut buildings = Self { blocks, block_outlines, streets, ..Self::default() };
+        buildings.add(stated);
+        let may_stand = |edge: EdgeId, plot: &Plot| {
+            let is_apart = || buildings.distance_m(plot.middle()) > UNSTATED_M;
+            !land_use.is_stated() || may_be_built_up(net, edge, land_use, plot.middle()) && is_apart()
+        };
+        let grown = plots(net, town, roads, seed, &may_stand);
+        buildings.add(grown);
+        buildings
+    }
+
+    fn add(&mut self, plots: Vec<Plot>) {
+        plots.iter().for_each(|plot| self.squares.add(*plot));
+        self.plots.extend(plots);
     }
 
     /// Checks whether the ground at a point is built on or paved, so that nothing grows there.

@@ -1,16 +1,10 @@
-//! Barriers across roads that end within a network: a board of red and white fields on posts (sign 600 of German roads). In: a network, and
-//! the same with roads that run on. Out: one mesh, metres.
+//! Barriers across roads that end within a network: a board of red and white fields on posts (sign 600 of German roads). In: the ends.
+//! Out: one mesh, metres.
 
-use super::{
-    road_ends::{DeadEnd, dead_ends},
-    signals::STEEL,
-};
-use crate::{
-    map::network::Network,
-    scene::{
-        Material, Mesh,
-        mesh::{SurfaceFinish, TriangleList},
-    },
+use super::{road_ends::DeadEnd, signals::STEEL};
+use crate::scene::{
+    Material, Mesh,
+    mesh::{SurfaceFinish, TriangleList},
 };
 use glam::{Quat, Vec3};
 
@@ -24,13 +18,13 @@ const POST_EVERY_M: f32 = 2.5;
 const RED: SurfaceFinish = SurfaceFinish::new(Material::Reflector, [0.50, 0.012, 0.014]);
 const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Reflector, 0.72);
 
-/// Returns the mesh of the barriers of all dead ends.
-pub(in crate::scene) fn barriers(net: &Network, longer: &Network) -> Mesh {
+/// Returns the mesh of the barriers at these ends.
+pub(in crate::scene) fn barriers(ends: &[DeadEnd]) -> Mesh {
     let mut mesh = Mesh::default();
-    for DeadEnd { middle, outwards, half_width_m } in dead_ends(net, longer) {
-        let at = middle + (outwards * BEYOND_M).extend(0.0);
+    for DeadEnd { middle, outwards, half_width_m } in ends {
+        let at = *middle + (*outwards * BEYOND_M).extend(0.0);
         let turn = Quat::from_rotation_z(outwards.y.atan2(outwards.x) as f32);
-        mesh.append_placed(&model(half_width_m as f32), turn, at.as_vec3());
+        mesh.append_placed(&model(*half_width_m as f32), turn, at.as_vec3());
     }
     mesh
 }
@@ -58,7 +52,10 @@ fn model(half_width_m: f32) -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{mesh::tests::check, network};
+    use crate::{
+        map::network::Network,
+        scene::{mesh::tests::check, network},
+    };
     use std::path::Path;
 
     #[test]
@@ -88,11 +85,11 @@ mod tests {
                 .to_owned(),
         ];
         let net = Network::read(Path::new("t.net.xml"), &text.concat()).expect("a network");
-        let longer = network::road_ends::running_on(&net, &network::surfaces(&net)).expect("ends that run on");
-        let within: Vec<DeadEnd> = dead_ends(&net, &longer).into_iter().filter(|end| end.middle.x > 50.0).collect();
-        let [end] = within[..] else { panic!("{within:?}") };
+        let (longer, dead) = network::road_ends::running_on(&net, &network::surfaces(&net));
+        let [end] = dead[..] else { panic!("{dead:?}") };
+        assert!(longer.is_some(), "all other ends run on");
         assert_eq!((end.middle.to_array(), end.outwards.to_array()), ([60.0, 0.0, 0.0], [1.0, 0.0]));
-        let mesh = barriers(&net, &longer);
+        let mesh = barriers(&dead);
         check(&mesh, "barriers");
         // Across the lane of 3.2 m, beyond its end.
         let of_end = mesh.vertices.iter().filter(|vertex| vertex.position[0] > 50.0);

@@ -110,6 +110,15 @@ impl RoadEnd {
         [1.0, -1.0, 0.0].into_iter().map(|turn| self.course(turn)).find(leads_away)
     }
 
+    /// Returns the end of a road for cars from which it does not run on; `None` for a path or a railway.
+    fn dead(&self, net: &Network) -> Option<DeadEnd> {
+        let is_for_cars = |lane: LaneId| net.is_driven(lane) && net.lane(lane).admits_cars();
+        self.lanes.iter().any(|(lane, _)| is_for_cars(*lane)).then_some(())?;
+        let heights = self.lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends).0.z);
+        let middle = self.middle.extend(heights.fold(f64::NEG_INFINITY, f64::max));
+        Some(DeadEnd { middle, outwards: self.outwards, half_width_m: self.half_width_m })
+    }
+
     /// Returns the points that are added to a lane, from its end or its beginning outwards.
     fn added_points(&self, net: &Network, (lane, ends): (LaneId, bool), course: &Course) -> Vec<DVec3> {
         let line = net.lane(lane).line.points();
@@ -163,7 +172,7 @@ impl AddedRoads {
 
 /// End of a road from which it does not run on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct DeadEnd {
+pub(in crate::scene) struct DeadEnd {
     /// Middle of the lanes' ends.
     pub middle: DVec3,
     /// Unit direction in which the road would run on.
@@ -171,41 +180,21 @@ pub(super) struct DeadEnd {
     pub half_width_m: f64,
 }
 
-/// Returns the ends of all roads, in the order of their junctions.
-fn ends(net: &Network) -> Vec<RoadEnd> {
+/// Returns the network with roads that run on beyond their ends, where there is room, and the other ends of roads for cars; `None` if no road
+/// runs on.
+pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> (Option<Network>, Vec<DeadEnd>) {
     let mut streets: BTreeMap<JunctionId, Vec<(EdgeId, bool)>> = BTreeMap::new();
     for id in net.edge_ids().filter(|id| net.edge(*id).kind.is_street()) {
         for (junction, ends) in [(net.edge(id).from, false), (net.edge(id).to, true)] {
             junction.into_iter().for_each(|junction| streets.entry(junction).or_default().push((id, ends)));
         }
     }
-    streets.iter().filter_map(|(junction, streets)| RoadEnd::of(net, *junction, streets)).collect()
-}
-
-/// Returns the ends of roads for cars of a network whose roads have been made to run on where they can.
-pub(super) fn dead_ends(net: &Network, longer: &Network) -> Vec<DeadEnd> {
-    let stays = |end: &RoadEnd| {
-        end.lanes.iter().all(|(lane, ends)| end_of(net, *lane, *ends).0 == end_of(longer, *lane, *ends).0)
-            && end.lanes.iter().any(|(lane, _)| net.is_driven(*lane) && net.lane(*lane).admits_cars())
-    };
-    let height_m = |end: &RoadEnd| {
-        let heights = end.lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends).0.z);
-        heights.fold(f64::NEG_INFINITY, f64::max)
-    };
-    let dead = ends(net).into_iter().filter(stays);
-    dead.map(|end| DeadEnd {
-        middle: end.middle.extend(height_m(&end)),
-        outwards: end.outwards,
-        half_width_m: end.half_width_m,
-    })
-    .collect()
-}
-
-/// Returns the network with roads that run on beyond their ends, where there is room; `None` if no road does.
-pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> Option<Network> {
-    let (mut added, mut lines) = (AddedRoads::default(), BTreeMap::new());
-    for end in ends(net) {
-        let Some(course) = end.free_course(surfaces, &added) else { continue };
+    let (mut added, mut lines, mut dead) = (AddedRoads::default(), BTreeMap::new(), Vec::new());
+    for end in streets.iter().filter_map(|(junction, streets)| RoadEnd::of(net, *junction, streets)) {
+        let Some(course) = end.free_course(surfaces, &added) else {
+            dead.extend(end.dead(net));
+            continue;
+        };
         added.add(&course, end.half_width_m);
         for (lane, ends) in &end.lanes {
             let mut points = end.added_points(net, (*lane, *ends), &course);
@@ -217,7 +206,7 @@ pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> Op
             }
         }
     }
-    (!lines.is_empty()).then(|| net.with_lines(lines))
+    ((!lines.is_empty()).then(|| net.with_lines(lines)), dead)
 }
 
 #[cfg(test)]
@@ -231,7 +220,7 @@ mod tests {
     #[test]
     fn a_road_with_pavements_runs_on_with_them() {
         let net = load("town");
-        let longer = running_on(&net, &super::super::surfaces(&net)).expect("the town has ends");
+        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the town has ends");
         // The pavement and the lane on which the path begins, at the southern edge of the town.
         for id in ["K-K1_0", "K-K1_1"] {
             let lane = net.lane_ids().find(|lane| net.lane(*lane).id == id).expect(id);
@@ -244,7 +233,7 @@ mod tests {
     #[test]
     fn all_roads_of_the_grid_run_on_and_keep_clear_of_other_roads() {
         let net = load("grid");
-        let longer = running_on(&net, &super::super::surfaces(&net)).expect("the grid has ends");
+        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the grid has ends");
         let is_longer = |lane: &LaneId| longer.lane(*lane).line != net.lane(*lane).line;
         let lanes: Vec<LaneId> = net.lane_ids().filter(is_longer).collect();
         // A lane in and a lane out at each of three ends of four sides.
@@ -294,23 +283,24 @@ mod tests {
             "</net>".to_owned(),
         ];
         let net = Network::read(std::path::Path::new("t.net.xml"), &text.concat()).expect("a network");
-        let longer = running_on(&net, &super::super::surfaces(&net)).expect("both ends run on");
+        let (longer, dead) = running_on(&net, &super::super::surfaces(&net));
+        let longer = longer.expect("both ends run on");
         assert!(longer.lanes().iter().all(|lane| lane.line.drawn_m() > 300.0), "by at least 60 m at either end");
-        assert!(dead_ends(&net, &longer).is_empty());
+        assert!(dead.is_empty(), "{dead:?}");
     }
 
     #[test]
     fn a_road_without_an_end_stays_as_it_is() {
         for name in ["ring-250", "figure-eight"] {
             let net = load(name);
-            assert!(running_on(&net, &super::super::surfaces(&net)).is_none(), "{name}");
+            assert!(running_on(&net, &super::super::surfaces(&net)).0.is_none(), "{name}");
         }
     }
 
     #[test]
     fn added_roads_are_no_steeper_than_the_road_that_ends() {
         let net = load("tests/data/networks/hill.net.xml");
-        let longer = running_on(&net, &super::super::surfaces(&net)).expect("the road through the tunnel has ends");
+        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the road through the tunnel has ends");
         let steepest = |line: &[DVec3]| {
             let grade = |pair: &[DVec3]| (pair[1].z - pair[0].z) / pair[0].truncate().distance(pair[1].truncate());
             line.windows(2).map(|pair| grade(pair).abs()).fold(0.0, f64::max)

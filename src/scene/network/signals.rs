@@ -1,6 +1,7 @@
-//! Signal heads for vehicles: three lamps in a vertical dark housing with a backboard. One head is on a pole beside the stop line, one over each further
-//! lane on an arm, and one across the junction, visible to the first vehicle at the line. In: the network. Out: one mesh of poles, arms and
-//! heads; the lamps' positions, with the link whose state each head shows. Sizes are from `docs/references.md: roads`.
+//! Signal heads. For vehicles: three lamps in a vertical dark housing with a backboard, one head on a pole beside the stop line, one over each
+//! further lane on an arm, and one across the junction, visible to the first vehicle at the line. For those who walk: two lamps at both ends
+//! of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with the link whose state each head shows.
+//! Sizes are from `docs/references.md: roads`.
 
 use super::{
     road_surfaces::RoadSurfaces,
@@ -21,6 +22,8 @@ use std::f32::consts::TAU;
 
 /// Radius of a lamp, metres.
 pub(in crate::scene) const LAMP_M: f32 = 0.15;
+/// Distance of the light of a lamp before the front of its housing, metres.
+const LENS_M: f32 = 0.022;
 /// Distance between the middles of two lamps in a housing, metres.
 const LAMP_EVERY_M: f32 = 0.36;
 /// Height of the middle lamp on a pole, beside the stop line or across the junction, metres.
@@ -285,25 +288,28 @@ fn housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3
     head.quad(corners, RIM);
     head.cuboid(Vec3::new(-0.040, 0.0, 0.0), Vec3::new(0.012, y, z), HOUSING);
     let heights = [LAMP_EVERY_M, 0.0, -LAMP_EVERY_M];
-    for (height_m, colour) in heights.into_iter().zip(DARK) {
-        lens(&mut head, height_m, LAMP_M, SurfaceFinish::new(Material::Lamp, colour));
-        hood(&mut head, height_m, LAMP_M);
-    }
+    fit_lamps(&mut head, heights.into_iter().zip(DARK), LAMP_M);
     triangles.append(head.moved(|p| middle + turn * p));
-    heights.map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
+    heights.map(|height_m| middle + turn * Vec3::new(LENS_M, 0.0, height_m))
+}
+
+/// Adds the unlit lamps of a housing at these heights over its middle, with these colours.
+fn fit_lamps(head: &mut TriangleList, lamps: impl Iterator<Item = (f32, [f32; 3])>, radius_m: f32) {
+    for (height_m, colour) in lamps {
+        lens(head, height_m, radius_m, SurfaceFinish::new(Material::Lamp, colour));
+        hood(head, height_m, radius_m);
+    }
 }
 
 /// Adds a housing for those who walk, of a red and a green lamp; returns the centres of the lamps' fronts, the green one's twice.
 fn walkers_housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
     let turn = Mat3::from_cols(facing, Vec3::Z.cross(facing), Vec3::Z);
     let mut head = TriangleList::default();
-    head.cuboid(Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.13, 2.0 * 0.13), HOUSING);
-    for (height_m, colour) in [(0.125, DARK[0]), (-0.125, DARK[2])] {
-        lens(&mut head, height_m, WALKERS_LAMP_M, SurfaceFinish::new(Material::Lamp, colour));
-        hood(&mut head, height_m, WALKERS_LAMP_M);
-    }
+    head.cuboid(Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.13, 0.26), HOUSING);
+    let [red_m, green_m] = [0.125, -0.125];
+    fit_lamps(&mut head, [(red_m, DARK[0]), (green_m, DARK[2])].into_iter(), WALKERS_LAMP_M);
     triangles.append(head.moved(|p| middle + turn * p));
-    [0.125, -0.125, -0.125].map(|height_m| middle + turn * Vec3::new(0.022, 0.0, height_m))
+    [red_m, green_m, green_m].map(|height_m| middle + turn * Vec3::new(LENS_M, 0.0, height_m))
 }
 
 /// Adds a lamp's lens, slightly conical.

@@ -31,7 +31,7 @@ pub const MOST_TREES: usize = 5000;
 
 /// Least distance of a crown from a road where a map states the tree, and the least part of its full size that a tree is grown to.
 const STATED_FREE_M: f32 = 0.2;
-const SMALLEST: f32 = 0.35;
+const SMALLEST_SCALE: f32 = 0.35;
 
 /// Maximum number of trees on the horizon.
 const MOST_DISTANT: usize = 3200;
@@ -95,7 +95,7 @@ fn stated(
         let free_m = (road_m - STATED_FREE_M).min(1.6 * buildings.distance_m(at));
         let kind = if tree.is_conifer { trees::SPRUCE } else { (pick * 3.0) as usize };
         let scale = (0.75 + 0.4 * size).min(free_m / crowns[kind]);
-        if scale < SMALLEST || road_m > FOREST_M {
+        if scale < SMALLEST_SCALE || road_m > FOREST_M {
             return None;
         }
         let position = at.extend(relief.height_m(at) - 0.05);
