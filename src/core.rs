@@ -22,6 +22,7 @@ pub mod plot;
 pub mod policy;
 pub mod private;
 pub mod rng;
+pub mod roadside;
 pub mod scenario;
 pub mod settings;
 pub mod sim;

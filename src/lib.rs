@@ -43,6 +43,7 @@
 //! data_folders  settings       folders of maps, policies, questionnaires / a struct as file, flags and widgets
 //! triggers  sumo_xml           bytes on a serial port, for amplifiers / checks of SUMO's input files (in one row with the line above)
 //! map                          road networks as data: SUMO net.xml, parametric rings; lane <-> world
+//! roadside                     what stands beside roads: asphalt, towns, land, buildings, rails; boxes that a car cannot pass
 //! ego  policy                  rapier car, Controls in / Observation -> Action; hold; controllers; networks
 //! traffic  metrics             trait Traffic: SUMO, native IDM / results of a drive, means with intervals, figures
 //! snapshot                     the world at one tick, seen from one vehicle

@@ -21,6 +21,12 @@ pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < ONE_ROAD_M
 }
 
+/// Returns 0 below `low`, 1 above `high`, and a smooth value between.
+pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 /// Position and heading of a vehicle's centre on the ground plane, world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {

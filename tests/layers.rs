@@ -18,7 +18,7 @@ use std::{
 };
 
 /// Rows of `src/lib.rs`, bottom first. A module names only modules of lower rows.
-const ROWS: [&[&str]; 19] = [
+const ROWS: [&[&str]; 20] = [
     &[
         "space",
         "time",
@@ -38,6 +38,7 @@ const ROWS: [&[&str]; 19] = [
     &["temporary", "lsl"],
     &["data_folders", "settings", "triggers", "sumo_xml"],
     &["map"],
+    &["roadside"],
     &["ego", "policy"],
     &["traffic", "metrics"],
     &["snapshot"],

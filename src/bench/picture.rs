@@ -143,7 +143,7 @@ pub fn startup(scenario: &Scenario) -> Result<(StartupTimes, DrawnDrive), RunErr
     laps.push(now());
     let gpu = Gpu::headless()?;
     laps.push(now());
-    let static_scene = StaticScene::of_drive(run.world().map(), scenario);
+    let static_scene = StaticScene::of_drive(run.world().map(), scenario, run.world().drive().roadside());
     laps.push(now());
     let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(scenario.display.quality, &gpu));
     laps.push(now());

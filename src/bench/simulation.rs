@@ -9,7 +9,7 @@ use super::{
 use crate::{
     controls::Controls,
     drive_loop::{RunError, offline::OfflineDrive},
-    ego::{CarParams, EgoCar, GroundSurface, Obstacle, UniformGround},
+    ego::{CarParams, EgoCar, GroundSurface, Obstacle, ObstacleId, UniformGround},
     scenario::{PlannedDrive, Scenario},
     sim::WorldError,
     traffic::{
@@ -166,7 +166,11 @@ fn ego(scenario: &Scenario) -> Result<TimeStatistics, RunError> {
     let obstacles: Vec<Obstacle> = setup.cars[1..]
         .iter()
         .zip(1..)
-        .map(|(car, id)| Obstacle { id, pose: route.pose_of_front(car.s_m, length_m), ..Obstacle::default() })
+        .map(|(car, id)| Obstacle {
+            id: ObstacleId::Vehicle(id),
+            pose: route.pose_of_front(car.s_m, length_m),
+            ..Obstacle::default()
+        })
         .collect();
     let start = route.pose_of_front(setup.cars[0].s_m, length_m);
     let mut ego = EgoCar::new(&CarParams::default(), start, 0.0, obstacles.len()).map_err(WorldError::from)?;

@@ -107,7 +107,7 @@ pub fn frames_per_s(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<f64, Gpu
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.
 fn frames(gpu: &Gpu, world: &World, size: [u32; 2], level: QualityLevel) -> Result<Vec<f64>, GpuError> {
     let scenario = world.scenario();
-    let static_scene = StaticScene::of_drive(world.map(), scenario);
+    let static_scene = StaticScene::of_drive(world.map(), scenario, world.drive().roadside());
     let quality = match level {
         QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
         QualityLevel::Low => Quality::LOW,

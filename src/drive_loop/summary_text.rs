@@ -29,6 +29,9 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     if summary.red_lights + summary.near_misses > 0 {
         lines.push(format!("red lights, near misses  {}, {}", summary.red_lights, summary.near_misses));
     }
+    if summary.object_contacts > 0 {
+        lines.push(format!("walls, rails touched     {}", summary.object_contacts));
+    }
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
         lines.push(format!("first contact            at {at:.2} s with car {car}, closing at {closing:.2} m/s"));

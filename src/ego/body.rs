@@ -1,11 +1,11 @@
-//! The ego's rigid body and the bodies of the other vehicles, in rapier. In: poses of obstacles, forces of tyres and
+//! The ego's rigid body and the bodies of other vehicles and fixed objects, in rapier. In: poses of obstacles, forces of tyres and
 //! air. Out: pose and velocity of the body, wheel rays, contacts. Values are `f32` in a frame whose origin follows the
 //! ego in whole metres, so that they are precise to a millimetre anywhere in the world.
 //!
 //! rapier's ray-cast vehicle carries the body on its springs. Its wheel friction is off because it creeps sideways at a
 //! standstill (it removes a fifth of the slip in a step and has no static grip); `tyre` takes its place.
 
-use super::{Contact, EgoState, Obstacle, params::CarParams};
+use super::{Contact, EgoState, Obstacle, ObstacleId, params::CarParams};
 use crate::space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, wrap_angle};
 use glam::{DVec2, Quat, Vec3, dvec2, vec3};
 use rapier3d::{
@@ -63,7 +63,7 @@ struct ObstacleBody {
     body: RigidBodyHandle,
     collider: ColliderHandle,
     /// Identifier and part of the vehicle that uses this body; `None` for an unused body.
-    id: Option<(u32, u8)>,
+    id: Option<(ObstacleId, u8)>,
     /// Length and width, m.
     size_m: [f64; 2],
     /// Pose at the end of the last tick; `None` before the first.
@@ -146,7 +146,7 @@ impl CarBody {
             let from = car.pose.filter(|pose| pose.position.distance(obstacle.pose.position) < JUMP_M);
             let from = *car.pose.insert(from.unwrap_or(obstacle.pose));
             let near = obstacle.pose.is_finite()
-                && obstacle.pose.position.distance(here) < NEAR_M + (obstacle.length_m - CAR_LENGTH_M) / 2.0;
+                && obstacle.pose.position.distance(here) < NEAR_M + (longer_m(obstacle) - CAR_LENGTH_M) / 2.0;
             // rapier lists every mutably accessed body as changed, so only bodies that change are accessed.
             let enabled = self.world.bodies[car.body].is_enabled();
             if near || enabled {
@@ -269,7 +269,7 @@ impl CarBody {
             if let Some(closing_mps) = car.touched {
                 let angle_rad = wrap_angle(obstacle.pose.yaw_rad - yaw_rad);
                 let car_speed_mps = car.speed_mps;
-                contacts.push(Contact { car: obstacle.id, ego_speed_mps, car_speed_mps, closing_mps, angle_rad });
+                contacts.push(Contact { with: obstacle.id, ego_speed_mps, car_speed_mps, closing_mps, angle_rad });
             }
             car.pose = Some(obstacle.pose);
             car.speed_mps = obstacle.speed_mps;
@@ -321,6 +321,11 @@ impl ObstacleBody {
             touched: None,
         }
     }
+}
+
+/// Returns the longer side of an obstacle, m.
+fn longer_m(obstacle: &Obstacle) -> f64 {
+    obstacle.length_m.max(obstacle.width_m)
 }
 
 /// Returns the box of a vehicle with this half height, m.

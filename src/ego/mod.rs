@@ -88,16 +88,24 @@ impl EgoState {
     }
 }
 
-/// Other vehicle that the ego can touch.
+/// Identity of what the ego can touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ObstacleId {
+    /// Identifier of another vehicle.
+    Vehicle(u32),
+    /// Number of a fixed object, such as a wall.
+    FixedObject(u32),
+}
+
+/// Other vehicle, or fixed object, that the ego can touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// Identifier of the vehicle.
-    pub id: u32,
+    pub id: ObstacleId,
     /// Part of an articulated vehicle, from 0 at the front; identifier and part are unique among the obstacles.
     pub part: u8,
     /// Pose of the part's centre at the end of this tick.
     pub pose: Pose,
-    /// Speed of the vehicle, m/s.
+    /// Speed, m/s; 0 for a fixed object.
     pub speed_mps: f64,
     /// Length of the part, from bumper to bumper of a vehicle of one part, m.
     pub length_m: f64,
@@ -108,7 +116,7 @@ pub struct Obstacle {
 
 impl Obstacle {
     /// Returns what tells this obstacle from all others of a tick.
-    fn key(&self) -> (u32, u8) {
+    fn key(&self) -> (ObstacleId, u8) {
         (self.id, self.part)
     }
 
@@ -122,7 +130,7 @@ impl Default for Obstacle {
     /// Returns a vehicle of the ego's size that stands at the origin.
     fn default() -> Self {
         Self {
-            id: 0,
+            id: ObstacleId::Vehicle(0),
             part: 0,
             pose: Pose::default(),
             speed_mps: 0.0,
@@ -133,11 +141,11 @@ impl Default for Obstacle {
     }
 }
 
-/// Contact of the ego with another vehicle in this tick.
+/// Contact of the ego with another vehicle or a fixed object in this tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// Identifier of the other vehicle.
-    pub car: u32,
+    /// Other vehicle, or fixed object.
+    pub with: ObstacleId,
     /// Speed of the ego just before, m/s.
     pub ego_speed_mps: f64,
     /// Speed of the other vehicle just before, m/s.

@@ -30,8 +30,15 @@ pub struct Jolt {
 
 /// Describes a contact; `None` for any other event.
 pub fn contact_text(event: &Event) -> Option<String> {
-    let EventKind::Contact { car, closing_mps, .. } = event.kind else { return None };
-    Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
+    match event.kind {
+        EventKind::Contact { car, closing_mps, .. } => {
+            Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
+        }
+        EventKind::ObjectContact { object, closing_mps, .. } => {
+            Some(format!("contact with a {}, closing at {closing_mps:.1} m/s", object.name()))
+        }
+        _ => None,
+    }
 }
 
 /// Contacts so far, with the flash and the messages.
@@ -48,7 +55,10 @@ impl ContactCount {
     /// Adds the contacts of the world's last tick.
     pub fn tick(&mut self, world: &World) {
         for event in world.events() {
-            let EventKind::Contact { closing_mps, .. } = event.kind else { continue };
+            let (EventKind::Contact { closing_mps, .. } | EventKind::ObjectContact { closing_mps, .. }) = event.kind
+            else {
+                continue;
+            };
             self.count += 1;
             self.last = Some((closing_mps, Duration::ZERO));
             if self.flash_left.is_zero() {

@@ -102,5 +102,5 @@ fn start(scenario: &Scenario, with_static_scene: bool) -> Result<ReadyDrive, Run
 
 /// Builds the static scene of a world.
 pub fn static_scene(world: &World) -> StaticScene {
-    StaticScene::of_drive(world.map(), world.scenario())
+    StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside())
 }

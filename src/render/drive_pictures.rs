@@ -4,6 +4,7 @@ use super::{GpuError, OFFSCREEN, Renderer, device::gpu::Gpu, quality_for, render
 use crate::{
     hud::Speedometer,
     map::RoadMap,
+    roadside::LazyRoadside,
     scenario::{QualityLevel, Scenario},
     scene::{self, StaticScene, ViewKind, view_options},
     sim::World,
@@ -28,7 +29,7 @@ impl DrivePictures {
             QualityLevel::Auto => QualityLevel::Medium,
             chosen => chosen,
         };
-        let static_scene = StaticScene::of_drive(map, scenario);
+        let static_scene = StaticScene::of_drive(map, scenario, &LazyRoadside::new(&map.network, scenario.seed));
         let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(quality, &gpu));
         Ok(Self { gpu, static_scene, renderer })
     }

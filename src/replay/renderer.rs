@@ -28,7 +28,7 @@ impl ReplayRenderer {
     pub fn new(replay: &Replay, kind: ViewKind, size: [u32; 2]) -> Result<Self, RunError> {
         let world = replay.world();
         let gpu = Gpu::headless()?;
-        let static_scene = StaticScene::of_drive(world.map(), world.scenario());
+        let static_scene = StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside());
         let level = match world.scenario().display.quality {
             QualityLevel::Auto => QualityLevel::Medium,
             level => level,

@@ -226,7 +226,7 @@ pub enum AdvisedBody {
     Full,
 }
 
-/// Effect of a contact with another vehicle on the drive.
+/// Effect of a contact with another vehicle or a fixed object on the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnContact {

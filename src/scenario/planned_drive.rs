@@ -5,6 +5,7 @@ use super::{AdvisedBody, AdvisedVehicles, Scenario, logged_traffic::LoggedTraffi
 use crate::{
     map::{MapError, RoadMap},
     policy::PolicySource,
+    roadside::LazyRoadside,
     traffic::TrafficDrivers,
 };
 use std::sync::Arc;
@@ -48,6 +49,7 @@ const NOT_BEHIND_A_LOG: [(&str, &str); 2] = [
 pub struct PlannedDrive {
     scenario: Scenario,
     map: Arc<RoadMap>,
+    roadside: LazyRoadside,
     fixed_vehicles: Option<u32>,
     traffic_drivers: TrafficDrivers,
     logged: Option<LoggedTraffic>,
@@ -116,7 +118,8 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        Ok(Self { scenario, map, fixed_vehicles, traffic_drivers, logged, policy: None })
+        let roadside = LazyRoadside::new(&map.network, scenario.seed);
+        Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })
     }
 
     /// Returns the drive with this policy in place of the one that the scenario names; `None` keeps the scenario's.
@@ -138,6 +141,11 @@ impl PlannedDrive {
     /// Returns the road, with the route along the scenario's path.
     pub fn map(&self) -> &Arc<RoadMap> {
         &self.map
+    }
+
+    /// Returns what stands beside the roads; it is found at the first call that needs it.
+    pub fn roadside(&self) -> &LazyRoadside {
+        &self.roadside
     }
 
     /// Returns the number of vehicles of a closed route, the ego included; `None` on a network, where vehicles enter and leave.

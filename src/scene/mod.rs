@@ -136,15 +136,11 @@ pub struct CarModel {
     pub shade: Mesh,
 }
 
-/// Grid size of the picture's local origin, metres.
-pub const ORIGIN_STEP_M: f64 = 2000.0;
-
 /// Static part of the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StaticScene {
     /// Position of the picture's local origin in the world, metres. All drawn positions are relative to it, because single
-    /// precision has steps of half a metre at 5,000 km. A multiple of [`ORIGIN_STEP_M`] near the middle of the roads, so that it
-    /// is 0 for most maps.
+    /// precision has steps of half a metre at 5,000 km. It is 0 for most maps ([`ORIGIN_STEP_M`](crate::roadside::ORIGIN_STEP_M)).
     pub origin: DVec3,
     /// Road: asphalt, lines, shoulder; world axes.
     pub road: Mesh,

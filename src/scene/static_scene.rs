@@ -1,22 +1,21 @@
 //! Static part of the scene, built once per map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
 
 use super::{
-    CarModel, Cockpit, ORIGIN_STEP_M, StaticScene,
-    buildings::Buildings,
+    CarModel, Cockpit, StaticScene, buildings,
     car::{self, wheel},
-    land::{self, land_use_map::LandUseMap, tufts},
+    land::{self, tufts},
     network::{
-        self, barriers, guard_rails, posts, road_ends, signals, signs,
+        self, barriers, guard_rails, posts, signals, signs,
         street_lamps::{self, StreetLamp},
-        town::Town,
     },
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
 };
 use crate::map::{RoadMap, network::Network};
+use crate::roadside::{LazyRoadside, Roadside};
 use crate::scenario::{GuidanceView, Scenario};
 use crate::space::{Pose, Pose3};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use std::sync::Arc;
 
 impl StaticScene {
@@ -31,8 +30,8 @@ impl StaticScene {
     }
 
     /// Builds the scene of a drive: with the trees of its scenario, and with a line along its path if the scenario asks for one.
-    pub fn of_drive(map: &RoadMap, scenario: &Scenario) -> Self {
-        let mut scene = Self::with_trees(map, scenario.seed, scenario.display.trees as usize);
+    pub fn of_drive(map: &RoadMap, scenario: &Scenario, roadside: &LazyRoadside) -> Self {
+        let mut scene = Self::beside(roadside.get(), scenario.seed, scenario.display.trees as usize);
         if scenario.display.guidance == GuidanceView::Road {
             scene.road.append(&network::route_line(&map.route, scene.origin));
         }
@@ -41,43 +40,39 @@ impl StaticScene {
 
     /// Builds the scene around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        let (low, high) = network.bounds();
-        let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
-        let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
+        Self::beside(&Roadside::of(network, seed), seed, most_trees)
+    }
+
+    /// Builds the scene with this roadside.
+    fn beside(roadside: &Roadside, seed: u64, most_trees: usize) -> Self {
         // Views from above show the network's own roads, not what runs on beyond them.
-        let own = network::surfaces(&network);
-        let (longer, dead_ends) = road_ends::running_on(&network, &own);
-        let drawn = longer.as_ref().unwrap_or(&network);
-        let longer_roads = longer.as_ref().map(network::surfaces);
-        let roads = longer_roads.as_ref().unwrap_or(&own);
-        let land_use = LandUseMap::of(network.surroundings(), roads);
-        let relief = land::Relief::new(roads, &land_use, seed);
-        let town = Town::of(&network);
-        let buildings = Buildings::of(&network, &town, &land_use, roads, seed);
+        let Roadside { origin, network, own_surfaces: own, town, land_use, buildings, dead_ends, .. } = roadside;
+        let (drawn, roads) = (roadside.drawn_network(), roadside.surfaces());
+        let relief = land::Relief::new(roads, land_use, seed);
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
-            let places = forest::plant(network.surroundings(), roads, &buildings, &relief, &trees, seed, most_trees);
+            let places = forest::plant(network.surroundings(), roads, buildings, &relief, &trees, seed, most_trees);
             let distant = forest::horizon(roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };
         // Parts are independent and have their own random numbers, so building them in parallel does not change them.
         let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
         let paved = || {
-            let (mut posts, heads) = signals::heads(&network, roads);
+            let (mut posts, heads) = signals::heads(network, roads);
             posts.append(&posts::posts(drawn, roads));
-            posts.append(&signs::signs(&network, roads));
-            posts.append(&guard_rails::guard_rails(drawn, roads));
-            posts.append(&barriers::barriers(&dead_ends));
-            let lamps = street_lamps::street_lamps(&network, &town, roads);
+            posts.append(&signs::signs(network, roads));
+            posts.append(&guard_rails::mesh(&roadside.guard_rails));
+            posts.append(&barriers::barriers(dead_ends));
+            let lamps = street_lamps::street_lamps(network, town, roads);
             posts.append(&street_lamps::mesh(&lamps));
             let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();
-            (network::road(drawn, &town, roads, &relief, seed), posts, heads, lamp_heads)
+            (network::road(drawn, town, roads, &relief, seed), posts, heads, lamp_heads)
         };
-        let ground = || rayon::join(paved, || (land::land(&relief, &own), buildings.mesh(&relief)));
+        let ground = || rayon::join(paved, || (land::land(&relief, own), buildings::mesh(buildings, &relief)));
         let growth = || {
             rayon::join(
-                || rayon::join(woods, || tufts::sow(roads, &buildings, &relief, seed)),
+                || rayon::join(woods, || tufts::sow(roads, buildings, &relief, seed)),
                 || rayon::join(grown(ModelDetail::Mid), grown(ModelDetail::Shade)),
             )
         };
@@ -87,7 +82,7 @@ impl StaticScene {
         ) = rayon::join(growth, || rayon::join(ground, vehicles));
         let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
-            origin,
+            origin: *origin,
             road,
             land,
             trees,
@@ -100,7 +95,7 @@ impl StaticScene {
             tuft_places,
             posts,
             street_lamps,
-            parked_cars: buildings.parked_cars(&relief),
+            parked_cars: buildings::parked_cars(buildings, &relief),
             buildings: built,
             signal_heads,
             lit_lamp: signals::lit_lamp(),
@@ -112,7 +107,7 @@ impl StaticScene {
             radius_m: own.radius_m(),
             highest_m: roads.highest_m(),
             level_m: roads.level_m(),
-            network,
+            network: Arc::clone(network),
         }
     }
 

@@ -1,6 +1,8 @@
 //! Events of a drive, for recordings, the panel and the end of a drive.
 
-use crate::{controls::Indicator, policy::Advice, time::Tick, traffic::VehicleId};
+use crate::{
+    controls::Indicator, policy::Advice, roadside::fixed_objects::FixedObjectKind, time::Tick, traffic::VehicleId,
+};
 
 /// An event at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +30,14 @@ pub enum EventKind {
         closing_mps: f64,
         /// Heading of the other vehicle relative to the ego's, radians in ±π: 0 is parallel, positive is to the left.
         angle_rad: f64,
+    },
+    /// The ego begins to touch a fixed object beside the road.
+    ObjectContact {
+        object: FixedObjectKind,
+        /// Speed of the ego just before, m/s.
+        ego_speed_mps: f64,
+        /// Closing speed, m/s.
+        closing_mps: f64,
     },
     /// The centre of the ego leaves the road: lanes, shoulders and junctions.
     LeftRoad {
@@ -102,7 +112,7 @@ pub enum EventKind {
 pub enum EndReason {
     /// The scenario's duration has passed.
     Duration,
-    /// A contact, in a scenario that ends at the first one.
+    /// A contact with another vehicle or a fixed object, in a scenario that ends at the first one.
     Contact,
     /// The ego is at the end of its path.
     PathEnd,

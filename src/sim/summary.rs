@@ -46,6 +46,9 @@ pub struct Summary {
     pub contacts: Vec<ContactRecord>,
     /// Number of all contacts, unlisted ones included.
     pub contact_count: u64,
+    /// Number of contacts of the ego with fixed objects beside the road, such as walls.
+    #[serde(skip_serializing_if = "is_none_of")]
+    pub object_contacts: u32,
     /// Number of times the ego left the road.
     pub left_road: u32,
     /// Number of red lights that the ego ran; on networks with signals.
@@ -90,6 +93,7 @@ pub struct SummaryAccumulator {
     totals: TickTotals,
     contacts: Vec<ContactRecord>,
     contact_count: u64,
+    object_contacts: u32,
     left_road: u32,
     red_lights: u32,
     near_misses: u32,
@@ -108,6 +112,7 @@ impl SummaryAccumulator {
             totals: TickTotals::default(),
             contacts: Vec::new(),
             contact_count: 0,
+            object_contacts: 0,
             left_road: 0,
             red_lights: 0,
             near_misses: 0,
@@ -147,6 +152,7 @@ impl SummaryAccumulator {
             EventKind::LeftRoad { .. } => self.left_road += 1,
             EventKind::RedLight { .. } => self.red_lights += 1,
             EventKind::NearMiss { .. } => self.near_misses += 1,
+            EventKind::ObjectContact { .. } => self.object_contacts += 1,
             EventKind::AdviceWithheld
             | EventKind::BackOnRoad
             | EventKind::LeftPath { .. }
@@ -182,6 +188,7 @@ impl SummaryAccumulator {
             min_gap_m: self.totals.min_gap_m.0,
             contacts: self.contacts.clone(),
             contact_count: self.contact_count,
+            object_contacts: self.object_contacts,
             left_road: self.left_road,
             red_lights: self.red_lights,
             near_misses: self.near_misses,

@@ -19,6 +19,7 @@ mod hand_over;
 mod light_agent;
 mod light_body;
 mod network_view;
+mod objects_beside;
 mod observer;
 mod outside;
 mod perception;
@@ -42,7 +43,7 @@ use super::{Event, EventKind, Snapshot, VehicleSnapshot, WorldError, event::EndR
 use crate::{
     controls::Controls,
     driver::{self, DriverError, DriverParams, SimulatedDriver},
-    ego::{CarParams, Obstacle},
+    ego::{CarParams, Obstacle, ObstacleId},
     map::RoadMap,
     policy,
     scenario::{AdvisedBody, AdvisedVehicles, OnContact, PlannedDrive, Scenario},
@@ -133,7 +134,7 @@ impl World {
             true => {
                 let advice = advice.of_participant(scenario);
                 let (start, bodies) = (traffic.ego_start(), traffic.bodies());
-                let agent = Agent::new(scenario, map, advice, start, AdvisedBody::Full, bodies)?;
+                let agent = Agent::new((&drive, map), advice, start, AdvisedBody::Full, bodies)?;
                 Observer::Participant(Box::new(agent))
             }
             false => Observer::spectator(map),
@@ -264,7 +265,8 @@ impl World {
                 Some(drivers) => drivers(new.id)?,
                 None => driver::named(&scenario.driver)?.params,
             };
-            let agent = Agent::new(scenario, &new.map, self.advice.of_vehicle(scenario), new.start, body, bodies)?;
+            let advice = self.advice.of_vehicle(scenario);
+            let agent = Agent::new((&self.drive, &new.map), advice, new.start, body, bodies)?;
             let mut agent = agent.driven_by(&driver, new.id, &self.drive)?;
             agent.view.tick = self.observer.view().tick;
             self.agents.push(new.id);
@@ -311,7 +313,7 @@ impl World {
         Ok(())
     }
 
-    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another.
+    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another or a fixed object.
     fn move_agents(&mut self) -> bool {
         match &mut self.observer {
             Observer::Participant(participant) if !self.others.iter().any(Agent::is_full) => {
@@ -330,7 +332,8 @@ impl World {
             return false;
         }
         // The observer's view has all vehicles that are not full agents, at their poses of the end of this tick.
-        let is_agent = |id: VehicleId| agents.binary_search_by_key(&id.0, |agent| agent.id).is_ok();
+        let is_agent =
+            |id: VehicleId| agents.binary_search_by_key(&ObstacleId::Vehicle(id.0), |agent| agent.id).is_ok();
         let others = self.observer.view().cars.iter().filter(|car| !is_agent(car.id));
         cars.clear();
         cars.extend(others.flat_map(VehicleSnapshot::obstacles));
@@ -343,7 +346,7 @@ impl World {
             near.clear();
             near.extend(cars.iter().filter(is_near));
             near.extend(agents.iter().filter(|other| other.id != own.id).filter(is_near));
-            has_touched |= agent.drive(near) && own.id == EGO.0;
+            has_touched |= agent.drive(near) && own.id == ObstacleId::Vehicle(EGO.0);
         }
         has_touched
     }

@@ -4,7 +4,7 @@ pub use crate::traffic::Leader;
 
 use crate::{
     controls::Indicator,
-    ego::{EgoState, Obstacle},
+    ego::{EgoState, Obstacle, ObstacleId},
     map::{
         NextManoeuvre,
         network::{LanePosition, SignalStates},
@@ -238,7 +238,7 @@ impl VehicleSnapshot {
     pub fn obstacles(&self) -> impl Iterator<Item = Obstacle> + use<> {
         let Self { id, speed_mps, height_m, body, .. } = *self;
         self.parts().enumerate().map(move |(part, VehiclePart { pose, length_m })| Obstacle {
-            id: id.0,
+            id: ObstacleId::Vehicle(id.0),
             part: part as u8,
             pose,
             speed_mps,

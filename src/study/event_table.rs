@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 42] = [
+const WORDS: [[&str; 3]; 43] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -32,6 +32,11 @@ const WORDS: [[&str; 3]; 42] = [
         "contact",
         "the participant's vehicle began to touch another vehicle",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Car)), Label/Contact",
+    ],
+    [
+        "object_contact",
+        "the participant's vehicle began to touch a fixed object beside the road",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Man-made-object)), Label/Object-contact",
     ],
     [
         "left_road",

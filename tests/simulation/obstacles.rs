@@ -3,7 +3,7 @@
 use super::ego::{ROAD, brake};
 use codrive::{
     controls::Controls,
-    ego::{CarParams, EgoCar, Obstacle},
+    ego::{CarParams, EgoCar, Obstacle, ObstacleId},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
     time::TICK_S,
 };
@@ -13,7 +13,7 @@ use glam::{DVec2, dvec2};
 fn bodies_of_other_vehicles_appear_and_disappear_with_their_own_size() {
     let mut ego = EgoCar::new(&CarParams::default(), Pose::default(), 0.0, 0).unwrap();
     let at = |id: u32, x: f64, length_m: f64| Obstacle {
-        id,
+        id: ObstacleId::Vehicle(id),
         pose: Pose::new(dvec2(x, 0.0), 0.0),
         length_m,
         width_m: 2.5,
@@ -27,9 +27,9 @@ fn bodies_of_other_vehicles_appear_and_disappear_with_their_own_size() {
         vec![at(9, -30.0, 5.0)],
         vec![at(9, -30.0, 5.0), at(31, 8.4, 12.0)],
     ] {
-        touched.push(ego.tick(&brake(0.5), &ROAD, &list).iter().map(|contact| contact.car).collect::<Vec<_>>());
+        touched.push(ego.tick(&brake(0.5), &ROAD, &list).iter().map(|contact| contact.with).collect::<Vec<_>>());
     }
-    assert_eq!(touched, [vec![], vec![], vec![], vec![31]]);
+    assert_eq!(touched, [vec![], vec![], vec![], vec![ObstacleId::Vehicle(31)]]);
     // The lorry is gone: the ego, pushed back a little, stands free.
     for _ in 0..200 {
         assert!(ego.tick(&brake(0.5), &ROAD, &[at(9, -30.0, 5.0)]).is_empty());

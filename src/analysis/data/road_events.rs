@@ -30,11 +30,13 @@ impl ViolationSpans {
     }
 }
 
-/// Violations of traffic rules by the ego, and its near misses.
+/// Violations of traffic rules by the ego, its contacts with fixed objects and its near misses.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RoadEvents {
     /// Red lights that the ego drove over.
     pub red_lights: usize,
+    /// Contacts with fixed objects beside the road.
+    pub object_contacts: usize,
     /// Vehicles with which the ego would have collided within 1.5 s.
     pub near_misses: usize,
     /// Drives against the direction of the lane.
@@ -50,6 +52,7 @@ impl RoadEvents {
     pub fn add(&mut self, tick: u64, kind: &str) {
         match kind {
             "red_light" => self.red_lights += 1,
+            "object_contact" => self.object_contacts += 1,
             "near_miss" => self.near_misses += 1,
             "wrong_way" => self.wrong_way.begin(tick),
             "right_way" => self.wrong_way.end(tick),
@@ -75,6 +78,7 @@ mod tests {
             (260, "red_light"),
             (300, "within_limit"),
             (400, "near_miss"),
+            (700, "object_contact"),
             (900, "speeding"),
             (910, "left_path"),
             (930, "back_on_path"),
@@ -83,7 +87,7 @@ mod tests {
             (970, "red_light"),
         ];
         rows.iter().for_each(|(tick, kind)| events.add(*tick, kind));
-        assert_eq!((events.red_lights, events.near_misses), (2, 1));
+        assert_eq!((events.red_lights, events.near_misses, events.object_contacts), (2, 1, 1));
         assert_eq!((events.speeding.count, events.wrong_way.count, events.off_path.count), (2, 1, 1));
         assert!((events.off_path.total_s(10.0) - 0.2).abs() < 1e-9);
         // 1 to 3 s, and from 9 s to the end at 10 s.

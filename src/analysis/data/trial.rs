@@ -93,7 +93,7 @@ impl RecordedTrial {
                 trial.left_road += usize::from(kind == "left_road");
                 trial.road_events.add(tick, &kind);
                 let time_s = Tick(tick).seconds();
-                if kind == "contact" || kind == PUT_BACK {
+                if matches!(kind.as_str(), "contact" | "object_contact") || kind == PUT_BACK {
                     trial.collided(tick);
                 }
                 if kind == "contact" && trial.contacts_at.len() < MOST_MOMENTS {

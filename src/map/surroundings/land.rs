@@ -86,6 +86,12 @@ pub struct LandArea {
 }
 
 impl LandArea {
+    /// Returns a rectangle by its lower left corner and its sides along the axes, metres.
+    pub fn rectangle(land_use: LandUse, [x, y]: [f64; 2], [width_m, depth_m]: [f64; 2]) -> Self {
+        let corners = [[x, y], [x + width_m, y], [x + width_m, y + depth_m], [x, y + depth_m]];
+        Self { outline: corners.map(DVec2::from).to_vec(), land_use }
+    }
+
     /// Returns the area within the outline, m².
     pub fn area_m2(&self) -> f64 {
         super::doubled_area_m2(&self.outline).abs() / 2.0

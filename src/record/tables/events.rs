@@ -30,9 +30,10 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 16] = [
+    const KINDS_OF_WORLD: [&str; 17] = [
         ADVICE_WITHHELD,
         "contact",
+        "object_contact",
         "left_road",
         "back_on_road",
         "left_path",
@@ -68,6 +69,10 @@ impl EventRow {
                 let contact = row("contact", detail, Some(car.0), Some(closing_mps))?;
                 Some(Self { angle_rad: Some(angle_rad), ..contact })
             }
+            EventKind::ObjectContact { object, ego_speed_mps, closing_mps } => {
+                let detail = format!("{}, ego at {ego_speed_mps:.3} m/s", object.name());
+                row("object_contact", detail, None, Some(closing_mps))
+            }
             EventKind::LeftRoad { s_m, offset_m } => row("left_road", at(s_m), None, Some(offset_m)),
             EventKind::BackOnRoad => row("back_on_road", String::new(), None, None),
             EventKind::LeftPath { s_m } => row("left_path", at(s_m), None, None),
@@ -92,8 +97,8 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
     column(
         "event",
         "",
-        "advice_withheld, contact, left_road, back_on_road, left_path, back_on_path, stop_line, red_light, wrong_way, \
-         right_way, speeding, within_limit, near_miss, indicator, put_back, ended, mark, note, pause, ...",
+        "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
+         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, put_back, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

@@ -6,6 +6,7 @@ use crate::{
     ego::EgoState,
     map::network::{LanePosition, Network},
     policy::{Action, Advice, DriverEstimate, DriverTraits, ObservedDriver},
+    roadside::fixed_objects::FixedObjectKind,
     sim::{EndReason, Event, EventKind, Leader, Snapshot, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
@@ -261,6 +262,10 @@ fn rows_of_cars_advice_and_events_have_their_values() {
     };
     for (kind, expected) in [
         (contact, ["contact", "ego at 9.000 m/s, car at 2.000 m/s", "3", "7.000000"]),
+        (
+            EventKind::ObjectContact { object: FixedObjectKind::GuardRail, ego_speed_mps: 9.0, closing_mps: 7.0 },
+            ["object_contact", "guard rail, ego at 9.000 m/s", "-", "7.000000"],
+        ),
         (
             EventKind::LeftRoad { s_m: 31.25, offset_m: -2.0 },
             ["left_road", "at 31.25 m of the route", "-", "-2.000000"],

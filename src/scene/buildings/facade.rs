@@ -1,10 +1,8 @@
 //! Facades as data for `building.wgsl`: width of the bays, number and use of storeys, kind of windows. In: a [`Facade`]. Out: bits above the
 //! material's number in a vertex. Metres.
 
-use crate::{map::surroundings, scene::Material};
+use crate::{roadside::footprint_places::STOREY_M, scene::Material};
 
-/// Height of a storey, metres.
-pub(super) const STOREY_M: f32 = surroundings::STOREY_M as f32;
 /// Height of a ground floor with shops, metres.
 pub(super) const SHOP_M: f32 = 3.6;
 /// Step of the width of a bay in a vertex, metres.

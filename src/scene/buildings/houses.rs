@@ -2,12 +2,15 @@
 //! Metres; x to the right along the front as seen from the street, y inwards, z up from the ground floor.
 
 use super::{
-    facade::{Facade, GroundFloor, STOREY_M, WindowKind},
-    plots::{DRIVE_M, FENCE_BEYOND_M, Plot, PlotKind},
+    facade::{Facade, GroundFloor, WindowKind},
     shell::{PitchedRoof, Shell, WallPlan},
 };
 use crate::{
     rng::{self, Stream},
+    roadside::{
+        footprint_places::STOREY_M,
+        plots::{DRIVE_M, FENCE_BEYOND_M, Plot, PlotKind},
+    },
     scene::{Mesh, land::noise::shade},
 };
 use glam::{Vec2, Vec3};

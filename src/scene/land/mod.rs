@@ -1,19 +1,19 @@
 //! Land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's position. Out:
 //! one mesh in world axes, with fine cells near the road and coarse ones far away.
 
-pub(super) mod land_use_map;
 pub(super) mod noise;
 pub(super) mod tufts;
 
-use self::{
-    land_use_map::{BORDER_M, LandUseMap},
-    noise::{mix, shade, smoothstep},
+use self::noise::{mix, shade};
+use super::{Material, Mesh, Vertex, network::verge_shape::VergeShape};
+use crate::{
+    map::surroundings::LandUse,
+    roadside::{
+        land_use_map::{BORDER_M, LandUseMap},
+        road_surfaces::RoadSurfaces,
+    },
+    space::smoothstep,
 };
-use super::{
-    Material, Mesh, Vertex,
-    network::{road_surfaces::RoadSurfaces, verge_shape::VergeShape},
-};
-use crate::map::surroundings::LandUse;
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
@@ -237,14 +237,15 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::map::surroundings::{LandArea, Surroundings};
     use crate::scene::mesh::tests::{check, faces};
-    use crate::scene::network::{self, verge_shape::BESIDE_ROAD_M};
+    use crate::scene::network::verge_shape::BESIDE_ROAD_M;
     use crate::scene::static_scene::tests::{circuit, ring};
 
     #[test]
     fn the_land_never_covers_the_road() {
         for map in [ring(250.0), ring(1500.0), circuit()] {
-            let roads = network::surfaces(&map.network);
+            let roads = RoadSurfaces::of(&map.network);
             let mesh = ground(&Relief::new(&roads, &LandUseMap::default(), 5), &roads);
             check(&mesh, "land");
             for (corners, face) in faces(&mesh) {
@@ -262,7 +263,7 @@ mod tests {
     #[test]
     fn the_ground_has_no_cracks_and_reaches_the_horizon() {
         let map = ring(250.0);
-        let roads = network::surfaces(&map.network);
+        let roads = RoadSurfaces::of(&map.network);
         let mesh = ground(&Relief::new(&roads, &LandUseMap::default(), 5), &roads);
         assert!((5_000..40_000).contains(&mesh.triangles()), "{}", mesh.triangles());
         // Inside, every edge belongs to two triangles: open edges are on the rim only.
@@ -282,7 +283,7 @@ mod tests {
     #[test]
     fn hills_stand_above_the_eye_all_around() {
         let map = ring(250.0);
-        let roads = network::surfaces(&map.network);
+        let roads = RoadSurfaces::of(&map.network);
         let land_use = LandUseMap::default();
         let relief = Relief::new(&roads, &land_use, 5);
         for degrees in 0..360 {
@@ -291,5 +292,33 @@ mod tests {
             let highest = heights.fold(0.0, f32::max);
             assert!((8.0..50.0).contains(&highest), "{degrees}: {highest}");
         }
+    }
+
+    #[test]
+    fn water_is_level_below_the_banks_and_never_below_a_road() {
+        // A lake over half of the circuit, its straights 20 m and 140 m from the x axis.
+        let net = circuit().network;
+        let roads = RoadSurfaces::of(&net);
+        let lake = LandArea::rectangle(LandUse::Water, [400.0, -50.0], [200.0, 300.0]);
+        let map = LandUseMap::of(&Surroundings { areas: vec![lake], ..Surroundings::default() }, &roads);
+        let wet = land(&Relief::new(&roads, &map, 5), &roads);
+        let mut levels = Vec::new();
+        for (corners, _) in faces(&wet) {
+            let corners = corners.map(|corner| Vec3::from(corner.position));
+            let [road_m, depth_m] = [0, 1].map(|what| {
+                let of = |at: Vec2| if what == 0 { roads.border_m(at) } else { map.depth_m(at, &[LandUse::Water]) };
+                corners.map(|corner| of(corner.truncate())).into_iter().fold(f32::INFINITY, f32::min)
+            });
+            let lowest_m = corners.map(|corner| corner.z).into_iter().fold(f32::INFINITY, f32::min);
+            assert!(road_m > 1.4 || lowest_m > -0.5, "the ground beside a road stays: {corners:?}");
+            if road_m > 20.0 && depth_m >= BORDER_M {
+                levels.extend(corners.map(|corner| corner.z));
+            }
+        }
+        let (low, high) =
+            levels.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), z| (low.min(*z), high.max(*z)));
+        assert!(levels.len() > 100 && high - low < 1e-3, "{} faces, {low} to {high} m", levels.len());
+        // The road is at 0 m, and the water 70 cm below the meadow beside it.
+        assert!((high - (BESIDE_ROAD_M - 0.7)).abs() < 0.01, "{high} m");
     }
 }

@@ -23,12 +23,6 @@ pub(in crate::scene) fn fractal(seed: u64, point: Vec2) -> f32 {
     (octave(1, 1.0, 0.0) + octave(2, 2.0, 0.37) * 0.5 + octave(3, 4.0, 0.71) * 0.25) / 1.75
 }
 
-/// Returns 0 below `low`, 1 above `high`, and a smooth value between.
-pub(in crate::scene) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
 /// Mixes two colours linearly: `a` at `t` = 0, `b` at `t` = 1.
 pub(in crate::scene) fn mix(a: [f32; 3], b: [f32; 3], t: f32) -> [f32; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t)

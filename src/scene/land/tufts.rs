@@ -3,19 +3,16 @@
 
 use super::{
     Relief,
-    noise::{self, shade, smoothstep},
+    noise::{self, shade},
 };
 use crate::{
     rng,
-    scene::{
-        Material, Mesh, TreePlace, Vertex,
+    roadside::{
         buildings::Buildings,
-        network::{
-            layer::SHOULDER_M,
-            road_surfaces::{HALF_LANE_M, RoadSurfaces},
-        },
-        trees::leaf_cards::VARIANTS,
+        road_surfaces::{HALF_LANE_M, RoadSurfaces},
     },
+    scene::{Material, Mesh, TreePlace, Vertex, network::layer::SHOULDER_M, trees::leaf_cards::VARIANTS},
+    space::smoothstep,
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -116,12 +113,12 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief:
 mod tests {
     use super::*;
     use crate::scene::static_scene::tests::{circuit, ring};
-    use crate::scene::{land::land_use_map::LandUseMap, mesh::tests::check, network};
+    use crate::{roadside::land_use_map::LandUseMap, scene::mesh::tests::check};
 
     #[test]
     fn tufts_grow_beside_the_road_only() {
         for map in [ring(250.0), circuit()] {
-            let roads = network::surfaces(&map.network);
+            let roads = RoadSurfaces::of(&map.network);
             let places = sow(&roads, &Buildings::default(), &Relief::new(&roads, &LandUseMap::default(), 3), 3);
             assert!((2000..=MOST_TUFTS).contains(&places.len()), "{}", places.len());
             for place in &places {

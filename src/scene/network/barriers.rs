@@ -1,15 +1,16 @@
 //! Barriers across roads that end within a network: a board of red and white fields on posts (sign 600 of German roads). In: the ends.
 //! Out: one mesh, metres.
 
-use super::{road_ends::DeadEnd, signals::STEEL};
-use crate::scene::{
-    Material, Mesh,
-    mesh::{SurfaceFinish, TriangleList},
+use super::signals::STEEL;
+use crate::{
+    roadside::road_ends::{BARRIER_BEYOND_M, DeadEnd},
+    scene::{
+        Material, Mesh,
+        mesh::{SurfaceFinish, TriangleList},
+    },
 };
 use glam::{Quat, Vec3};
 
-/// Distance of a board from the road's end, metres: no car that ends there stands in it.
-const BEYOND_M: f64 = 0.6;
 /// Lower and upper edge of a board, and the width of its fields, metres.
 const BOARD_M: [f32; 2] = [0.75, 1.0];
 const FIELD_M: f32 = 0.5;
@@ -22,7 +23,7 @@ const WHITE: SurfaceFinish = SurfaceFinish::grey(Material::Reflector, 0.72);
 pub(in crate::scene) fn barriers(ends: &[DeadEnd]) -> Mesh {
     let mut mesh = Mesh::default();
     for DeadEnd { middle, outwards, half_width_m } in ends {
-        let at = *middle + (*outwards * BEYOND_M).extend(0.0);
+        let at = *middle + (*outwards * BARRIER_BEYOND_M).extend(0.0);
         let turn = Quat::from_rotation_z(outwards.y.atan2(outwards.x) as f32);
         mesh.append_placed(&model(*half_width_m as f32), turn, at.as_vec3());
     }
@@ -54,7 +55,8 @@ mod tests {
     use super::*;
     use crate::{
         map::network::Network,
-        scene::{mesh::tests::check, network},
+        roadside::{road_ends, road_surfaces::RoadSurfaces},
+        scene::mesh::tests::check,
     };
     use std::path::Path;
 
@@ -85,7 +87,7 @@ mod tests {
                 .to_owned(),
         ];
         let net = Network::read(Path::new("t.net.xml"), &text.concat()).expect("a network");
-        let (longer, dead) = network::road_ends::running_on(&net, &network::surfaces(&net));
+        let (longer, dead) = road_ends::running_on(&net, &RoadSurfaces::of(&net));
         let [end] = dead[..] else { panic!("{dead:?}") };
         assert!(longer.is_some(), "all other ends run on");
         assert_eq!((end.middle.to_array(), end.outwards.to_array()), ([60.0, 0.0, 0.0], [1.0, 0.0]));

@@ -2,13 +2,16 @@
 //! pavements with kerbs, rails on ballast. In: a lane of the network. Out: ribbons.
 
 use super::{
-    layer::{ASPHALT, KERB, Layer, PAVING, SHOULDER, plain_asphalt, points},
-    road_surfaces::contains,
+    layer::{ASPHALT, KERB, Layer, PAVING, SHOULDER, plain_asphalt},
     strips::{Column, Ground, Paver},
-    verge::{Roadside, SurfacePoint},
+    verge::{SurfacePoint, VergePaver},
 };
 use crate::{
     map::network::{EdgeKind, JunctionId, Lane, LaneId, Marking, Network, Side, TurnDirection},
+    roadside::{
+        outlines::{cleaned, contains},
+        road_surfaces::points,
+    },
     scene::land::noise::shade,
 };
 use glam::{Vec2, Vec3};
@@ -87,17 +90,17 @@ impl<'n> LaneLine<'n> {
     }
 }
 
-/// Paves a lane, with its markings and its roadside. Crossings are left to [`super::paint`].
-pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut Paver, roadside: Roadside) {
+/// Paves a lane, with its markings and its verges. Crossings are left to [`super::paint`].
+pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut Paver, verges: VergePaver) {
     let lane = net.lane(id);
     let edge = net.edge_of(id);
-    let town = roadside.town;
+    let town = verges.town;
     let is_in_town = town.has_street(lane.edge) || edge.junction.is_some_and(|junction| town.has_junction(junction));
-    let roadside = roadside.with_pavement(is_in_town && !lane.is_footway());
+    let verges = verges.with_pavement(is_in_town && !lane.is_footway());
     let line = LaneLine::new(lane);
     let kind = edge.kind;
     if kind == EdgeKind::WalkingArea {
-        return walking_area(lane, shared.lanes.contains(&id), paver, roadside);
+        return walking_area(lane, shared.lanes.contains(&id), paver, verges);
     }
     if kind == EdgeKind::Crossing || line.drawn_m < 0.01 {
         return;
@@ -107,12 +110,12 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     if lane.is_railway() {
         let inside = kind == EdgeKind::Internal;
         if !inside || leads_straight_on(net, id) {
-            railway(&rows, &surface_point, half_m, inside, paver, roadside);
+            railway(&rows, &surface_point, half_m, inside, paver, verges);
         }
         return;
     }
     if lane.is_footway() && kind.is_street() {
-        return footway(net, id, &rows, &surface_point, paver, roadside);
+        return footway(net, id, &rows, &surface_point, paver, verges);
     }
     let through = through_markings(net, id).filter(|_| kind == EdgeKind::Internal);
     if kind == EdgeKind::Internal && through.is_none() {
@@ -124,7 +127,7 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
         return paver.ribbon(&rows, &surface_point, columns, Ground::Even, None);
     }
     let markings = through.unwrap_or_else(|| [Side::Right, Side::Left].map(|side| net.marking(id, side)));
-    roadside.pave_deck(paver, &rows, &surface_point, half_m);
+    verges.pave_deck(paver, &rows, &surface_point, half_m);
     // The texture's start differs between lanes, so that repairs and cracks do not line up.
     let start = Some((id.index() % 61) as f64 * 71.0);
     let inset = markings.map(inset_m);
@@ -148,7 +151,7 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
             let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
             paver.ribbon(&rows, &surface_point, ordered(columns), Ground::Tarred, start);
             if through.is_none() {
-                roadside.pave(paver, &rows, &surface_point, half_m + SHOULDER, side > 0.0);
+                verges.pave(paver, &rows, &surface_point, half_m + SHOULDER, side > 0.0);
             }
         } else {
             let columns = [half_m - SEAM_M, half_m + SEAM_M];
@@ -249,7 +252,7 @@ fn footway(
     rows: &[f64],
     surface_point: SurfacePoint,
     paver: &mut Paver,
-    roadside: Roadside,
+    verges: VergePaver,
 ) {
     let half_m = net.lane(id).half_width_m();
     let columns = [-half_m, half_m].map(|at| Column::tarred(at, Layer::Pavement, PAVING));
@@ -260,7 +263,7 @@ fn footway(
             continue;
         }
         if beside.is_none() {
-            roadside.pave(paver, rows, surface_point, half_m, sign > 0.0);
+            verges.pave(paver, rows, surface_point, half_m, sign > 0.0);
             continue;
         }
         // The kerb's face points outwards. Columns go from right to left of the line, so on the left the upper one comes first.
@@ -315,20 +318,20 @@ pub(super) fn shared_areas(net: &Network) -> SharedAreas {
 }
 
 /// Paves a walking area, with a kerb on each side that borders another paved surface. Shared areas have no kerbs.
-fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, roadside: Roadside) {
+fn walking_area(lane: &Lane, is_shared: bool, paver: &mut Paver, verges: VergePaver) {
     let outline = points(lane.shape());
     if is_shared {
         return paver.area(&outline, Layer::Shared, PAVING);
     }
     paver.area(&outline, Layer::Pavement, PAVING);
     let flat: Vec<_> = outline.iter().map(|point| point.truncate()).collect();
-    let round = super::triangulation::cleaned(&flat);
+    let round = cleaned(&flat);
     for (k, &from) in round.iter().enumerate() {
         let to = round[(k + 1) % round.len()];
         // No kerb towards open ground.
         let along = flat[to] - flat[from];
         let outside = (flat[from] + flat[to]) / 2.0 + Vec2::new(along.y, -along.x).normalize_or_zero() * KERB_TO_M;
-        if roadside.surfaces.border_m(outside) > 0.0 {
+        if verges.surfaces.border_m(outside) > 0.0 {
             continue;
         }
         let surface_point = |row: f64, _: f64| outline[from].lerp(outline[to], row as f32);
@@ -346,12 +349,12 @@ fn railway(
     half_m: f64,
     inside: bool,
     paver: &mut Paver,
-    roadside: Roadside,
+    verges: VergePaver,
 ) {
     if !inside {
         let columns = [-half_m, half_m].map(|at| Column::grown(at, Layer::Street.z_m(), -0.5));
         paver.ribbon(rows, surface_point, columns, Ground::Grown, None);
-        [false, true].into_iter().for_each(|left| roadside.pave(paver, rows, surface_point, half_m, left));
+        [false, true].into_iter().for_each(|left| verges.pave(paver, rows, surface_point, half_m, left));
     }
     for middle_m in [-HALF_GAUGE_M, HALF_GAUGE_M] {
         let rail =

@@ -3,7 +3,6 @@
 //! Overlapping surfaces lie in layers a few millimetres apart, which prevents z-fighting: see [`Layer`].
 
 use crate::{map, scene::land::noise::shade};
-use glam::{DVec3, Vec3};
 
 /// Layer of a surface. Its height above the lane's centre line is [`Layer::z_m`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +65,3 @@ pub(super) const PAVING: [f32; 3] = [0.270, 0.262, 0.245];
 pub(super) const KERB: [f32; 3] = [0.36, 0.355, 0.34];
 /// Paint of markings, linear albedo.
 pub(super) const PAINT: [f32; 3] = [0.70, 0.70, 0.67];
-
-pub(super) fn points(shape: &[DVec3]) -> Vec<Vec3> {
-    shape.iter().map(|point| point.as_vec3()).collect()
-}

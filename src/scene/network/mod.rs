@@ -13,8 +13,6 @@ mod lanes;
 pub(super) mod layer;
 mod paint;
 pub(super) mod posts;
-pub(super) mod road_ends;
-pub(super) mod road_surfaces;
 mod route_line;
 mod sign_plates;
 mod signal_faces;
@@ -25,48 +23,28 @@ mod strips;
 mod symbols;
 #[cfg(test)]
 mod tests;
-pub(super) mod town;
 pub(super) mod triangulation;
 mod verge;
 pub(super) mod verge_shape;
 
 pub(super) use route_line::route_line;
 
-use self::{
-    layer::points,
-    road_surfaces::{RoadSurfaces, SurfaceCollector},
-    strips::Paver,
-    town::Town,
-};
+use self::strips::Paver;
 use super::{Mesh, land::Relief};
-use crate::map::network::{EdgeKind, Network};
-
-/// Returns all paved surfaces of a network, for the land around them.
-pub(super) fn surfaces(net: &Network) -> RoadSurfaces {
-    let mut collector = SurfaceCollector::default();
-    for id in net.lane_ids() {
-        let lane = net.lane(id);
-        match net.edge_of(id).kind {
-            EdgeKind::WalkingArea => collector.area(&points(lane.shape())),
-            EdgeKind::Crossing => {}
-            _ => collector.line(&points(lane.line.points()), lane.half_width_m() as f32),
-        }
-    }
-    for area in junctions::areas(net) {
-        collector.area(&area.outline);
-    }
-    RoadSurfaces::new(collector)
-}
+use crate::{
+    map::network::Network,
+    roadside::{junction_areas, road_surfaces::RoadSurfaces, town::Town},
+};
 
 /// Returns the mesh of paved surfaces, markings, verges and bridges.
 pub(super) fn road(net: &Network, town: &Town, surfaces: &RoadSurfaces, relief: &Relief, seed: u64) -> Mesh {
-    let roadside = verge::Roadside::new(surfaces, town);
+    let verges = verge::VergePaver::new(surfaces, town);
     let mut paver = Paver::new(relief, seed, surfaces.centre() - surfaces.radius_m());
-    let areas = junctions::areas(net);
-    areas.iter().for_each(|area| junctions::pave(area, &mut paver, roadside));
+    let areas = junction_areas::areas(net);
+    areas.iter().for_each(|area| junctions::pave(area, &mut paver, verges));
     let shared = lanes::shared_areas(net);
     for lane in net.lane_ids() {
-        lanes::pave(net, lane, &shared, &mut paver, roadside);
+        lanes::pave(net, lane, &shared, &mut paver, verges);
     }
     paint::stop_lines(net, &mut paver);
     paint::crossings(net, &mut paver);

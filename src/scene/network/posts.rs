@@ -1,8 +1,9 @@
 //! Reflector posts beside roads outside towns, at equal distances: a cue for speed. In: a network. Out: one mesh, metres.
 
-use super::{lanes::no_one_meets, layer::SHOULDER_M, road_surfaces::RoadSurfaces, town::TOWN_MPS};
+use super::{lanes::no_one_meets, layer::SHOULDER_M};
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
+    roadside::{road_surfaces::RoadSurfaces, town::TOWN_MPS},
     scene::{
         Material, Mesh,
         mesh::{SurfaceFinish, TriangleList},
@@ -21,8 +22,6 @@ const POST_HEIGHT_M: f32 = 1.0;
 const FOOT_M: f32 = 0.08;
 /// Minimum distance between a post and any asphalt, m. Nearer posts are left out.
 const FREE_M: f32 = 0.5;
-/// Maximum height of a road with posts above the ground, m. On bridges, posts would stand in the air.
-const BRIDGE_M: f32 = 1.5;
 
 /// Returns all posts, on the outer side of the outermost lanes: the right, or the left with left-hand traffic.
 pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
@@ -49,7 +48,8 @@ pub(in crate::scene) fn posts(net: &Network, surfaces: &RoadSurfaces) -> Mesh {
             let left = DVec2::from_angle(road.yaw_rad).perp();
             let foot = (road.position + (left * outwards * aside_m).extend(0.0)).as_vec3();
             let is_free = surfaces.border_m(foot.truncate()) > FREE_M;
-            if !is_free || surfaces.height_m(foot.truncate()) < foot.z - BRIDGE_M {
+            // On bridges, posts would stand in the air.
+            if !is_free || surfaces.is_on_bridge(foot) {
                 continue;
             }
             let turn =
@@ -146,13 +146,12 @@ mod tests {
     use super::*;
     use crate::scene::{
         mesh::tests::check,
-        network,
         static_scene::tests::{circuit, ring},
     };
     use glam::Vec2;
 
     fn feet(net: &Network) -> Vec<Vec2> {
-        let all = posts(net, &network::surfaces(net));
+        let all = posts(net, &RoadSurfaces::of(net));
         if !all.indices.is_empty() {
             check(&all, "posts");
         }
@@ -180,7 +179,7 @@ mod tests {
         let net = |name: &str| Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network");
         // A motorway with entry and exit ramps.
         let ramps = net("ramps");
-        let (surfaces, feet_of_ramps) = (network::surfaces(&ramps), feet(&ramps));
+        let (surfaces, feet_of_ramps) = (RoadSurfaces::of(&ramps), feet(&ramps));
         assert!(!feet_of_ramps.is_empty());
         assert!(feet_of_ramps.iter().all(|foot| surfaces.border_m(*foot) > FREE_M - 0.1));
         // All limits are 50 km/h.

@@ -3,14 +3,12 @@
 //! of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with the link whose state each head shows.
 //! Sizes are from `docs/references.md: roads`.
 
-use super::{
-    road_surfaces::RoadSurfaces,
-    signal_faces::{SignalFace, WALKERS_LAMP_M, shows_alike},
-};
+use super::signal_faces::{SignalFace, WALKERS_LAMP_M, shows_alike};
 use crate::{
     map::network::{
         Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
     },
+    roadside::road_surfaces::RoadSurfaces,
     scene::{
         LitLamp, Material, Mesh,
         mesh::{SurfaceFinish, TriangleList},

@@ -3,12 +3,12 @@
 
 use super::{
     paint::{StopLine, stop_line, yields_to_walkers_alone},
-    road_surfaces::RoadSurfaces,
     sign_plates::{is_large, plate, size_m},
     signals::{BESIDE_M, direction, pole},
 };
 use crate::{
     map::network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
+    roadside::road_surfaces::RoadSurfaces,
     scene::Mesh,
     units::MPS_PER_KMH,
 };
@@ -224,11 +224,7 @@ fn sign(net: &Network, kind: SignKind, lane: LaneId, row: f64, surfaces: &RoadSu
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        map::RoadMap,
-        scene::{mesh::tests::check, network},
-        space::Pose3,
-    };
+    use crate::{map::RoadMap, scene::mesh::tests::check, space::Pose3};
 
     fn network(name: &str) -> Network {
         Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests")
@@ -248,7 +244,7 @@ mod tests {
         ];
         for (name, counts) in counts {
             let net = network(name);
-            let signs = placed(&net, &network::surfaces(&net));
+            let signs = placed(&net, &RoadSurfaces::of(&net));
             for (kind, count) in counts {
                 assert_eq!(signs.iter().filter(|sign| sign.kind == *kind).count(), *count, "{name}: {kind:?}");
             }
@@ -256,13 +252,13 @@ mod tests {
         }
         // Signals rule there, no vehicle enters the network, and 13.9 m/s is the limit everywhere.
         let net = network("grid-signals");
-        assert!(placed(&net, &network::surfaces(&net)).is_empty());
+        assert!(placed(&net, &RoadSurfaces::of(&net)).is_empty());
     }
 
     #[test]
     fn an_exit_has_three_beacons_and_a_sign_where_the_roads_part() {
         let net = RoadMap::load("motorway").expect("a shipped map").network;
-        let signs = placed(&net, &network::surfaces(&net));
+        let signs = placed(&net, &RoadSurfaces::of(&net));
         let away_m = |sign: &Sign| {
             let line = &net.lane(sign.lane).line;
             line.pose(line.drawn_m(), 0.0).position.as_vec3().distance(sign.foot)
@@ -292,7 +288,7 @@ mod tests {
     fn signs_stand_beside_the_road_and_face_those_who_come() {
         for name in ["crossing", "town", "town-left", "random-3", "hill", "ramps"] {
             let net = network(name);
-            let surfaces = network::surfaces(&net);
+            let surfaces = RoadSurfaces::of(&net);
             let signs = placed(&net, &surfaces);
             assert!(!signs.is_empty(), "{name}");
             for sign in signs {

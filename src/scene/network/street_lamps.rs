@@ -1,13 +1,12 @@
 //! Street lamps along the streets of towns. In: a network, its paved surfaces. Out: the lamps' heads, one mesh of posts. Metres.
 
-use super::{
-    layer::SHOULDER_M,
-    road_surfaces::RoadSurfaces,
-    signals::pole,
-    town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
-};
+use super::{layer::SHOULDER_M, signals::pole};
 use crate::{
     map::network::{LaneId, LanePosition, Network, Side},
+    roadside::{
+        road_surfaces::RoadSurfaces,
+        town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
+    },
     scene::{
         Material, Mesh,
         mesh::{SurfaceFinish, TriangleList},
@@ -103,15 +102,12 @@ fn model() -> Mesh {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        map::RoadMap,
-        scene::{mesh::tests::check, network::surfaces},
-    };
+    use crate::{map::RoadMap, scene::mesh::tests::check};
 
     #[test]
     fn lamps_stand_along_the_streets_of_a_town_beside_the_asphalt() {
         let grid = RoadMap::load("grid").unwrap().network;
-        let roads = surfaces(&grid);
+        let roads = RoadSurfaces::of(&grid);
         let lamps = street_lamps(&grid, &Town::of(&grid), &roads);
         check(&mesh(&lamps), "lamps");
         // 24 streets of about 190 m between the junctions, with lamps 48 m apart on both sides.
@@ -122,7 +118,7 @@ mod tests {
         }
         for name in ["motorway", "merge", "practice", "ring-250"] {
             let network = RoadMap::load(name).unwrap().network;
-            assert!(street_lamps(&network, &Town::of(&network), &surfaces(&network)).is_empty(), "{name}");
+            assert!(street_lamps(&network, &Town::of(&network), &RoadSurfaces::of(&network)).is_empty(), "{name}");
         }
     }
 }

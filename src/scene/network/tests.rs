@@ -2,12 +2,12 @@
 
 use super::*;
 use crate::{
-    map::network::{LaneId, LanePosition, REACH_M, SignalStates, TurnDirection},
+    map::network::{EdgeKind, LaneId, LanePosition, REACH_M, SignalStates, TurnDirection},
     rng,
+    roadside::outlines::{self, cleaned},
     scene::{
         self, SignalHead, StaticScene, ViewKind, ViewOptions,
         mesh::tests::{check, faces},
-        network::triangulation::cleaned,
         trees::forest,
     },
     sim::{Snapshot, VehicleSnapshot},
@@ -33,7 +33,7 @@ fn border_m(net: &Network, point: Vec2) -> f32 {
         line_m - lane.half_width_m() as f32
     };
     let lanes_m = lanes.map(of_lane).fold(f32::INFINITY, f32::min);
-    let inside = junctions::areas(net).iter().any(|area| road_surfaces::contains(&area.outline, point));
+    let inside = junction_areas::areas(net).iter().any(|area| outlines::contains(&area.outline, point));
     if inside { 0.0 } else { lanes_m.max(0.0) }
 }
 
@@ -42,14 +42,14 @@ fn distances_are_those_of_all_lanes_and_junctions() {
     let mut random = rng::stream(1, "surfaces");
     for name in ["roundabout", "hill", "town-left"] {
         let net = network(name);
-        let surfaces = surfaces(&net);
+        let surfaces = RoadSurfaces::of(&net);
         // The corners of junctions are paved although no lane is near.
-        for area in junctions::areas(&net) {
+        for area in junction_areas::areas(&net) {
             let n = area.outline.len();
             let middle = area.outline.iter().map(|corner| corner.truncate()).sum::<Vec2>() / n as f32;
             for corner in &area.outline {
                 let inside = corner.truncate().lerp(middle, 0.2);
-                let paved = !road_surfaces::contains(&area.outline, inside) || surfaces.border_m(inside) == 0.0;
+                let paved = !outlines::contains(&area.outline, inside) || surfaces.border_m(inside) == 0.0;
                 assert!(paved, "{name} {inside} is in a junction: {}", surfaces.border_m(inside));
             }
         }
@@ -156,7 +156,7 @@ fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
         faces(&static_scene.road).for_each(|(_, face)| if face.z > 0.0 { up += face.z } else { down -= face.z });
         assert!(down < 0.004 * up, "{name}: {down} of {up} m2 face down");
         // The triangles fill the area of each junction.
-        for area in junctions::areas(&net) {
+        for area in junction_areas::areas(&net) {
             let flat: Vec<Vec2> = area.outline.iter().map(|corner| corner.truncate()).collect();
             let of = |[a, b, c]: [usize; 3]| (flat[b] - flat[a]).perp_dot(flat[c] - flat[a]) / 2.0;
             let filled: f32 = triangulation::triangles(&flat).into_iter().map(of).sum();

@@ -1,31 +1,8 @@
 //! Triangulation of areas by ear clipping. In: an outline on the ground, in either orientation. Slight self-intersections, as in some
 //! outlines of junctions, are allowed. Out: triangles that face up, as indices of the outline's corners.
 
+use crate::roadside::outlines::cleaned;
 use glam::Vec2;
-
-/// Distance up to which two successive corners count as one, metres.
-const SAME_M: f32 = 0.005;
-
-/// Returns the indices of an outline's corners without duplicates, counter-clockwise; empty if the area is below 0.01 m².
-pub(super) fn cleaned(outline: &[Vec2]) -> Vec<usize> {
-    let mut kept: Vec<usize> = Vec::new();
-    for k in 0..outline.len() {
-        if kept.last().is_none_or(|&last| outline[last].distance(outline[k]) > SAME_M) {
-            kept.push(k);
-        }
-    }
-    while kept.len() > 1 && outline[kept[0]].distance(outline[kept[kept.len() - 1]]) <= SAME_M {
-        kept.pop();
-    }
-    let doubled: f32 = (0..kept.len()).map(|k| outline[kept[k]].perp_dot(outline[kept[(k + 1) % kept.len()]])).sum();
-    if kept.len() < 3 || doubled.abs() < 0.02 {
-        return Vec::new();
-    }
-    if doubled < 0.0 {
-        kept.reverse();
-    }
-    kept
-}
 
 /// Cuts ears off the outline until none is left. If no corner is an ear, because the outline intersects itself, cuts the corner whose
 /// triangle is the least thin.

@@ -3,10 +3,12 @@
 
 use super::{
     layer::{KERB, Layer, PAVING},
-    road_surfaces::RoadSurfaces,
     strips::{Column, Ground, Paver},
-    town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
     verge_shape::VergeShape,
+};
+use crate::roadside::{
+    road_surfaces::RoadSurfaces,
+    town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
 };
 use glam::Vec3;
 
@@ -14,8 +16,6 @@ use glam::Vec3;
 const UNDER_M: f64 = 0.12;
 /// Width of the verge's gravel, metres.
 const GRAVEL_M: f64 = 0.42;
-/// Height above the ground from which a road is on a bridge, metres. Lower ground is out of the verge's reach.
-const BRIDGE_M: f32 = 1.5;
 /// Depth of a deck's underside below the road, metres.
 const DECK_M: f32 = 0.9;
 const PARAPET_M: f32 = 0.9;
@@ -37,7 +37,7 @@ enum RoadsideKind {
 
 /// Builder of verges, pavements, parapets and decks.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Roadside<'a> {
+pub(super) struct VergePaver<'a> {
     shape: VergeShape,
     /// Paved surfaces of the network.
     pub surfaces: &'a RoadSurfaces,
@@ -46,7 +46,7 @@ pub(super) struct Roadside<'a> {
     has_pavement: bool,
 }
 
-impl<'a> Roadside<'a> {
+impl<'a> VergePaver<'a> {
     /// Returns the builder for a network's roads.
     pub fn new(surfaces: &'a RoadSurfaces, town: &'a Town) -> Self {
         Self { shape: VergeShape::of(surfaces), surfaces, town, has_pavement: false }
@@ -115,7 +115,7 @@ impl<'a> Roadside<'a> {
         let kind = |k: usize| {
             let row = (rows[k] + rows[k + 1]) / 2.0;
             let at = surface_point(row, 0.0);
-            if !is_level && self.surfaces.height_m(at.truncate()) < at.z - BRIDGE_M {
+            if self.surfaces.is_on_bridge(at) {
                 RoadsideKind::Bridge
             } else if self.has_pavement
                 && self.surfaces.border_m(surface_point(row, outer_m).truncate()) > PAVEMENT_FREE_M

@@ -1,7 +1,7 @@
 //! Width and depth of the verges of a network. In: its paved surfaces. Out: a [`VergeShape`], which the roadside and the land around it
 //! share. Metres.
 
-use super::road_surfaces::RoadSurfaces;
+use crate::roadside::road_surfaces::RoadSurfaces;
 
 /// Height of the meadow beside a road at height 0, metres: below the asphalt, above the foot of the verge.
 pub(in crate::scene) const BESIDE_ROAD_M: f32 = -0.045;

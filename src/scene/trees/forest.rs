@@ -4,16 +4,16 @@
 use crate::{
     map::surroundings::{LandUse, StatedTree, Surroundings},
     rng::{self, Stream},
+    roadside::{
+        buildings::Buildings,
+        road_surfaces::{HALF_LANE_M, RoadSurfaces},
+    },
     scene::{
         Mesh, TreePlace,
-        buildings::Buildings,
-        land::{
-            Relief,
-            noise::{self, smoothstep},
-        },
-        network::road_surfaces::{HALF_LANE_M, RoadSurfaces},
+        land::{Relief, noise},
         trees,
     },
+    space::smoothstep,
 };
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
@@ -263,13 +263,10 @@ mod tests {
     use super::*;
     use crate::map::RoadMap;
     use crate::scene::static_scene::tests::{circuit, ring};
-    use crate::{
-        map::SHOULDER_M,
-        scene::{StaticScene, network},
-    };
+    use crate::{map::SHOULDER_M, scene::StaticScene};
 
     fn static_scene(map: &RoadMap) -> (StaticScene, RoadSurfaces) {
-        (StaticScene::build(map, 1), network::surfaces(&map.network))
+        (StaticScene::build(map, 1), RoadSurfaces::of(&map.network))
     }
 
     #[test]
@@ -332,13 +329,15 @@ mod tests {
     #[test]
     fn trees_stand_where_a_map_states_them_and_as_its_land_has_them() {
         use crate::map::surroundings::LandArea;
-        use crate::scene::land::land_use_map::tests::rectangle;
         use glam::DVec2;
         // Inside the circuit, between its straights at y = 20 m and y = 140 m.
         let kinds = [LandUse::Wood, LandUse::Field, LandUse::Water, LandUse::Paved, LandUse::Park];
         let left_m = |k: usize| 310.0 + 76.0 * k as f64;
-        let areas: Vec<LandArea> =
-            kinds.iter().enumerate().map(|(k, kind)| rectangle(*kind, [left_m(k), 40.0], [70.0, 80.0])).collect();
+        let areas: Vec<LandArea> = kinds
+            .iter()
+            .enumerate()
+            .map(|(k, kind)| LandArea::rectangle(*kind, [left_m(k), 40.0], [70.0, 80.0]))
+            .collect();
         // On the paved land, one in the field, and one on the road.
         let places = [[560.0, 80.0], [420.0, 80.0], [420.0, 20.0]];
         let tree = |at: [f64; 2]| StatedTree { position: DVec2::from(at), is_conifer: at[0] > 500.0 };

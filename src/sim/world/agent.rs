@@ -14,13 +14,14 @@ use super::{
     hand_over::STANDS_MPS,
     light_body::LightBody,
     network_view::NetworkView,
+    objects_beside::ObjectsBeside,
     road_rules::RoadRules,
     traffic_start::StartPlace,
 };
 use crate::{
     controls::{Controls, Indicator},
     driver::{DriverParams, SimulatedDriver},
-    ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle, water_mm},
+    ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle, ObstacleId, water_mm},
     map::RoadMap,
     rng,
     scenario::{AdvisedBody, PlannedDrive, Scenario},
@@ -44,6 +45,8 @@ pub struct Agent {
     pub(super) body: AgentBody,
     pub(super) advice: VehicleAdvice,
     pub(super) contacts: ContactTracker,
+    /// Fixed objects beside the road, for a full body.
+    objects: ObjectsBeside,
     pub(super) contact_count: u32,
     pub(super) lane: LaneMonitor,
     rules: RoadRules,
@@ -92,13 +95,13 @@ impl Agent {
     /// Returns a vehicle at its start on the road; its view has no other vehicles yet. The physics of a full body has room for `bodies`
     /// others.
     pub(super) fn new(
-        scenario: &Scenario,
-        map: &Arc<RoadMap>,
+        (drive, map): (&PlannedDrive, &Arc<RoadMap>),
         advice: VehicleAdvice,
         start: StartPlace,
         kind: AdvisedBody,
         bodies: usize,
     ) -> Result<Self, WorldError> {
+        let scenario = drive.scenario();
         let network = NetworkView::new(map);
         let body = match kind {
             AdvisedBody::Full => AgentBody::full(scenario, map, &network, start, bodies)?,
@@ -117,6 +120,7 @@ impl Agent {
             body,
             advice,
             contacts: ContactTracker::default(),
+            objects: ObjectsBeside::new(drive.roadside()),
             contact_count: 0,
             lane: LaneMonitor::new(),
             rules: RoadRules::default(),
@@ -228,7 +232,7 @@ impl Agent {
         self.driver = Some(driver);
     }
 
-    /// Moves a full body by one tick among these obstacles. Returns true if it has begun to touch one.
+    /// Moves a full body by one tick among these obstacles and the fixed objects beside the road. Returns true if it has begun to touch one.
     pub(super) fn drive(&mut self, obstacles: &[Obstacle]) -> bool {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
@@ -236,9 +240,11 @@ impl Agent {
         let AgentBody::Full(car) = &mut self.body else { return false };
         let ground = self.network.ground(&self.map, &self.view);
         self.view.ego_before = *car.state();
+        let obstacles = self.objects.add_to(obstacles, car.state(), &ground);
         let touches = car.tick(&controls, &ground, obstacles);
         let known = self.events.len();
-        self.events.extend(self.contacts.begun(touches, Tick(self.view.tick.0 + 1)));
+        let kind = |number| self.objects.kind(number);
+        self.events.extend(self.contacts.begun(touches, Tick(self.view.tick.0 + 1), &kind));
         self.view.ego = *car.state();
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;
@@ -279,7 +285,13 @@ impl Agent {
     /// Returns a full body at its predicted pose of the end of this tick, as an obstacle for others.
     pub(super) fn obstacle(&self) -> Option<Obstacle> {
         let (pose, speed_mps) = self.car()?.predict(TICK_S);
-        Some(Obstacle { id: self.id.0, pose, speed_mps, height_m: self.view.ego.position.z, ..Obstacle::default() })
+        Some(Obstacle {
+            id: ObstacleId::Vehicle(self.id.0),
+            pose,
+            speed_mps,
+            height_m: self.view.ego.position.z,
+            ..Obstacle::default()
+        })
     }
 
     /// Returns where a vehicle's front is along this one's route; `None` off the route. `seen_on` has the route of its present position: on a

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     driver::{Perception, SeenLeader},
-    ego::Contact,
+    ego::{Contact, ObstacleId},
     map::RoadMap,
     sim::{Leader, Snapshot, VehicleSnapshot},
     time::TICK_S,
@@ -89,7 +89,7 @@ impl Agent {
         view.signals.clone_from(&all.signals);
         let touch = light.touch.take();
         let known = self.events.len();
-        self.events.extend(self.contacts.begun(touch.as_slice(), view.tick));
+        self.events.extend(self.contacts.begun(touch.as_slice(), view.tick, &|_| None));
         self.contact_count += (self.events.len() - known) as u32;
         self.image = *now;
     }
@@ -122,7 +122,7 @@ impl MovingLeader {
     /// Returns the contact of a vehicle of this speed with the leader.
     fn touched_at(&self, speed_mps: f64) -> Contact {
         Contact {
-            car: self.id.0,
+            with: ObstacleId::Vehicle(self.id.0),
             ego_speed_mps: speed_mps,
             car_speed_mps: self.seen.speed_mps,
             closing_mps: (speed_mps - self.seen.speed_mps).max(0.0),

@@ -3,20 +3,20 @@
 //! Networks of SUMO do not say where a town is. Streets count as built up if their limit is at most that of towns and the network has a
 //! junction where streets meet; a circuit without junctions has none.
 
-use super::{layer::points, road_surfaces::SurfaceCollector};
+use super::road_surfaces::{SurfaceCollector, points};
 use crate::map::network::{EdgeId, EdgeKind, JunctionId, Network};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Maximum speed limit of streets in towns, m/s: just above 50 km/h.
-pub(in crate::scene) const TOWN_MPS: f64 = 14.0;
+pub const TOWN_MPS: f64 = 14.0;
 /// Minimum distance between a pavement's outer edge and any other road, metres. Where there is less, there is none.
-pub(in crate::scene) const PAVEMENT_FREE_M: f32 = 2.0;
+pub const PAVEMENT_FREE_M: f32 = 2.0;
 /// Width of the pavement beside streets whose network has none, metres, with its kerb.
-pub(in crate::scene) const PAVEMENT_M: f32 = 2.4;
+pub const PAVEMENT_M: f32 = 2.4;
 
 /// Streets of a town.
 #[derive(Clone, Debug, Default)]
-pub(in crate::scene) struct Town {
+pub struct Town {
     streets: BTreeSet<EdgeId>,
     /// Junctions that a street leads to or from.
     junctions: BTreeSet<JunctionId>,

@@ -1,20 +1,20 @@
 //! Plots along the streets of a town: where a building stands, how large it is, and of which kind. In: a network, its paved surfaces, a
 //! seed. Out: [`Plot`]s that overlap neither each other nor a road. Metres.
 
+use super::{
+    road_surfaces::RoadSurfaces,
+    town::{PAVEMENT_M, Town},
+};
 use crate::{
     map::network::{EdgeId, LaneId, LanePosition, Network, Side},
     rng::{self, Stream},
-    scene::network::{
-        road_surfaces::RoadSurfaces,
-        town::{PAVEMENT_M, Town},
-    },
 };
 use glam::{IVec2, Vec2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Maximum number of buildings in a static scene.
-pub(super) const MOST_BUILDINGS: usize = 2000;
+pub const MOST_BUILDINGS: usize = 2000;
 /// Distance of the first building from the end of a street, metres: corners stay open to view.
 const CORNER_M: f64 = 4.0;
 /// Step along a street after a place where nothing fits, metres.
@@ -24,10 +24,10 @@ const SAMPLE_M: f32 = 3.0;
 /// Side of the squares in which near buildings are looked for, metres; wider than any building.
 const SQUARE_M: f32 = 40.0;
 /// Length of a fence beyond the corners of a house, and the part of the pavement that it may take in a slight bend, metres.
-pub(super) const FENCE_BEYOND_M: f32 = 1.2;
+pub const FENCE_BEYOND_M: f32 = 1.2;
 const FENCE_SLACK_M: f32 = 0.2;
 /// Length of a drive behind the front, distance of its middle from the wall, and least distance of its middle from anything else, metres.
-pub(super) const DRIVE_M: f32 = 5.6;
+pub const DRIVE_M: f32 = 5.6;
 const DRIVE_ASIDE_M: f32 = 1.9;
 const DRIVE_FREE_M: f32 = 1.7;
 /// Overlap of walls that adjoining houses share, metres.
@@ -35,7 +35,7 @@ const SHARED_M: f32 = 0.1;
 
 /// Kind of a building.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::scene) enum PlotKind {
+pub enum PlotKind {
     /// Detached house in a garden.
     House,
     /// House of flats in a garden.
@@ -46,7 +46,7 @@ pub(in crate::scene) enum PlotKind {
 
 /// Place of a building: a rectangle with its front towards the street.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::scene) struct Plot {
+pub struct Plot {
     pub kind: PlotKind,
     /// Middle of the front.
     pub front: Vec2,
@@ -141,7 +141,7 @@ impl Plot {
 
 /// Plots sorted into squares, each also into the eight around its own: one lookup finds all within [`SQUARE_M`] of a point.
 #[derive(Debug, Default)]
-pub(super) struct PlotSquares(BTreeMap<[i32; 2], Vec<Plot>>);
+pub struct PlotSquares(BTreeMap<[i32; 2], Vec<Plot>>);
 
 impl PlotSquares {
     fn square(point: Vec2) -> IVec2 {
@@ -163,10 +163,10 @@ impl PlotSquares {
 }
 
 /// Rule that says whether a building may stand along a street.
-pub(super) type MayStand<'a> = dyn Fn(EdgeId, &Plot) -> bool + Sync + 'a;
+pub type MayStand<'a> = dyn Fn(EdgeId, &Plot) -> bool + Sync + 'a;
 
 /// Returns the plots along all streets of a town where a building may stand.
-pub(super) fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64, may_stand: &MayStand) -> Vec<Plot> {
+pub fn plots(net: &Network, town: &Town, roads: &RoadSurfaces, seed: u64, may_stand: &MayStand) -> Vec<Plot> {
     let streets: Vec<EdgeId> = net.edge_ids().filter(|edge| town.has_street(*edge)).collect();
     // Each street has its own random numbers, so that streets can be built up in parallel.
     let along = streets.par_iter().map(|edge| along_street(net, town, roads, (*edge, may_stand), seed));

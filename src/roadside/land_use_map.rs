@@ -1,10 +1,8 @@
 //! Lookup of what a map states of the ground at a point. In: the surroundings of a network. Out: a kind of land, and where the program's own
 //! rules decide. Metres.
 
-use crate::{
-    map::surroundings::{LandUse, Surroundings},
-    scene::network::road_surfaces::{RoadSurfaces, contains},
-};
+use super::{outlines::contains, road_surfaces::RoadSurfaces};
+use crate::map::surroundings::{LandUse, Surroundings};
 use glam::{IVec2, Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,13 +14,13 @@ const MOST_ENTRIES: u64 = 4_000_000;
 const BEYOND_M: f32 = 300.0;
 /// Distance from a border up to which it is measured, metres: more than the smallest cells of the ground, so that borders between their
 /// corners stay straight.
-pub(in crate::scene) const BORDER_M: f32 = 8.0;
+pub const BORDER_M: f32 = 8.0;
 /// Distance on either side of an outline at which the kinds of land are compared, metres.
 const ASIDE_M: f32 = 0.2;
 
 /// Kinds of land around the roads of a network.
 #[derive(Debug, Default)]
-pub(in crate::scene) struct LandUseMap {
+pub struct LandUseMap {
     /// Areas with their outlines, the smallest first.
     areas: Vec<(LandUse, Vec<Vec3>)>,
     /// Areas that reach into each square, the smallest first.
@@ -123,31 +121,16 @@ fn around(points: impl Iterator<Item = Vec2>) -> (Vec2, Vec2) {
 }
 
 #[cfg(test)]
-pub(in crate::scene) mod tests {
+pub mod tests {
     use super::*;
-    use crate::{
-        map::surroundings::LandArea,
-        scene::{
-            land::{self, Relief},
-            mesh::tests::faces,
-            network::{self, verge_shape::BESIDE_ROAD_M},
-            static_scene::tests::{circuit, ring},
-        },
-    };
-    use glam::DVec2;
-
-    /// Returns a rectangle of one kind of land by its lower left corner and its sides.
-    pub fn rectangle(land_use: LandUse, [x, y]: [f64; 2], [width_m, depth_m]: [f64; 2]) -> LandArea {
-        let corners = [[x, y], [x + width_m, y], [x + width_m, y + depth_m], [x, y + depth_m]];
-        LandArea { outline: corners.map(DVec2::from).to_vec(), land_use }
-    }
+    use crate::map::{network::Network, surroundings::LandArea};
 
     #[test]
     fn the_smallest_area_counts_and_borders_lie_where_the_file_says() {
-        let roads = network::surfaces(&ring(250.0).network);
+        let roads = RoadSurfaces::of(&Network::load("ring-250").expect("a shipped map"));
         let areas = vec![
-            rectangle(LandUse::Park, [10.0, 10.0], [20.0, 20.0]),
-            rectangle(LandUse::Residential, [-100.0, -100.0], [200.0, 200.0]),
+            LandArea::rectangle(LandUse::Park, [10.0, 10.0], [20.0, 20.0]),
+            LandArea::rectangle(LandUse::Residential, [-100.0, -100.0], [200.0, 200.0]),
         ];
         let map = LandUseMap::of(&Surroundings { areas, ..Surroundings::default() }, &roads);
         let at = |x: f32, y: f32| map.at(Vec2::new(x, y));
@@ -162,33 +145,5 @@ pub(in crate::scene) mod tests {
         assert_eq!(depth_m(20.0, LandUse::Water), -BORDER_M);
         assert!(map.covers(Vec2::new(99.0, 0.0)) && !map.covers(Vec2::new(101.0, 0.0)));
         assert!(map.is_stated() && !LandUseMap::default().is_stated());
-    }
-
-    #[test]
-    fn water_is_level_below_the_banks_and_never_below_a_road() {
-        // A lake over half of the circuit, its straights 20 m and 140 m from the x axis.
-        let net = circuit().network;
-        let roads = network::surfaces(&net);
-        let lake = rectangle(LandUse::Water, [400.0, -50.0], [200.0, 300.0]);
-        let map = LandUseMap::of(&Surroundings { areas: vec![lake], ..Surroundings::default() }, &roads);
-        let wet = land::land(&Relief::new(&roads, &map, 5), &roads);
-        let mut levels = Vec::new();
-        for (corners, _) in faces(&wet) {
-            let corners = corners.map(|corner| Vec3::from(corner.position));
-            let [road_m, depth_m] = [0, 1].map(|what| {
-                let of = |at: Vec2| if what == 0 { roads.border_m(at) } else { map.depth_m(at, &[LandUse::Water]) };
-                corners.map(|corner| of(corner.truncate())).into_iter().fold(f32::INFINITY, f32::min)
-            });
-            let lowest_m = corners.map(|corner| corner.z).into_iter().fold(f32::INFINITY, f32::min);
-            assert!(road_m > 1.4 || lowest_m > -0.5, "the ground beside a road stays: {corners:?}");
-            if road_m > 20.0 && depth_m >= BORDER_M {
-                levels.extend(corners.map(|corner| corner.z));
-            }
-        }
-        let (low, high) =
-            levels.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), z| (low.min(*z), high.max(*z)));
-        assert!(levels.len() > 100 && high - low < 1e-3, "{} faces, {low} to {high} m", levels.len());
-        // The road is at 0 m, and the water 70 cm below the meadow beside it.
-        assert!((high - (BESIDE_ROAD_M - 0.7)).abs() < 0.01, "{high} m");
     }
 }

@@ -2,8 +2,12 @@
 //! roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Distances are exact up to [`NEAR_M`] from the
 //! roads. Further away they are estimated from sample points, with an error of about the samples' spacing.
 
-use crate::scene::land::noise::smoothstep;
-use glam::{Vec2, Vec3};
+use super::{junction_areas, outlines::contains};
+use crate::{
+    map::network::{EdgeKind, Network},
+    space::smoothstep,
+};
+use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Maximum distance from a road at which distances are exact, metres.
@@ -27,8 +31,11 @@ const ENOUGH_WEIGHT: f32 = 1e-4;
 /// Range of depths below the mean ground over which a road's cutting sets in, metres. Slopes of the same road cause smaller depths.
 const BELOW_M: [f32; 2] = [1.0, 2.0];
 
+/// Height over the ground from which a road is on a bridge, metres. Lower ground is out of a verge's reach.
+const BRIDGE_M: f32 = 1.5;
+
 /// Nominal half-width of a lane, for distances from a lane's middle, m.
-pub(in crate::scene) const HALF_LANE_M: f32 = 1.6;
+pub const HALF_LANE_M: f32 = 1.6;
 
 /// Straight segment of a lane's centre line, or of an area's outline (half-width 0).
 #[derive(Clone, Copy, Debug)]
@@ -71,7 +78,7 @@ impl CellMean {
 
 /// Collector of paved surfaces, from which [`RoadSurfaces`] is built.
 #[derive(Debug, Default)]
-pub(in crate::scene) struct SurfaceCollector {
+pub struct SurfaceCollector {
     pieces: Vec<SurfaceSegment>,
     areas: Vec<Vec<Vec3>>,
 }
@@ -100,7 +107,7 @@ impl SurfaceCollector {
 
 /// Paved surfaces of a network, sorted into the cells of a grid.
 #[derive(Debug)]
-pub(in crate::scene) struct RoadSurfaces {
+pub struct RoadSurfaces {
     pieces: Vec<SurfaceSegment>,
     areas: Vec<Vec<Vec3>>,
     /// Centre of the bounding box of all segments.
@@ -124,6 +131,23 @@ pub(in crate::scene) struct RoadSurfaces {
 }
 
 impl RoadSurfaces {
+    /// Returns all paved surfaces of a network.
+    pub fn of(net: &Network) -> Self {
+        let mut collector = SurfaceCollector::default();
+        for id in net.lane_ids() {
+            let lane = net.lane(id);
+            match net.edge_of(id).kind {
+                EdgeKind::WalkingArea => collector.area(&points(lane.shape())),
+                EdgeKind::Crossing => {}
+                _ => collector.line(&points(lane.line.points()), lane.half_width_m() as f32),
+            }
+        }
+        for area in junction_areas::areas(net) {
+            collector.area(&area.outline);
+        }
+        Self::new(collector)
+    }
+
     /// Sorts the collected surfaces into cells.
     pub fn new(SurfaceCollector { pieces, areas }: SurfaceCollector) -> Self {
         let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]);
@@ -276,6 +300,11 @@ impl RoadSurfaces {
         mean_m - above_m * smoothstep(BELOW_M[0], BELOW_M[1], above_m)
     }
 
+    /// Checks whether a road at this point is on a bridge, high over the ground below it.
+    pub fn is_on_bridge(&self, at: Vec3) -> bool {
+        self.level_m.is_none() && self.height_m(at.truncate()) < at.z - BRIDGE_M
+    }
+
     /// Returns the number of rings of cells around a point's cell within which all members up to a distance, m, lie.
     fn rings(&self, within_m: f32) -> i32 {
         (within_m / self.cell_m).ceil() as i32
@@ -328,14 +357,7 @@ fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
     }
 }
 
-/// Checks whether a point lies inside an outline (even-odd rule).
-pub(in crate::scene) fn contains(outline: &[Vec3], point: Vec2) -> bool {
-    let mut inside = false;
-    for (k, a) in outline.iter().enumerate() {
-        let b = outline[(k + 1) % outline.len()];
-        if (a.y > point.y) != (b.y > point.y) && point.x < a.x + (b.x - a.x) * (point.y - a.y) / (b.y - a.y) {
-            inside = !inside;
-        }
-    }
-    inside
+/// Returns points in single precision.
+pub fn points(shape: &[DVec3]) -> Vec<Vec3> {
+    shape.iter().map(|point| point.as_vec3()).collect()
 }

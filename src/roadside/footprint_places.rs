@@ -1,21 +1,18 @@
-//! Buildings by the footprints of a map. In: footprints, the roads. Out: plots for those that are rectangles, blocks for all others. Metres.
+//! Places of buildings by the footprints of a map. In: footprints, the roads. Out: plots for those that are rectangles, blocks for all others.
+//! Metres.
 
 use super::{
-    facade::{Facade, GroundFloor, STOREY_M, WindowKind},
-    houses::{BRICK, CELLAR_M, PLASTER, PLINTH_M, pick},
     plots::{MOST_BUILDINGS, Plot, PlotKind},
-    shell::Shell,
+    road_surfaces::RoadSurfaces,
 };
 use crate::{
-    map::surroundings::{BuildingUse, Footprint},
+    map::surroundings::{self, BuildingUse, Footprint},
     rng,
-    scene::{
-        Mesh,
-        network::{road_surfaces::RoadSurfaces, triangulation},
-    },
 };
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
+/// Height of a storey in single precision, metres.
+pub const STOREY_M: f32 = surroundings::STOREY_M as f32;
 /// Greatest distance of a building from a road, metres: others would hardly be seen.
 const NEAR_M: f32 = 250.0;
 /// Least distance of a corner from a road, metres: an outline over a road is a fault of the data, or a passage.
@@ -27,12 +24,10 @@ const RIGHT_SIN: f32 = 0.98;
 const HOUSE_M: std::ops::RangeInclusive<f32> = 5.0..=26.0;
 /// Depth of the path to a door, metres.
 const PATH_M: std::ops::RangeInclusive<f32> = 1.0..=6.0;
-/// Wall that has windows, metres.
-const WINDOWED_M: f32 = 2.0;
 
 /// Building of any outline, with a flat roof.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::scene) struct Block {
+pub struct Block {
     /// Corners, counter-clockwise.
     pub outline: Vec<Vec2>,
     pub height_m: f32,
@@ -42,7 +37,7 @@ pub(in crate::scene) struct Block {
 }
 
 /// Returns the buildings of these footprints, those nearest to the roads if there are too many.
-pub(super) fn built(footprints: &[Footprint], roads: &RoadSurfaces, seed: u64) -> (Vec<Plot>, Vec<Block>) {
+pub fn built(footprints: &[Footprint], roads: &RoadSurfaces, seed: u64) -> (Vec<Plot>, Vec<Block>) {
     let near = footprints.iter().enumerate().filter_map(|(k, footprint)| {
         let outline: Vec<Vec2> = footprint.outline.iter().map(|at| at.as_vec2()).collect();
         let middle = outline.iter().sum::<Vec2>() / outline.len() as f32;
@@ -122,35 +117,4 @@ fn plot(footprint: &Footprint, outline: &[Vec2], roads: &RoadSurfaces, seed: u64
         storeys: Some(storeys),
         seed,
     })
-}
-
-/// Returns the mesh of a block in a frame at its first corner.
-pub(super) fn model(block: &Block) -> Mesh {
-    let mut random = rng::stream(block.seed, "block");
-    let mut shell = Shell::default();
-    let is_brick = random.uniform(0.0, 1.0) < 0.28;
-    let wall = if is_brick { pick(&mut random, &BRICK) } else { pick(&mut random, &PLASTER) };
-    let ground = match block.kind {
-        BuildingUse::Shops => GroundFloor::Shops,
-        BuildingUse::Outbuilding => GroundFloor::Blank,
-        BuildingUse::House | BuildingUse::Flats => GroundFloor::Windows,
-    };
-    let windows = pick(&mut random, &[WindowKind::Casement, WindowKind::Broad, WindowKind::Tall]);
-    let storeys = ((block.height_m / STOREY_M).round() as u32).clamp(1, 7);
-    let seed = random.index(256) as u8;
-    let facade = Facade { bay_m: 0.0, storeys, windows, is_brick, ground, seed };
-    let base = block.outline[0];
-    let outline: Vec<Vec2> = block.outline.iter().map(|corner| *corner - base).collect();
-    let heights = [-CELLAR_M - PLINTH_M, block.height_m];
-    for (k, from) in outline.iter().enumerate() {
-        let to = outline[(k + 1) % outline.len()];
-        let length_m = from.distance(to);
-        let of_wall = if length_m < WINDOWED_M { facade.blank() } else { facade };
-        shell.wall([*from, to], heights, wall, of_wall.along(length_m, 2.9));
-    }
-    for corners in triangulation::triangles(&outline) {
-        let corners: [Vec3; 3] = corners.map(|k| outline[k].extend(block.height_m));
-        shell.plain(&corners, [0.20, 0.195, 0.185]);
-    }
-    shell.mesh
 }

@@ -26,6 +26,9 @@ const LEVELS_M: f64 = 40.0;
 /// Cosine of the largest angle between lanes of one end.
 const ONE_WAY_ON: f64 = 0.9;
 
+/// Distance of a barrier from the road's end, metres: no car that ends there stands in it.
+pub const BARRIER_BEYOND_M: f64 = 0.6;
+
 /// End of a road: all lanes that end or begin at a junction from which no other road leads on.
 #[derive(Debug)]
 struct RoadEnd {
@@ -172,7 +175,7 @@ impl AddedRoads {
 
 /// End of a road from which it does not run on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::scene) struct DeadEnd {
+pub struct DeadEnd {
     /// Middle of the lanes' ends.
     pub middle: DVec3,
     /// Unit direction in which the road would run on.
@@ -182,7 +185,7 @@ pub(in crate::scene) struct DeadEnd {
 
 /// Returns the network with roads that run on beyond their ends, where there is room, and the other ends of roads for cars; `None` if no road
 /// runs on.
-pub(in crate::scene) fn running_on(net: &Network, surfaces: &RoadSurfaces) -> (Option<Network>, Vec<DeadEnd>) {
+pub fn running_on(net: &Network, surfaces: &RoadSurfaces) -> (Option<Network>, Vec<DeadEnd>) {
     let mut streets: BTreeMap<JunctionId, Vec<(EdgeId, bool)>> = BTreeMap::new();
     for id in net.edge_ids().filter(|id| net.edge(*id).kind.is_street()) {
         for (junction, ends) in [(net.edge(id).from, false), (net.edge(id).to, true)] {
@@ -220,7 +223,7 @@ mod tests {
     #[test]
     fn a_road_with_pavements_runs_on_with_them() {
         let net = load("town");
-        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the town has ends");
+        let longer = running_on(&net, &RoadSurfaces::of(&net)).0.expect("the town has ends");
         // The pavement and the lane on which the path begins, at the southern edge of the town.
         for id in ["K-K1_0", "K-K1_1"] {
             let lane = net.lane_ids().find(|lane| net.lane(*lane).id == id).expect(id);
@@ -233,7 +236,7 @@ mod tests {
     #[test]
     fn all_roads_of_the_grid_run_on_and_keep_clear_of_other_roads() {
         let net = load("grid");
-        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the grid has ends");
+        let longer = running_on(&net, &RoadSurfaces::of(&net)).0.expect("the grid has ends");
         let is_longer = |lane: &LaneId| longer.lane(*lane).line != net.lane(*lane).line;
         let lanes: Vec<LaneId> = net.lane_ids().filter(is_longer).collect();
         // A lane in and a lane out at each of three ends of four sides.
@@ -252,7 +255,7 @@ mod tests {
             assert!((turn_rad - 1.18).abs() < 0.05, "{} turns by {turn_rad}", old.id);
         }
         // Each point that was added lies clear of all roads that were there.
-        let surfaces = super::super::surfaces(&net);
+        let surfaces = RoadSurfaces::of(&net);
         for lane in &lanes {
             let old = net.lane(*lane).line.points();
             let added = longer.lane(*lane).line.points().iter().filter(|point| !old.contains(point));
@@ -283,7 +286,7 @@ mod tests {
             "</net>".to_owned(),
         ];
         let net = Network::read(std::path::Path::new("t.net.xml"), &text.concat()).expect("a network");
-        let (longer, dead) = running_on(&net, &super::super::surfaces(&net));
+        let (longer, dead) = running_on(&net, &RoadSurfaces::of(&net));
         let longer = longer.expect("both ends run on");
         assert!(longer.lanes().iter().all(|lane| lane.line.drawn_m() > 300.0), "by at least 60 m at either end");
         assert!(dead.is_empty(), "{dead:?}");
@@ -293,14 +296,14 @@ mod tests {
     fn a_road_without_an_end_stays_as_it_is() {
         for name in ["ring-250", "figure-eight"] {
             let net = load(name);
-            assert!(running_on(&net, &super::super::surfaces(&net)).0.is_none(), "{name}");
+            assert!(running_on(&net, &RoadSurfaces::of(&net)).0.is_none(), "{name}");
         }
     }
 
     #[test]
     fn added_roads_are_no_steeper_than_the_road_that_ends() {
         let net = load("tests/data/networks/hill.net.xml");
-        let longer = running_on(&net, &super::super::surfaces(&net)).0.expect("the road through the tunnel has ends");
+        let longer = running_on(&net, &RoadSurfaces::of(&net)).0.expect("the road through the tunnel has ends");
         let steepest = |line: &[DVec3]| {
             let grade = |pair: &[DVec3]| (pair[1].z - pair[0].z) / pair[0].truncate().distance(pair[1].truncate());
             line.windows(2).map(|pair| grade(pair).abs()).fold(0.0, f64::max)

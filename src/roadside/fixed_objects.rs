@@ -1,0 +1,223 @@
+//! Fixed objects beside a road, which a car cannot pass: buildings, guard rails, parapets of bridges, barriers at dead ends. In: a roadside. Out:
+//! boxes in world axes, metres, and those near a point.
+
+use super::{
+    Roadside,
+    buildings::Buildings,
+    guard_rails::GuardRail,
+    road_ends::{BARRIER_BEYOND_M, DeadEnd},
+    road_surfaces::RoadSurfaces,
+};
+use crate::{
+    map::{
+        SHOULDER_M,
+        network::{LaneId, LanePosition, Network},
+    },
+    space::{Pose, is_one_road},
+};
+use glam::{DVec2, DVec3, IVec2};
+use std::collections::BTreeMap;
+
+/// Side of the squares in which objects are looked up, metres.
+const SQUARE_M: f64 = 32.0;
+/// Distance from an object at which it is found, metres: two lengths of a car, and its way in a tick.
+pub const REACH_M: f64 = 12.0;
+/// Thickness of rails, parapets, barriers and the walls of blocks, metres. In a step of the physics (2.5 ms) a car at 60 m/s moves by half of
+/// it.
+const THICK_M: f64 = 0.3;
+/// Greatest length of a box, and largest distance of a rail's posts from it, metres.
+const LONGEST_M: f64 = 60.0;
+const STRAIGHT_M: f64 = 0.02;
+/// Greatest distance between two looks for a bridge along a lane, metres.
+const BRIDGE_STEP_M: f64 = 4.0;
+/// Distance beyond a road's edge at which another road is looked for, and the least distance from it, metres.
+const BEYOND_EDGE_M: f64 = 0.5;
+const FREE_M: f32 = 0.4;
+
+/// Kind of a fixed object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FixedObjectKind {
+    /// Wall of a building.
+    Building,
+    /// Guard rail of a motorway.
+    GuardRail,
+    /// Parapet of a bridge.
+    Parapet,
+    /// Barrier at the end of a road.
+    Barrier,
+}
+
+impl FixedObjectKind {
+    /// Returns the kind in words, as in recordings and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Building => "building",
+            Self::GuardRail => "guard rail",
+            Self::Parapet => "parapet",
+            Self::Barrier => "barrier",
+        }
+    }
+}
+
+/// Box that a car cannot pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FixedObject {
+    pub kind: FixedObjectKind,
+    /// Middle, and heading of the length.
+    pub pose: Pose,
+    pub length_m: f64,
+    pub width_m: f64,
+    /// Height of the road beside it; `None` for a building, which stands under no road.
+    pub height_m: Option<f64>,
+}
+
+impl FixedObject {
+    /// Returns the box along a line whose right side is the line.
+    fn left_of(kind: FixedObjectKind, [from, to]: [DVec2; 2], height_m: Option<f64>) -> Self {
+        let along = (to - from).normalize_or(DVec2::X);
+        let middle = (from + to) / 2.0 + along.perp() * THICK_M / 2.0;
+        let (pose, length_m) = (Pose::new(middle, along.to_angle()), from.distance(to));
+        Self { kind, pose, length_m, width_m: THICK_M, height_m }
+    }
+
+    /// Checks whether a car whose road has this height can touch the object.
+    pub fn is_at_height(&self, height_m: f64) -> bool {
+        self.height_m.is_none_or(|own_m| is_one_road(own_m, height_m))
+    }
+
+    /// Returns the corners of the box around it, parallel to the axes.
+    fn bounds(&self) -> [DVec2; 2] {
+        let ahead = self.pose.forward();
+        let half = (ahead.abs() * self.length_m + ahead.perp().abs() * self.width_m) / 2.0;
+        [self.pose.position - half, self.pose.position + half]
+    }
+}
+
+/// Fixed objects of a network in world axes, sorted into squares.
+#[derive(Debug, Default)]
+pub struct FixedObjects {
+    objects: Vec<FixedObject>,
+    /// Numbers of the objects within [`REACH_M`] of each square.
+    squares: BTreeMap<[i32; 2], Vec<u32>>,
+}
+
+impl FixedObjects {
+    /// Returns the objects of a roadside.
+    pub fn of(roadside: &Roadside) -> Self {
+        let (net, surfaces) = (roadside.drawn_network(), roadside.surfaces());
+        let mut objects = of_buildings(&roadside.buildings);
+        objects.extend(roadside.guard_rails.iter().flat_map(of_rail));
+        objects.extend(roadside.dead_ends.iter().map(of_dead_end));
+        if surfaces.level_m().is_none() {
+            objects.extend(net.lane_ids().flat_map(|lane| parapets(net, surfaces, lane)));
+        }
+        for object in &mut objects {
+            object.pose.position += roadside.origin.truncate();
+            object.height_m = object.height_m.map(|height_m| height_m + roadside.origin.z);
+        }
+        Self::new(objects)
+    }
+
+    /// Sorts objects in world axes into squares.
+    pub fn new(objects: Vec<FixedObject>) -> Self {
+        let mut squares: BTreeMap<[i32; 2], Vec<u32>> = BTreeMap::new();
+        for (number, object) in (0u32..).zip(&objects) {
+            let [low, high] = object.bounds();
+            let (from, to) = (square(low - REACH_M), square(high + REACH_M));
+            for (x, y) in (from.y..=to.y).flat_map(|y| (from.x..=to.x).map(move |x| (x, y))) {
+                squares.entry([x, y]).or_default().push(number);
+            }
+        }
+        Self { objects, squares }
+    }
+
+    /// Returns all objects within [`REACH_M`] of a point, and some beyond, each with its number.
+    pub fn near(&self, point: DVec2) -> impl Iterator<Item = (u32, &FixedObject)> {
+        let numbers = self.squares.get(&square(point).to_array()).map_or(&[][..], Vec::as_slice);
+        numbers.iter().map(|number| (*number, &self.objects[*number as usize]))
+    }
+
+    /// Returns an object by its number.
+    pub fn get(&self, number: u32) -> Option<&FixedObject> {
+        self.objects.get(number as usize)
+    }
+}
+
+fn square(point: DVec2) -> IVec2 {
+    (point / SQUARE_M).floor().as_ivec2()
+}
+
+/// Returns the buildings: rectangles as boxes, the walls of others one by one.
+fn of_buildings(buildings: &Buildings) -> Vec<FixedObject> {
+    let kind = FixedObjectKind::Building;
+    let plots = buildings.plots.iter().map(|plot| {
+        let pose = Pose::new(plot.middle().as_dvec2(), f64::from(plot.inwards.to_angle()));
+        let (length_m, width_m) = (f64::from(plot.depth_m), f64::from(plot.width_m));
+        FixedObject { kind, pose, length_m, width_m, height_m: None }
+    });
+    let walls = buildings.blocks.iter().flat_map(|block| {
+        let corners = block.outline.iter().zip(block.outline.iter().cycle().skip(1));
+        // Counter-clockwise, the inside is on the left.
+        corners.map(|(from, to)| FixedObject::left_of(kind, [from.as_dvec2(), to.as_dvec2()], None))
+    });
+    plots.chain(walls).collect()
+}
+
+/// Returns a rail as boxes, each as long as the rail is straight.
+fn of_rail(rail: &GuardRail) -> Vec<FixedObject> {
+    let feet: Vec<DVec3> = rail.posts.iter().map(|post| post.foot.as_dvec3()).collect();
+    let is_straight = |from: usize, to: usize| {
+        let (a, b) = (feet[from].truncate(), feet[to].truncate());
+        let along = (b - a).normalize_or_zero();
+        let off_m = |foot: &DVec3| along.perp_dot(foot.truncate() - a).abs();
+        a.distance(b) <= LONGEST_M && feet[from..to].iter().all(|foot| off_m(foot) < STRAIGHT_M)
+    };
+    let (mut boxes, mut from) = (Vec::new(), 0);
+    while from + 1 < feet.len() {
+        let mut to = from + 1;
+        while to + 1 < feet.len() && is_straight(from, to + 1) {
+            to += 1;
+        }
+        let to_road = rail.posts[from].to_road.truncate().as_dvec2();
+        let [a, b] = [from, to].map(|k| feet[k].truncate());
+        let road_is_left = (b - a).perp_dot(to_road) > 0.0;
+        let height_m = Some((feet[from].z + feet[to].z) / 2.0);
+        let line = if road_is_left { [b, a] } else { [a, b] };
+        boxes.push(FixedObject::left_of(FixedObjectKind::GuardRail, line, height_m));
+        from = to;
+    }
+    boxes
+}
+
+fn of_dead_end(end: &DeadEnd) -> FixedObject {
+    let middle = end.middle.truncate() + end.outwards * BARRIER_BEYOND_M;
+    let half = end.outwards.perp() * end.half_width_m;
+    // Seen along the road, the left of a line to its right is beyond the end.
+    FixedObject::left_of(FixedObjectKind::Barrier, [middle + half, middle - half], Some(end.middle.z))
+}
+
+/// Returns the parapets of a lane on a bridge, where no other road is beside it.
+fn parapets(net: &Network, surfaces: &RoadSurfaces, lane: LaneId) -> Vec<FixedObject> {
+    let of = net.lane(lane);
+    let is_paved = net.edge_of(lane).kind.is_street() && (net.is_driven(lane) || of.is_footway());
+    let count = (of.line.drawn_m() / BRIDGE_STEP_M).ceil().max(1.0) as usize;
+    let edge_m = of.half_width_m() + if of.is_footway() { 0.0 } else { SHOULDER_M };
+    let place = |row: f64, offset_m: f64| {
+        let s_m = of.length_m * row / count as f64;
+        net.pose(LanePosition { lane, s_m, offset_m }).position
+    };
+    let rows =
+        (0..if is_paved { count } else { 0 }).filter(|k| surfaces.is_on_bridge(place(*k as f64 + 0.5, 0.0).as_vec3()));
+    let sides = rows.flat_map(|k| [-1.0, 1.0].map(|side| (k as f64, side)));
+    let is_free = |(row, side): &(f64, f64)| {
+        let beyond = place(row + 0.5, side * (edge_m + BEYOND_EDGE_M));
+        surfaces.border_m(beyond.truncate().as_vec2()) > FREE_M
+    };
+    let parapet = |(row, side): (f64, f64)| {
+        let [from, to] = [row, row + 1.0].map(|row| place(row, side * edge_m));
+        let line = if side > 0.0 { [from, to] } else { [to, from] };
+        let height_m = Some((from.z + to.z) / 2.0);
+        FixedObject::left_of(FixedObjectKind::Parapet, line.map(DVec3::truncate), height_m)
+    };
+    sides.filter(is_free).map(parapet).collect()
+}

@@ -1,0 +1,113 @@
+//! What stands beside the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
+//! guard rails. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and seed give the same bits.
+//!
+//! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the
+//! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground. `plots` and `footprint_places` place
+//! the `buildings`. `fixed_objects` are those parts that a car cannot pass.
+
+pub mod buildings;
+pub mod fixed_objects;
+pub mod footprint_places;
+pub mod guard_rails;
+pub mod junction_areas;
+pub mod land_use_map;
+pub mod outlines;
+pub mod plots;
+pub mod road_ends;
+pub mod road_surfaces;
+pub mod town;
+
+use self::{
+    buildings::Buildings, guard_rails::GuardRail, land_use_map::LandUseMap, road_ends::DeadEnd,
+    road_surfaces::RoadSurfaces, town::Town,
+};
+use crate::map::network::Network;
+use fixed_objects::FixedObjects;
+use glam::DVec3;
+use std::sync::{Arc, OnceLock};
+
+/// Step of the frame's origin, metres: in single precision, a network at most so far from the origin has its places to a tenth of a
+/// millimetre.
+pub const ORIGIN_STEP_M: f64 = 2000.0;
+
+/// Roadside of a network.
+#[derive(Debug)]
+pub struct Roadside {
+    /// Origin of the frame in world axes.
+    pub origin: DVec3,
+    /// Network in this frame.
+    pub network: Arc<Network>,
+    /// Network whose roads run on beyond its edge, for the picture alone; `None` if none does.
+    longer: Option<(Network, RoadSurfaces)>,
+    pub dead_ends: Vec<DeadEnd>,
+    /// Surfaces of the network's own roads.
+    pub own_surfaces: RoadSurfaces,
+    pub town: Town,
+    pub land_use: LandUseMap,
+    pub buildings: Buildings,
+    pub guard_rails: Vec<GuardRail>,
+}
+
+impl Roadside {
+    /// Finds what stands beside the roads of a network.
+    pub fn of(network: &Arc<Network>, seed: u64) -> Self {
+        let (low, high) = network.bounds();
+        let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
+        let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
+        let own_surfaces = RoadSurfaces::of(&network);
+        let (longer, dead_ends) = road_ends::running_on(&network, &own_surfaces);
+        let longer = longer.map(|net| {
+            let surfaces = RoadSurfaces::of(&net);
+            (net, surfaces)
+        });
+        let (drawn, surfaces) = longer.as_ref().map_or((&*network, &own_surfaces), |(net, surfaces)| (net, surfaces));
+        let land_use = LandUseMap::of(network.surroundings(), surfaces);
+        let town = Town::of(&network);
+        let buildings = Buildings::of(&network, &town, &land_use, surfaces, seed);
+        let guard_rails = guard_rails::guard_rails(drawn, surfaces);
+        Self { origin, longer, dead_ends, own_surfaces, town, land_use, buildings, guard_rails, network }
+    }
+
+    /// Returns the network as it is drawn: with roads that run on beyond its edge.
+    pub fn drawn_network(&self) -> &Network {
+        self.longer.as_ref().map_or(&self.network, |(net, _)| net)
+    }
+
+    /// Returns the surfaces of all roads that are drawn.
+    pub fn surfaces(&self) -> &RoadSurfaces {
+        self.longer.as_ref().map_or(&self.own_surfaces, |(_, surfaces)| surfaces)
+    }
+}
+
+/// Roadside of a drive, found when it is first needed: most simulated drivers stay on the road. Clones share it.
+#[derive(Clone, Debug)]
+pub struct LazyRoadside {
+    network: Arc<Network>,
+    seed: u64,
+    found: Arc<OnceLock<(Roadside, FixedObjects)>>,
+}
+
+impl LazyRoadside {
+    /// Returns the roadside of a network, not yet found.
+    pub fn new(network: &Arc<Network>, seed: u64) -> Self {
+        Self { network: Arc::clone(network), seed, found: Arc::default() }
+    }
+
+    fn found(&self) -> &(Roadside, FixedObjects) {
+        self.found.get_or_init(|| {
+            let roadside = Roadside::of(&self.network, self.seed);
+            let objects = FixedObjects::of(&roadside);
+            (roadside, objects)
+        })
+    }
+
+    /// Returns the roadside; finds it at the first call.
+    pub fn get(&self) -> &Roadside {
+        &self.found().0
+    }
+
+    /// Returns the objects that a car cannot pass; finds them at the first call.
+    pub fn fixed_objects(&self) -> &FixedObjects {
+        &self.found().1
+    }
+}

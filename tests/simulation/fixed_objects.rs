@@ -1,0 +1,138 @@
+//! Walls, guard rails and parapets stop a car that leaves the road, and a drive that stays on it never looks for them.
+
+use super::world::one_at_a_time;
+use codrive::{
+    controls::{Controls, STEERING_RATIO},
+    roadside::fixed_objects::FixedObjectKind,
+    scenario::{OnContact, Scenario},
+    sim::{EndReason, EventKind, World},
+    space::{CAR_LENGTH_M, wrap_angle},
+};
+use glam::DVec2;
+use std::fs;
+
+/// Contact with a fixed object.
+#[derive(Clone, Copy, Debug)]
+struct Hit {
+    object: FixedObjectKind,
+    ego_speed_mps: f64,
+    closing_mps: f64,
+}
+
+/// Returns the controls of a driver who keeps a speed and turns to a heading.
+fn towards(world: &World, yaw_rad: f64, speed_mps: f64) -> Controls {
+    let ego = &world.snapshot().ego;
+    let turn = wrap_angle(yaw_rad - ego.pose().yaw_rad);
+    let steering_wheel_rad = (1.2 * turn - 0.2 * ego.yaw_rate).clamp(-0.5, 0.5) as f32 * STEERING_RATIO;
+    let pedal = ((speed_mps - ego.speed_mps) * 0.5).clamp(-1.0, 1.0) as f32;
+    Controls { steering_wheel_rad, throttle: pedal.max(0.0), brake: (-pedal).max(0.0), ..Controls::default() }
+}
+
+/// Drives towards a heading; returns the contacts with fixed objects and all positions of the ego.
+fn driven(world: &mut World, ticks: usize, yaw_rad: f64, speed_mps: f64) -> (Vec<Hit>, Vec<DVec2>) {
+    let (mut hits, mut places) = (Vec::new(), Vec::new());
+    for _ in 0..ticks {
+        let controls = towards(world, yaw_rad, speed_mps);
+        world.tick(&controls).expect("a tick");
+        hits.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::ObjectContact { object, ego_speed_mps, closing_mps } => {
+                Some(Hit { object, ego_speed_mps, closing_mps })
+            }
+            _ => None,
+        }));
+        places.push(world.snapshot().ego.position.truncate());
+        if world.ended().is_some() {
+            break;
+        }
+    }
+    (hits, places)
+}
+
+fn world(scenario: &Scenario) -> World {
+    World::new(&Scenario { policy: "none".into(), creep: false, lane_help: false, ..scenario.clone() })
+        .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Returns a scenario on the grid of the tests with one building to the south of its street A1B1, whose northern wall is at y = 76 m, and the
+/// folder that must outlive it. `outline` is that of the building, metres.
+fn with_building(outline: &str) -> (Scenario, tempfile::TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let net = folder.path().join("net.xml");
+    fs::copy("tests/data/networks/grid-signals.net.xml", &net).unwrap();
+    let building =
+        format!("<additional><poly id=\"b\" type=\"building.house\" height=\"6\" shape=\"{outline}\"/></additional>");
+    fs::write(folder.path().join("surroundings.xml"), building).unwrap();
+    let scenario =
+        Scenario { map: net.to_str().unwrap().into(), path: "A1B1".into(), path_start_m: 30.0, ..Scenario::default() };
+    (scenario, folder)
+}
+
+#[test]
+fn a_wall_stops_a_car_where_its_map_states_it() {
+    let _alone = one_at_a_time();
+    // A rectangle, and an outline of six walls.
+    for outline in ["30,60 80,60 80,76 30,76", "30,60 80,60 80,76 30,76 30,70 34,68"] {
+        let (scenario, _folder) = with_building(outline);
+        let mut world = world(&scenario);
+        let (hits, places) = driven(&mut world, 1200, -std::f64::consts::FRAC_PI_2, 8.0);
+        let [first, ..] = hits[..] else { panic!("no contact: {:?}", places.last()) };
+        assert_eq!(first.object, FixedObjectKind::Building);
+        // The car meets the wall almost at a right angle.
+        assert!(first.closing_mps > 0.8 * first.ego_speed_mps && first.ego_speed_mps > 4.0, "{first:?}");
+        let lowest_m = places.iter().map(|at| at.y).fold(f64::INFINITY, f64::min);
+        // The physics lets a car in by a few centimetres before it pushes it out.
+        assert!((lowest_m - CAR_LENGTH_M / 2.0 - 76.0).abs() < 0.15, "the middle came to y = {lowest_m} m");
+        assert_eq!(world.snapshot().ego.speed_mps.abs().round(), 0.0, "it stands before the wall");
+    }
+}
+
+#[test]
+fn a_drive_ends_at_a_wall_if_it_ends_at_a_contact() {
+    let _alone = one_at_a_time();
+    let (scenario, _folder) = with_building("30,60 80,60 80,76 30,76");
+    let mut world = world(&Scenario { contact: OnContact::End, ..scenario });
+    let (hits, _) = driven(&mut world, 1200, -std::f64::consts::FRAC_PI_2, 8.0);
+    assert_eq!((hits.len(), world.ended()), (1, Some(EndReason::Contact)));
+}
+
+#[test]
+fn a_guard_rail_keeps_a_fast_car_on_a_motorway() {
+    let _alone = one_at_a_time();
+    let mut world = world(&Scenario { map: "motorway".into(), path_start_m: 300.0, ..Scenario::default() });
+    let net = world.map().network.clone();
+    let start = world.snapshot().ego.pose();
+    // Ten degrees to the right of the road, at 30 m/s.
+    let (hits, places) = driven(&mut world, 1800, start.yaw_rad - 10f64.to_radians(), 30.0);
+    let [first, ..] = hits[..] else { panic!("no contact") };
+    assert_eq!(first.object, FixedObjectKind::GuardRail);
+    // Much of the speed is along the rail: the closing speed is the sine of the angle's share.
+    assert!(first.closing_mps < 0.3 * first.ego_speed_mps, "{first:?}");
+    // The rail stands 1.35 m beside the outer lane of 3.75 m at most; half of the car is 0.9 m wide.
+    for at in places {
+        let lane = net.locate(at.extend(0.0), None).unwrap_or_else(|| panic!("{at} is far off the road"));
+        let beyond_m = lane.offset_m.abs() - net.lane(lane.lane).half_width_m();
+        assert!(beyond_m < 1.35, "{at} is {beyond_m} m beside the lane");
+    }
+}
+
+#[test]
+fn a_parapet_keeps_a_car_on_a_bridge() {
+    let _alone = one_at_a_time();
+    let mut world = world(&Scenario {
+        map: "tests/data/networks/hill.net.xml".into(),
+        path: "up".into(),
+        path_start_m: 130.0,
+        ..Scenario::default()
+    });
+    let height_m = world.snapshot().ego.position.z;
+    let right = world.snapshot().ego.pose().yaw_rad - 0.5;
+    let (hits, places) = driven(&mut world, 1000, right, 6.0);
+    assert_eq!(hits.first().map(|hit| hit.object), Some(FixedObjectKind::Parapet), "{height_m} m: {:?}", places.last());
+    // The parapet stands where the shoulder of 0.4 m ends, so that the middle of the car is within it.
+    let net = world.map().network.clone();
+    for at in places {
+        let lane = net.locate(at.extend(height_m), None).unwrap_or_else(|| panic!("{at} is far off the road"));
+        let beyond_m = lane.offset_m.abs() - net.lane(lane.lane).half_width_m();
+        assert!(beyond_m < 0.4, "{at} is {beyond_m} m beside the lane");
+    }
+}
