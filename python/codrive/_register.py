@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 #: Shipped rings, and shipped maps of which all environments are whole drives.
 Ring = Literal["ring-250", "ring-641"]
-DriveMap = Literal["bottleneck", "figure-eight", "grid", "merge", "motorway", "practice", "town"]
+DriveMap = Literal["bottleneck", "figure-eight", "grid", "merge", "motorway", "practice", "town", "two-lane-ring"]
 
 #: Gymnasium ids and their rings.
 IDS = {"codrive/Ring250-v0": "ring-250", "codrive/Ring641-v0": "ring-641"}

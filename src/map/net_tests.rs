@@ -205,7 +205,7 @@ fn an_unknown_map_is_reported_with_the_maps_that_exist() {
     let message = RoadMap::load("ring-25").unwrap_err().to_string();
     assert!(
         message.contains(
-            "there is no map \"ring-25\" (did you mean ring-250?); maps here: bottleneck, figure-eight, grid, lane-10km, merge, motorway, practice, ring-250, ring-260, ring-641, town"
+            "there is no map \"ring-25\" (did you mean ring-250?); maps here: bottleneck, figure-eight, grid, lane-10km, merge, motorway, practice, ring-250, ring-260, ring-641, town, two-lane-ring"
         ),
         "{message}"
     );

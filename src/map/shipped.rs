@@ -2,7 +2,7 @@
 //! program.
 
 /// Names of the maps that come with the program; they mean the same map on every machine.
-pub const SHIPPED: [&str; 11] = [
+pub const SHIPPED: [&str; 12] = [
     "bottleneck",
     "figure-eight",
     "grid",
@@ -14,4 +14,5 @@ pub const SHIPPED: [&str; 11] = [
     "ring-260",
     "ring-641",
     "town",
+    "two-lane-ring",
 ];

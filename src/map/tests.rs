@@ -204,9 +204,8 @@ fn sumo_drives_exactly_one_lap_of_the_networks_written_here() {
     let sumo = Path::new(env!("CODRIVE_ROOT")).join(".sumo/sumo");
     assert!(sumo.join("bin/sumo").is_file(), "{}: run scripts/setup first", sumo.display());
     let folder = tempfile::tempdir().unwrap();
-    let written_here = list().into_iter().filter(|map| {
-        !["bottleneck", "figure-eight", "grid", "merge", "motorway", "town"].contains(&map.name.as_str())
-    });
+    let by_netconvert = ["bottleneck", "figure-eight", "grid", "merge", "motorway", "town", "two-lane-ring"];
+    let written_here = list().into_iter().filter(|map| !by_netconvert.contains(&map.name.as_str()));
     let mut nets: Vec<PathBuf> = written_here.map(|map| map.folder.join("net.xml")).collect();
     for circumference_m in [150.0, 5000.0] {
         let ring = RingShape { circumference_m, speed_limit_mps: 30.0, width_m: 3.6 };

@@ -59,7 +59,7 @@ fn printed(output: &Output) -> String {
 }
 
 /// Maps in the folder `maps/` of the project.
-const MAPS: [&str; 11] = [
+const MAPS: [&str; 12] = [
     "bottleneck",
     "figure-eight",
     "grid",
@@ -71,6 +71,7 @@ const MAPS: [&str; 11] = [
     "ring-260",
     "ring-641",
     "town",
+    "two-lane-ring",
 ];
 
 fn maps(list: &str) -> Vec<&str> {
