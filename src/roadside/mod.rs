@@ -1,4 +1,4 @@
-//! What stands beside the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
+//! Surroundings of the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
 //! guard rails. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and seed give the same bits.
 //!
 //! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the

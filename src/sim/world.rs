@@ -3,7 +3,8 @@
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
 //! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
 //! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle. Full ones are simulated tick by tick, light
-//! ones (`light_agent`) step by step, before the engine makes the step. The `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
+//! ones (`light_agent`) step by step, before the engine makes the step (`touchable`).
+//! The `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
 //! `perception` the input of policies and drivers.
 
 mod advice;
@@ -28,6 +29,7 @@ mod put_back;
 mod road_rules;
 mod sham;
 mod time_to_collision;
+mod touchable;
 mod traffic_coupling;
 mod traffic_start;
 mod vehicles_across;
@@ -39,16 +41,16 @@ pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;
 
-use super::{Event, EventKind, Snapshot, VehicleSnapshot, WorldError, event::EndReason};
+use super::{Event, EventKind, Snapshot, WorldError, event::EndReason};
 use crate::{
     controls::Controls,
     driver::{self, DriverError, DriverParams, SimulatedDriver},
-    ego::{CarParams, Obstacle, ObstacleId},
+    ego::CarParams,
     map::RoadMap,
     policy,
     scenario::{AdvisedBody, AdvisedVehicles, OnContact, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
-    traffic::{Demand, EGO, Traffic, VehicleId},
+    traffic::{Demand, Traffic, VehicleId},
 };
 use advice::DriveAdvice;
 use driving_order::DrivingOrder;
@@ -57,7 +59,8 @@ use std::{
     collections::BTreeSet,
     sync::{Arc, Mutex},
 };
-use traffic_coupling::{LEADER_REACH_M, TOUCHABLE_M, TrafficCoupling};
+use touchable::Touchable;
+use traffic_coupling::{LEADER_REACH_M, TrafficCoupling};
 
 /// A drive in progress.
 pub struct World {
@@ -83,15 +86,6 @@ pub struct World {
     /// The engine has made the step that the next tick begins.
     is_prepared: bool,
     ended: Option<EndReason>,
-}
-
-/// Obstacles for the physics of several agents; buffers that are refilled each tick.
-#[derive(Default)]
-struct Touchable {
-    agents: Vec<Obstacle>,
-    cars: Vec<Obstacle>,
-    /// Agents and vehicles near one agent.
-    near: Vec<Obstacle>,
 }
 
 impl World {
@@ -311,44 +305,6 @@ impl World {
             }
         }
         Ok(())
-    }
-
-    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun to touch another or a fixed object.
-    fn move_agents(&mut self) -> bool {
-        match &mut self.observer {
-            Observer::Participant(participant) if !self.others.iter().any(Agent::is_full) => {
-                participant.drive(self.traffic.obstacles())
-            }
-            _ => self.move_several(),
-        }
-    }
-
-    /// Does the same as `move_agents` for several agents, each an obstacle to the others.
-    fn move_several(&mut self) -> bool {
-        let Touchable { agents, cars, near } = &mut self.touchable;
-        agents.clear();
-        agents.extend(self.observer.participant().into_iter().chain(&self.others).filter_map(Agent::obstacle));
-        if agents.is_empty() {
-            return false;
-        }
-        // The observer's view has all vehicles that are not full agents, at their poses of the end of this tick.
-        let is_agent =
-            |id: VehicleId| agents.binary_search_by_key(&ObstacleId::Vehicle(id.0), |agent| agent.id).is_ok();
-        let others = self.observer.view().cars.iter().filter(|car| !is_agent(car.id));
-        cars.clear();
-        cars.extend(others.flat_map(VehicleSnapshot::obstacles));
-        let mut has_touched = false;
-        let full = agents_mut(&mut self.observer, &mut self.others).filter(|agent| agent.is_full());
-        for (agent, own) in full.zip(&*agents) {
-            let is_near = |other: &&Obstacle| {
-                other.pose.position.distance(own.pose.position) < TOUCHABLE_M && other.is_at_height(own.height_m)
-            };
-            near.clear();
-            near.extend(cars.iter().filter(is_near));
-            near.extend(agents.iter().filter(|other| other.id != own.id).filter(is_near));
-            has_touched |= agent.drive(near) && own.id == ObstacleId::Vehicle(EGO.0);
-        }
-        has_touched
     }
 
     /// Updates the position and the image of every full agent, then their view of the others and the state derived from it; that of light

@@ -13,6 +13,7 @@ use crate::{
     driver::{DriverParams, SimulatedDriver},
     ego::EgoCar,
     scenario::{PlanError, StartLayout},
+    sim::VehicleSnapshot,
     space::{CAR_LENGTH_M, Pose},
     traffic::{EngineChoice, VehicleBody, VehicleId},
 };

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// Longest pause between two touches of the same vehicle, or kind of object, that count as one contact, ticks.
 const SAME_CONTACT_TICKS: u64 = TICKS_PER_S as u64 / 2;
 
-/// What the ego touches, as contacts are told apart.
+/// Vehicle or kind of object that the ego touches, as contacts are told apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Touched {
     Vehicle(VehicleId),

@@ -1,6 +1,6 @@
 //! Fixed objects near a vehicle with full physics. In: the roadside of the drive, the vehicle, the ground under it. Out: obstacles for the physics.
 //!
-//! They are looked up only where the vehicle reaches beyond the asphalt: a drive that stays on the road never finds them.
+//! Only where the vehicle reaches beyond the asphalt are objects looked up: a drive that stays on the road never finds them.
 
 use crate::{
     ego::{EgoState, GroundModel, GroundSurface, Obstacle, ObstacleId},
