@@ -1,6 +1,6 @@
 // Shared inputs of all programs of the scene: the camera's uniform, the shadow maps, the grain.
 
-// Dipped beam of a vehicle's headlamps, and the vehicle that stands in it.
+// Beam of a vehicle's headlamps, and the vehicle that stands in it.
 struct Beam {
     // xyz position of the lamps, metres; w distance to that vehicle
     place: vec4f,
@@ -8,7 +8,7 @@ struct Beam {
     ahead: vec4f,
     // xyz unit vector towards the oncoming traffic; w tangent of half of the angle that the vehicle takes, 0 without one
     inner: vec4f,
-    // x share of its light, less than 1 for the last of the nearest beams
+    // x share of its light, less than 1 for the last of the nearest beams; y 1 with the main beam, else 0
     share: vec4f,
 }
 

@@ -22,6 +22,15 @@ fn dipped(bearing: f32, up: f32) -> f32 {
     return mix(STRAY * wide, hot, smoothstep(-0.004, 0.004, below));
 }
 
+// Intensity of a pair of main beams straight ahead, cd (docs/references.md: night).
+const MAIN = 90000.0;
+
+// Returns the intensity of a pair of main beams, which are as wide as high, cd, by the tangents of bearing and elevation.
+fn main_beam(bearing: f32, up: f32) -> f32 {
+    let off = (bearing * bearing + 3.0 * up * up) / (0.05 * 0.05);
+    return MAIN / pow(1.0 + off, 1.3);
+}
+
 // Returns the light of a beam at a place: xyz unit direction towards the lamps, w illuminance of a sheet that faces them, lx.
 fn beam_at(beam: Beam, world: vec3f) -> vec4f {
     let way = world - beam.place.xyz;
@@ -36,7 +45,8 @@ fn beam_at(beam: Beam, world: vec3f) -> vec4f {
     let square = max(dot(way, way), 1.0);
     let distance = sqrt(square);
     let through = exp(-air.extinction.g * distance);
-    let lux = beam.share.x * dipped(aside * slope, up * slope) * smoothstep(0.0, 0.5, ahead) * (1.0 - shaded) * through / square;
+    let intensity = dipped(aside * slope, up * slope) + beam.share.y * main_beam(aside * slope, up * slope);
+    let lux = beam.share.x * intensity * smoothstep(0.0, 0.5, ahead) * (1.0 - shaded) * through / square;
     return vec4f(-way / distance, lux);
 }
 

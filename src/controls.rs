@@ -1,7 +1,7 @@
 //! Controls that a driver gives to a vehicle, their device, and the lane data of lane help. In: pedals, wheel and selector of a
 //! device, of a simulated driver or of a recording. Out: [`Controls`] for each tick, and [`LaneHint`]. Radians, metres, seconds.
 
-/// Positions of pedals, wheel, selector and indicator stalk in one tick.
+/// Positions of pedals, wheel, selector and stalk in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Controls {
     /// Accelerator, 0 released to 1 floored.
@@ -15,6 +15,9 @@ pub struct Controls {
     /// Indicators that are on.
     #[serde(default)]
     pub indicator: Indicator,
+    /// True while the main beam is on.
+    #[serde(default)]
+    pub main_beam: bool,
 }
 
 impl Controls {
@@ -27,6 +30,7 @@ impl Controls {
             steering_wheel_rad: within(self.steering_wheel_rad, -STEERING_LOCK_RAD, STEERING_LOCK_RAD),
             selector: self.selector,
             indicator: self.indicator,
+            main_beam: self.main_beam,
         }
     }
 }

@@ -3,12 +3,13 @@
 
 use super::CliError;
 use crate::{
+    map::quickest_way_through,
     scenario::Scenario,
     settings::{Field, SettingKind},
     toml_text::did_you_mean,
 };
 use clap::{
-    Arg, ArgMatches, Command,
+    Arg, ArgAction, ArgMatches, Command,
     builder::{PossibleValue, TypedValueParser},
     error::ErrorKind,
     value_parser,
@@ -54,7 +55,8 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
         .help("Scenario file (TOML, at most 1 MiB, or a .sumocfg of SUMO); flags take precedence")
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
-    let all = add_fields(command.arg(file), &Scenario::fields(), HEADING);
+    let command = command.arg(file).args(places().map(|arg| arg.help_heading(HEADING).conflicts_with("path")));
+    let all = add_fields(command, &Scenario::fields(), HEADING);
     if listing == HelpListing::All {
         let limits = format!("Limits: {}; {}.", crate::map::limits::IN_WORDS, crate::policy::onnx::limits::IN_WORDS);
         return all.after_help(limits);
@@ -88,6 +90,33 @@ pub fn add_fields(command: Command, fields: &[Field], heading: &'static str) -> 
         Some(table) if command.get_arguments().any(|arg| arg.get_id() == table) => command,
         Some(table) => command.arg(table_argument(table, fields).help_heading(heading)),
     })
+}
+
+/// Returns the flags for a path by places: `--from`, `--via` and `--to`. A point may have a negative coordinate.
+pub(super) fn places() -> [Arg; 3] {
+    let place = |id: &'static str, help: &'static str| {
+        Arg::new(id)
+            .long(id)
+            .value_name("PLACE")
+            .value_parser(value_parser!(String))
+            .allow_hyphen_values(true)
+            .help(help)
+    };
+    [
+        place("from", "Start of the path").requires("to"),
+        place("via", "Place on the way; may be given several times, in driving order")
+            .action(ArgAction::Append)
+            .requires("from"),
+        place("to", "End of the path").requires("from"),
+    ]
+}
+
+/// Returns the path through the places of [`places`]; `None` without them.
+pub(super) fn way(matches: &ArgMatches) -> Option<String> {
+    let one = |id: &str| matches.get_one::<String>(id).map(String::as_str);
+    let via = matches.get_many::<String>("via").into_iter().flatten().map(String::as_str);
+    let places: Vec<&str> = one("from").into_iter().chain(via).chain(one("to")).collect();
+    (!places.is_empty()).then(|| quickest_way_through(&places))
 }
 
 fn argument(field: &Field) -> Arg {
@@ -234,6 +263,10 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
     let base = match matches.get_one::<PathBuf>("scenario") {
         Some(path) => Scenario::from_file(path)?,
         None => Scenario::default(),
+    };
+    let base = match way(matches) {
+        Some(path) => Scenario { path, ..base },
+        None => base,
     };
     Ok(base.with(&changes(matches, &Scenario::fields()))?)
 }

@@ -1,6 +1,6 @@
 //! `codrive map`: makes, imports, lists and describes road networks.
 
-use super::{CliError, out};
+use super::{CliError, flags, out};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     map::{
@@ -12,9 +12,8 @@ use crate::{
     sim::Summary,
     traffic::sumo::compare_with_sumo,
 };
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgMatches, Command, value_parser};
 use std::{
-    iter,
     path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering},
 };
@@ -57,12 +56,7 @@ pub(super) fn command() -> Command {
                      Example: codrive map path town.net.xml --from A0B0 --via 120,45 --to C2C1",
                 )
                 .arg(Arg::new("map").required(true).value_name("MAP").help("Name of a map, or the path of a net.xml"))
-                .args([
-                    place("from", "Start of the path").required(true),
-                    place("via", "Place on the way; may be given several times, in driving order")
-                        .action(ArgAction::Append),
-                    place("to", "End of the path").required(true),
-                ]),
+                .args(flags::places().map(|arg| if arg.get_id() == "via" { arg } else { arg.required(true) })),
         )
         .subcommand(
             Command::new("ring")
@@ -129,18 +123,11 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
 }
 
-/// Returns a flag that names a place of a network. A point may have a negative coordinate.
-fn place(name: &'static str, help: &'static str) -> Arg {
-    Arg::new(name).long(name).value_name("PLACE").allow_hyphen_values(true).help(help)
-}
-
 /// Prints the quickest way from one place to another.
 fn path(matches: &ArgMatches) -> Result<(), CliError> {
-    let one = |id: &str| matches.get_one::<String>(id).map(String::as_str).unwrap_or_default();
-    let name = one("map");
-    let via = matches.get_many::<String>("via").into_iter().flatten().map(String::as_str);
-    let places: Vec<&str> = iter::once(one("from")).chain(via).chain([one("to")]).collect();
-    let words: Vec<&str> = places.iter().flat_map(|place| [map::QUICKEST_WAY, place]).skip(1).collect();
+    let name = matches.get_one::<String>("map").map(String::as_str).unwrap_or_default();
+    let way = flags::way(matches).unwrap_or_default();
+    let words: Vec<&str> = way.split_whitespace().collect();
     let found = map::RoadMap::load_along(name, &words)?;
     let streets = found.route.lanes().iter().filter(|lane| lane.is_street(&found.network));
     let edges: Vec<&str> = streets.map(|lane| lane.edge_id(&found.network)).collect();

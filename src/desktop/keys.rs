@@ -32,6 +32,8 @@ pub enum KeyCommand {
     IndicateLeft,
     /// Toggle the right indicator.
     IndicateRight,
+    /// Switch the main beam on or off.
+    MainBeam,
     /// Put the ego back on its lane.
     PutBack,
     /// Toggle the lane help.
@@ -52,7 +54,13 @@ impl KeyCommand {
     pub fn is_drivers(self) -> bool {
         matches!(
             self,
-            Self::Help | Self::Reverse | Self::IndicateLeft | Self::IndicateRight | Self::PutBack | Self::FullScreen
+            Self::Help
+                | Self::Reverse
+                | Self::IndicateLeft
+                | Self::IndicateRight
+                | Self::MainBeam
+                | Self::PutBack
+                | Self::FullScreen
         )
     }
 
@@ -63,7 +71,7 @@ impl KeyCommand {
 }
 
 /// All commands: keys, name of the keys, action. A command without a name is in the row of another one.
-const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 18] = [
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 19] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
@@ -76,6 +84,7 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 18] = [
     (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
     (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q; E", "indicator left; right, on or off"),
     (&[KeyCode::KeyE], KeyCommand::IndicateRight, "", ""),
+    (&[KeyCode::KeyF], KeyCommand::MainBeam, "F", "main beam on, off"),
     (&[KeyCode::KeyB], KeyCommand::PutBack, "B", "back onto the lane"),
     (&[KeyCode::KeyL], KeyCommand::LaneHelp, "L", "lane help on, off"),
     (&[KeyCode::F11], KeyCommand::FullScreen, "F11", "full screen"),

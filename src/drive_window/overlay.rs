@@ -210,6 +210,7 @@ impl DriveOverlay {
             KeyCommand::Reverse => live.devices.keyboard.toggle_reverse(),
             KeyCommand::IndicateLeft => live.devices.indicate(Indicator::Left),
             KeyCommand::IndicateRight => live.devices.indicate(Indicator::Right),
+            KeyCommand::MainBeam => live.devices.switch_main_beam(),
             KeyCommand::PutBack => live.put_back(),
             KeyCommand::LaneHelp => {
                 live.toggle_lane_help();

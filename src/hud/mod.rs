@@ -40,6 +40,8 @@ pub struct DialView {
     pub reverse: bool,
     /// Telltale of the indicators that is lit now.
     pub indicator: Indicator,
+    /// True while the telltale of the main beam is lit.
+    pub main_beam: bool,
     /// Guidance to the next manoeuvre of the path.
     pub guidance: Option<DialGuidance>,
 }
@@ -100,6 +102,7 @@ impl DialView {
             inside: advice.is_some_and(|(_, low, high)| (low..=high).contains(&speed_mps)),
             reverse,
             indicator: Indicator::Off,
+            main_beam: false,
             guidance: None,
         }
         .agreeing()
@@ -108,6 +111,11 @@ impl DialView {
     /// Returns this dial with a telltale lit.
     pub fn indicating(self, indicator: Indicator) -> Self {
         Self { indicator, ..self }
+    }
+
+    /// Returns this dial with the telltale of the main beam lit or dark.
+    pub fn with_main_beam(self, main_beam: bool) -> Self {
+        Self { main_beam, ..self }
     }
 
     /// Returns this dial with guidance to the next manoeuvre.

@@ -24,6 +24,8 @@ pub struct Palette {
     pub reverse: Rgb,
     /// Telltales of the indicators: green, as required by UN R121.
     pub indicator: Rgb,
+    /// Telltale of the main beam: blue, as required by UN R121.
+    pub main_beam: Rgb,
     /// Face of the dial, drawn with `plate_alpha`.
     pub plate: Rgb,
     /// Opacity of the face, 0 to 255.
@@ -42,6 +44,7 @@ impl Palette {
         label: [160, 168, 178],
         reverse: [255, 190, 64],
         indicator: [64, 240, 128],
+        main_beam: [72, 132, 255],
         plate: [13, 15, 19],
         plate_alpha: 222,
     };

@@ -50,6 +50,7 @@ impl Speedometer {
         let reverse = snapshot.ego.gear < 0;
         DialView::new(snapshot.ego.speed_mps, advice, self.unit, self.scale, reverse)
             .indicating(snapshot.ego_indicator.lit_at(snapshot.tick.seconds()))
+            .with_main_beam(snapshot.ego_main_beam)
             .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
             .steadied(&mut self.filter)
     }

@@ -103,6 +103,8 @@ pub struct Buttons {
     pub indicate_left: Vec<RigButton>,
     /// Switches the right indicator on or off.
     pub indicate_right: Vec<RigButton>,
+    /// Switches the main beam on or off.
+    pub main_beam: Vec<RigButton>,
     /// Brakes with full force while held.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub handbrake: Vec<RigButton>,
@@ -129,6 +131,7 @@ impl Default for Buttons {
             horn: none(),
             indicate_left: none(),
             indicate_right: none(),
+            main_beam: none(),
             handbrake: none(),
             // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
             dpad_up: vec![544.into()],
@@ -160,6 +163,8 @@ pub enum ButtonAction {
     IndicateLeft,
     /// Switch the right indicator on or off.
     IndicateRight,
+    /// Switch the main beam on or off.
+    MainBeam,
     /// Brake with full force while held.
     Handbrake,
     /// D-pad up: more, or the choice above.
@@ -185,6 +190,7 @@ impl fmt::Display for ButtonAction {
             Self::Horn => "horn",
             Self::IndicateLeft => "indicate left",
             Self::IndicateRight => "indicate right",
+            Self::MainBeam => "main beam",
             Self::Handbrake => "handbrake",
             Self::Up => "up, higher",
             Self::Down => "down, lower",
@@ -196,11 +202,12 @@ impl fmt::Display for ButtonAction {
 
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Start,
         Self::Reverse,
         Self::IndicateLeft,
         Self::IndicateRight,
+        Self::MainBeam,
         Self::Horn,
         Self::Mark,
         Self::Answer,
@@ -242,6 +249,7 @@ impl Buttons {
             ButtonAction::Horn => &mut self.horn,
             ButtonAction::IndicateLeft => &mut self.indicate_left,
             ButtonAction::IndicateRight => &mut self.indicate_right,
+            ButtonAction::MainBeam => &mut self.main_beam,
             ButtonAction::Handbrake => &mut self.handbrake,
             ButtonAction::Up => &mut self.dpad_up,
             ButtonAction::Down => &mut self.dpad_down,
@@ -276,6 +284,7 @@ impl Buttons {
             (ButtonAction::Horn, &self.horn),
             (ButtonAction::IndicateLeft, &self.indicate_left),
             (ButtonAction::IndicateRight, &self.indicate_right),
+            (ButtonAction::MainBeam, &self.main_beam),
             (ButtonAction::Handbrake, &self.handbrake),
             (ButtonAction::Up, &self.dpad_up),
             (ButtonAction::Down, &self.dpad_down),

@@ -50,6 +50,8 @@ pub struct Devices {
     rig: Rig,
     source: ControlSource,
     stalk: Stalk,
+    /// True while the main beam is on.
+    has_main_beam: bool,
 }
 
 impl Devices {
@@ -71,7 +73,7 @@ impl Devices {
 
     fn with(pads: Pads, rig: Rig) -> Self {
         let source = ControlSource::Keyboard;
-        Self { keyboard: Keyboard::default(), pads, rig, source, stalk: Stalk::default() }
+        Self { keyboard: Keyboard::default(), pads, rig, source, stalk: Stalk::default(), has_main_beam: false }
     }
 
     /// Reads the events since the last call; to be called once a frame.
@@ -86,6 +88,7 @@ impl Devices {
             match event {
                 RigEvent::Pressed(ButtonAction::IndicateLeft) => self.indicate(Indicator::Left),
                 RigEvent::Pressed(ButtonAction::IndicateRight) => self.indicate(Indicator::Right),
+                RigEvent::Pressed(ButtonAction::MainBeam) => self.switch_main_beam(),
                 _ => {}
             }
         }
@@ -106,12 +109,18 @@ impl Devices {
             ControlSource::Pad => self.pads.controls().unwrap_or(typed),
             ControlSource::Wheel => self.rig.controls(),
         };
-        Controls { indicator: self.stalk.steered(driven.steering_wheel_rad), ..driven }
+        let indicator = self.stalk.steered(driven.steering_wheel_rad);
+        Controls { indicator, main_beam: self.has_main_beam, ..driven }
     }
 
     /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.
     pub fn indicate(&mut self, side: Indicator) {
         self.stalk.push(side);
+    }
+
+    /// Switches the main beam on or off.
+    pub fn switch_main_beam(&mut self) {
+        self.has_main_beam = !self.has_main_beam;
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
@@ -155,10 +164,11 @@ impl Devices {
         self.source
     }
 
-    /// Resets keyboard, wheel and pads before a drive: pedals up, indicators off, selector in Drive.
+    /// Resets keyboard, wheel and pads before a drive: pedals up, indicators and main beam off, selector in Drive.
     pub fn rest(&mut self) {
         self.keyboard.rest();
         self.stalk = Stalk::default();
+        self.has_main_beam = false;
         self.rig.select_drive();
         self.pads.select_drive();
     }

@@ -163,13 +163,14 @@ fn assigning_a_button_removes_its_old_action_and_the_actions_old_button() {
         (288, ButtonAction::Answer),
         (294, ButtonAction::IndicateRight),
         (295, ButtonAction::IndicateLeft),
+        (290, ButtonAction::MainBeam),
     ];
     for (code, action) in
         tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
     {
         assert_eq!(buttons.action(code), Some(action));
     }
-    assert_eq!(buttons.action(290), None);
+    assert_eq!(buttons.action(298), None);
     buttons.give(293, ButtonAction::Horn);
     assert_eq!((buttons.action(293), buttons.action(289)), (Some(ButtonAction::Horn), None));
     assert_eq!(buttons.reverse, [0; 0]);
@@ -250,6 +251,7 @@ fn each_action_has_a_description() {
         "drive, reverse",
         "indicate left",
         "indicate right",
+        "main beam",
         "horn",
         "mark this moment",
         "answer",

@@ -109,7 +109,7 @@ impl LiveDrive {
         match action {
             // The devices have applied these already.
             ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::Handbrake => {}
-            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => {}
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

@@ -44,7 +44,7 @@ pub use canonical::SumoText;
 pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder};
 pub use error::MapError;
 pub use import::{Imported, import};
-pub use path_places::QUICKEST_WAY;
+pub use path_places::quickest_way_through;
 pub use route::{
     LaneChange, Manoeuvre, NextManoeuvre, PathGuidance, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule,
     Turns, YieldLine, is_against, stop_lines,

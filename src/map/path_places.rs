@@ -14,9 +14,14 @@ use petgraph::{
 use std::path::Path;
 
 /// Word of a path that stands for the quickest way from the place before it to the place after it.
-pub const QUICKEST_WAY: &str = "...";
+const QUICKEST_WAY: &str = "...";
 /// Largest distance between a point of a path and the middle of its lane, m.
 const REACH_M: f64 = 50.0;
+
+/// Returns the words of a path that leads from each place to the next by the quickest way.
+pub fn quickest_way_through(places: &[&str]) -> String {
+    places.join(&format!(" {QUICKEST_WAY} "))
+}
 
 /// Returns the edges of a path in driving order; empty if it names none.
 pub(super) fn edges_of(file: &Path, net: &Network, words: &[&str]) -> Result<Vec<EdgeId>, MapError> {

@@ -133,16 +133,18 @@ impl TableComparison {
         let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
         let word = ego.word("indicator");
         let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.name()));
-        match (throttle, brake, wheel, selector.zip(indicator)) {
-            (Some(throttle), Some(brake), Some(wheel), Some((selector, indicator))) => Ok(Some(Controls {
+        let words = selector.zip(indicator).zip(ego.flag("main_beam"));
+        match (throttle, brake, wheel, words) {
+            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), main_beam))) => Ok(Some(Controls {
                 throttle: throttle as f32,
                 brake: brake as f32,
                 steering_wheel_rad: wheel as f32,
                 selector,
                 indicator,
+                main_beam,
             })),
             _ => Err(ego.batches_error(
-                "columns throttle, brake, steering_wheel_rad, selector or indicator are not as this program writes them",
+                "columns throttle, brake, steering_wheel_rad, selector, indicator or main_beam are not as this program writes them",
             )),
         }
     }
@@ -304,6 +306,10 @@ impl TableCursor {
 
     fn number(&self, name: &str) -> Option<f64> {
         self.array::<Float64Array>(name).map(|values| values.value(self.at))
+    }
+
+    fn flag(&self, name: &str) -> Option<bool> {
+        self.array::<BooleanArray>(name).map(|flags| flags.value(self.at))
     }
 
     fn word(&self, name: &str) -> Option<&str> {

@@ -54,7 +54,7 @@ fn nearest(
             place: lamps.position.extend(distance_m).to_array(),
             ahead: lamps.ahead.extend(bearing).to_array(),
             inner: lamps.inner.extend(half).to_array(),
-            share: [share(away_m), 0.0, 0.0, 0.0],
+            share: [share(away_m), f32::from(u8::from(lamps.is_main)), 0.0, 0.0],
         };
     }
     beams
@@ -93,7 +93,12 @@ mod tests {
         };
         let frustum = ViewFrustum::new(&camera, [320, 180]);
         let away_m = |k: usize| 10.0 * k as f32;
-        let lamps = |k: usize| Headlamps { position: Vec3::new(away_m(k), 0.0, 0.7), ahead: Vec3::X, inner: Vec3::Y };
+        let lamps = |k: usize| Headlamps {
+            position: Vec3::new(away_m(k), 0.0, 0.7),
+            ahead: Vec3::X,
+            inner: Vec3::Y,
+            is_main: false,
+        };
         // In no order but for the ego's.
         let all: Vec<Headlamps> = [9, 5, 1, 7, 3, 8, 2, 6, 4].map(lamps).to_vec();
         let places =

@@ -1,10 +1,10 @@
-//! Headlamps of vehicles. In: the vehicles of a picture. Out: positions and directions of dipped beams, metres from the scene's origin.
+//! Headlamps of vehicles. In: the vehicles of a picture. Out: positions and directions of their beams, metres from the scene's origin.
 
 use super::{CarInstance, StaticScene, traffic_parts::drawn_vehicles, vehicles};
 use crate::{sim::Snapshot, space::Pose, traffic::VehicleKind};
 use glam::Vec3;
 
-/// Dipped headlamps of a vehicle, as one lamp between them.
+/// Headlamps of a vehicle, as one lamp between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Headlamps {
     pub position: Vec3,
@@ -12,7 +12,16 @@ pub struct Headlamps {
     pub ahead: Vec3,
     /// Unit direction towards the oncoming traffic, which the beam must not dazzle.
     pub inner: Vec3,
+    /// True if the main beam is on, too.
+    pub is_main: bool,
 }
+
+/// Speed from which other drivers use the main beam, m/s: they leave it off in towns.
+const MAIN_FROM_MPS: f64 = 16.0;
+/// Distance to others up to which they dip it, and half the width of the way ahead that counts, metres and metres per metre.
+const DIPPED_M: f32 = 200.0;
+const AHEAD_M: f32 = 15.0;
+const AHEAD_SLOPE: f32 = 0.15;
 
 /// Returns the headlamps of all motor vehicles, the ego's first. `cars` are the parts of the vehicles, in the same order.
 pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene: &StaticScene) -> Vec<Headlamps> {
@@ -21,7 +30,7 @@ pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene:
     for (body, parts) in drawn_vehicles(snapshot, cars) {
         let front = body.parts(&Pose::default(), None).zip(parts).next();
         let Some((part, car)) = front else { continue };
-        if matches!(body.kind, VehicleKind::Bicycle | VehicleKind::Pedestrian) {
+        if !is_motor(body.kind) {
             continue;
         }
         // Head lamps are beside the front indicators.
@@ -30,9 +39,31 @@ pub(super) fn headlamps(snapshot: &Snapshot, cars: &[CarInstance], static_scene:
             position: car.position + car.rotation * beside.with_y(0.0),
             ahead: car.rotation * Vec3::X,
             inner: car.rotation * inner,
+            is_main: false,
         });
     }
+    switch_main_beams(snapshot, cars, &mut lit);
     lit
+}
+
+fn is_motor(kind: VehicleKind) -> bool {
+    !matches!(kind, VehicleKind::Bicycle | VehicleKind::Pedestrian)
+}
+
+/// Switches on the main beam of the ego if its driver has, and of others who are fast and have an empty road ahead. `lit` has the headlamps
+/// of the motor vehicles.
+fn switch_main_beams(snapshot: &Snapshot, cars: &[CarInstance], lit: &mut [Headlamps]) {
+    let speeds = snapshot.cars.iter().filter(|car| is_motor(car.body.kind)).map(|car| car.speed_mps);
+    let sees = |lamps: &Headlamps, car: &CarInstance| {
+        let way = car.position - lamps.position;
+        let (ahead_m, aside_m) = (way.dot(lamps.ahead), way.dot(lamps.inner).abs());
+        (0.0..DIPPED_M).contains(&ahead_m) && aside_m < AHEAD_M + AHEAD_SLOPE * ahead_m
+    };
+    let Some((ego, others)) = lit.split_first_mut() else { return };
+    ego.is_main = snapshot.ego_main_beam;
+    for (lamps, speed_mps) in others.iter_mut().zip(speeds) {
+        lamps.is_main = speed_mps > MAIN_FROM_MPS && !cars.iter().any(|car| sees(lamps, car));
+    }
 }
 
 #[cfg(test)]
@@ -87,5 +118,27 @@ mod tests {
         let options = ViewOptions::default().at_hour(22.0);
         let lit = view(&snapshot, 1.0, ViewKind::Driver, &options, &left_hand).headlamps;
         assert!(lit.iter().all(|lamps| lamps.inner.distance(Vec3::NEG_Y) < 1e-3), "left-hand traffic");
+    }
+
+    #[test]
+    fn fast_drivers_dip_the_main_beam_for_others_and_the_ego_as_its_driver_says() {
+        let map = RoadMap::load("ring-250").expect("a map that is shipped");
+        let static_scene = StaticScene::with_trees(&map, 1, 0);
+        let fast = |id: u32, x: f64| VehicleSnapshot { speed_mps: 25.0, ..vehicle(id, VehicleKind::Car, 5.0, x) };
+        // To the east: one 150 m behind another, which has an empty road ahead; a slow one far beyond, and one on foot before it.
+        let cars = vec![
+            fast(1, 100.0),
+            fast(2, 250.0),
+            vehicle(3, VehicleKind::Pedestrian, 0.3, 600.0),
+            vehicle(4, VehicleKind::Car, 5.0, 900.0),
+        ];
+        let seen = |ego_main_beam| {
+            let snapshot = Snapshot { cars: cars.clone(), ego_main_beam, ..Snapshot::default() };
+            let options = ViewOptions::default().at_hour(22.0);
+            let lit = view(&snapshot, 1.0, ViewKind::Driver, &options, &static_scene).headlamps;
+            lit.iter().map(|lamps| lamps.is_main).collect::<Vec<_>>()
+        };
+        assert_eq!(seen(false), [false, false, true, false]);
+        assert_eq!(seen(true), [true, false, true, false]);
     }
 }

@@ -300,7 +300,7 @@ pub struct View {
     pub cars: Vec<CarInstance>,
     /// Lit lamps of signals, and indicators of vehicles.
     pub lamps: Vec<LitLamp>,
-    /// Dipped headlamps, the ego's first; empty while they are off.
+    /// Headlamps, the ego's first; empty while they are off.
     pub headlamps: Vec<Headlamps>,
     /// Ego around the driver's eye, in the driver's view only.
     pub seat: Option<DriverSeat>,

@@ -39,7 +39,7 @@ impl WheelNavigation {
             ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
             ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
             ButtonAction::Horn | ButtonAction::Handbrake => None,
-            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
 
@@ -54,7 +54,7 @@ impl WheelNavigation {
             ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
             ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre => None,
             ButtonAction::Horn | ButtonAction::Handbrake => None,
-            ButtonAction::IndicateLeft | ButtonAction::IndicateRight => None,
+            ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
 
@@ -161,6 +161,7 @@ mod tests {
                 (ButtonAction::Reverse, Some(FormInput::Back)),
                 (ButtonAction::IndicateLeft, None),
                 (ButtonAction::IndicateRight, None),
+                (ButtonAction::MainBeam, None),
                 (ButtonAction::Horn, None),
                 (ButtonAction::Mark, Some(FormInput::Mark)),
                 (ButtonAction::Answer, Some(FormInput::Next)),

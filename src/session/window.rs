@@ -489,6 +489,9 @@ impl SessionWindows<'_> {
                     devices.indicate(if is_left { Indicator::Left } else { Indicator::Right });
                 }
             }
+            Some(KeyCommand::MainBeam) if drives => {
+                self.resources.devices().into_iter().for_each(|devices| devices.switch_main_beam());
+            }
             Some(KeyCommand::PutBack) if drives => {
                 if let Some(live) = &mut self.resources.live {
                     live.put_back();

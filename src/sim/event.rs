@@ -97,6 +97,8 @@ pub enum EventKind {
     },
     /// The ego's indicators change.
     Indicator(Indicator),
+    /// The ego's main beam is switched on or off.
+    MainBeam(bool),
     /// The ego is put back on its lane.
     PutBack {
         /// Ego's front bumper along the route, metres.

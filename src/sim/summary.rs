@@ -163,6 +163,7 @@ impl SummaryAccumulator {
             | EventKind::Speeding { .. }
             | EventKind::WithinLimit
             | EventKind::Indicator(_)
+            | EventKind::MainBeam(_)
             | EventKind::PutBack { .. } => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {

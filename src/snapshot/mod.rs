@@ -93,6 +93,8 @@ pub struct Snapshot {
     pub ego_lane: Option<LanePosition>,
     /// Ego's indicators that are on.
     pub ego_indicator: Indicator,
+    /// True while the ego has its main beam on.
+    pub ego_main_beam: bool,
     /// Next manoeuvre of the ego's path; `None` if there is none.
     pub next_manoeuvre: Option<NextManoeuvre>,
     /// Ego's lateral offset from the lane's centre line, metres, positive to the left.

@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 43] = [
+const WORDS: [[&str; 3]; 44] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -163,6 +163,11 @@ const WORDS: [[&str; 3]; 43] = [
         "indicator",
         "the indicators were switched to left, right or off",
         "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Indicator",
+    ],
+    [
+        "main_beam",
+        "the main beam was switched on or off",
+        "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Main-beam",
     ],
     ["wheel profile", "profile of the steering wheel in use from now on", "Experiment-control, Label/Wheel-profile"],
     ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],

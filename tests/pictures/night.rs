@@ -101,6 +101,23 @@ fn dipped_headlamps_have_the_intensities_of_the_regulation() {
 }
 
 #[test]
+fn main_beams_have_the_intensities_of_the_regulation() {
+    // So far away that the wall is no whiter than the picture can show.
+    const AWAY_M: f32 = 50.0;
+    // UN Regulation 112, class B: degrees to the left, and the least intensity of one lamp in cd.
+    let points = [("HV", 0.0, 40_500.0), ("H-2.5L", 2.5, 20_300.0), ("H-2.5R", -2.5, 20_300.0), ("H-5L", 5.0, 5100.0)];
+    let mut wall = Wall::new(AWAY_M, MATT, &[]);
+    wall.view.headlamps[0].is_main = true;
+    let lux = wall.lux(points.map(|(_, left, _): (&str, f32, f32)| (AWAY_M * left.to_radians().tan(), 0.0)));
+    for ((name, left, least), lux) in points.into_iter().zip(lux) {
+        let candela = lux * AWAY_M * AWAY_M / left.to_radians().cos().powi(3) / 2.0;
+        println!("{name}: {candela:.0} cd a lamp");
+        // A tenth for steps of the picture's 256 levels; UN Regulation 48 allows 430,000 cd for all main beams of a vehicle (6.1.9.1).
+        assert!((0.9 * least..215_000.0).contains(&candela), "{name}: {candela} cd, at least {least}");
+    }
+}
+
+#[test]
 fn a_car_in_the_beam_shades_the_wall_behind_it() {
     let ahead = on_lane(0.0, 0.0);
     // Its rear is 10 m ahead of the ego's front.

@@ -30,6 +30,7 @@ const STANDING: Controls = Controls {
     steering_wheel_rad: 0.0,
     selector: codrive::controls::Selector::Drive,
     indicator: codrive::controls::Indicator::Off,
+    main_beam: false,
 };
 
 /// Returns every snapshot of `seconds` of a drive by the simulated driver.

@@ -107,6 +107,7 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "indicators as given: off, left or right",
         ColumnValue::Word(|r| r.controls.indicator.name().into()),
     ),
+    column("main_beam", "", "true while the main beam is on", ColumnValue::Flag(|r| Some(r.controls.main_beam))),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego?.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego?.position.y)),
     number("z_m", "m", "centre of the car, up from the ground", |r| Some(r.ego?.position.z)),

@@ -30,7 +30,7 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 17] = [
+    const KINDS_OF_WORLD: [&str; 18] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -46,6 +46,7 @@ impl EventRow {
         "within_limit",
         "near_miss",
         "indicator",
+        "main_beam",
         PUT_BACK,
         "ended",
     ];
@@ -81,6 +82,7 @@ impl EventRow {
             EventKind::RedLight { s_m, speed_mps } => row("red_light", at(s_m), None, Some(speed_mps)),
             EventKind::WrongWay { s_m } => row("wrong_way", at(s_m), None, None),
             EventKind::RightWay => row("right_way", String::new(), None, None),
+            EventKind::MainBeam(is_on) => row("main_beam", if is_on { "on" } else { "off" }.into(), None, None),
             EventKind::Indicator(side) => row("indicator", side.name().into(), None, None),
             EventKind::Speeding { s_m, over_mps } => row("speeding", at(s_m), None, Some(over_mps)),
             EventKind::WithinLimit => row("within_limit", String::new(), None, None),
@@ -98,7 +100,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "event",
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
-         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, put_back, ended, mark, note, pause, ...",
+         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, put_back, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

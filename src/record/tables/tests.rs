@@ -95,6 +95,7 @@ const CONTROLS: Controls = Controls {
     steering_wheel_rad: -1.5,
     selector: Selector::Neutral,
     indicator: Indicator::Right,
+    main_beam: true,
 };
 
 #[test]
@@ -109,6 +110,7 @@ fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
         ("steering_wheel_rad", "-1.500000"),
         ("selector", "neutral"),
         ("indicator", "right"),
+        ("main_beam", "true"),
         ("x_m", "3.000000"),
         ("y_m", "-4.000000"),
         ("z_m", "0.250000"),
@@ -274,6 +276,7 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         (EventKind::LeftPath { s_m: 31.25 }, ["left_path", "at 31.25 m of the route", "-", "-"]),
         (EventKind::BackOnPath { s_m: 80.5 }, ["back_on_path", "at 80.50 m of the route", "-", "-"]),
         (EventKind::Indicator(Indicator::Left), ["indicator", "left", "-", "-"]),
+        (EventKind::MainBeam(true), ["main_beam", "on", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),
     ] {

@@ -45,7 +45,7 @@ pub struct Frame {
 /// Largest number of beams in a picture.
 pub const MOST_BEAMS: usize = 16;
 
-/// Dipped beam of a vehicle's headlamps, and the vehicle that stands in it (`Beam` in `common.wgsl`).
+/// Beam of a vehicle's headlamps, and the vehicle that stands in it (`Beam` in `common.wgsl`).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct HeadlampBeam {
@@ -55,7 +55,7 @@ pub struct HeadlampBeam {
     pub ahead: [f32; 4],
     /// Unit vector towards the oncoming traffic; w is the tangent of half of the angle that the vehicle takes, 0 without one.
     pub inner: [f32; 4],
-    /// Share of its light, less than 1 for the last of the nearest beams; the others are unused.
+    /// Share of its light, less than 1 for the last of the nearest beams; 1 with the main beam; the others are unused.
     pub share: [f32; 4],
 }
 

@@ -45,6 +45,8 @@ pub mod layout {
     pub const REVERSE: (f32, f32) = (0.13, 0.69);
     /// Arrows of the indicators: distance of the tip beside and below the centre, length, half the height.
     pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
+    /// Telltale of the main beam, between the number and the hub's edge: distance of its middle above the centre, half its height.
+    pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
     /// Height of the distance below the arrow, and the distance of its middle below the centre.
@@ -209,6 +211,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     needle(&brush, dial, palette);
     number(&brush, dial, palette);
     indicator(&brush, dial, palette);
+    main_beam(&brush, dial, palette);
     guidance(&brush, dial, palette);
 }
 
@@ -332,6 +335,23 @@ fn indicator(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let colour = opaque(palette.indicator);
     brush.polygon(vec![at(tip, 0.0), at(neck, half), at(neck, -half)], colour);
     brush.polygon(vec![at(neck, shaft), at(tip - length, shaft), at(tip - length, -shaft), at(neck, -shaft)], colour);
+}
+
+/// Draws the telltale of the main beam: a lamp that faces left, with five level rays (ISO 7000, symbol 0082).
+fn main_beam(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
+    if !dial.main_beam {
+        return;
+    }
+    let (above, half) = layout::MAIN_BEAM;
+    let at = |x: f32, y: f32| brush.centre + vec2(x * half, y * half - above) * brush.radius;
+    let colour = opaque(palette.main_beam);
+    // The lens is flat and the reflector is half of an ellipse.
+    let bow = (0..=12).map(|k| f32::from(k as u8) / 12.0 * std::f32::consts::PI - std::f32::consts::FRAC_PI_2);
+    brush.polygon(bow.map(|angle| at(0.2 + 1.1 * angle.cos(), angle.sin())).collect(), colour);
+    let stroke = egui::Stroke::new(brush.at_least_px(0.018, 1.0) * brush.radius, colour);
+    for ray in [-0.8, -0.4, 0.0, 0.4, 0.8] {
+        brush.painter.line(vec![at(-0.1, ray), at(-1.3, ray)], stroke);
+    }
 }
 
 /// Draws the guidance in the gap of the scale: an arrow, and the distance below it. In reverse the R stands there.

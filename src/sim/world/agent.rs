@@ -237,6 +237,7 @@ impl Agent {
         self.control_delay.push_back(self.controls);
         let controls = self.control_delay.pop_front().unwrap_or(self.controls);
         self.indicate(controls.indicator);
+        self.switch_main_beam(controls.main_beam);
         let AgentBody::Full(car) = &mut self.body else { return false };
         let ground = self.network.ground(&self.map, &self.view);
         self.view.ego_before = *car.state();
@@ -249,6 +250,12 @@ impl Agent {
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;
         begun > 0
+    }
+
+    fn switch_main_beam(&mut self, is_on: bool) {
+        if std::mem::replace(&mut self.view.ego_main_beam, is_on) != is_on {
+            self.events.push(Event { tick: Tick(self.view.tick.0 + 1), kind: EventKind::MainBeam(is_on) });
+        }
     }
 
     fn indicate(&mut self, side: Indicator) {

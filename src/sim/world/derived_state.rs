@@ -20,6 +20,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         ego_s_m,
         ego_lane: None,
         ego_indicator: Indicator::Off,
+        ego_main_beam: false,
         next_manoeuvre: None,
         lane_offset_m: 0.0,
         cars: Vec::new(),
