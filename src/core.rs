@@ -13,6 +13,7 @@ pub mod file;
 pub mod foreign;
 pub mod hud;
 pub mod idm;
+pub mod latin_letters;
 pub mod lsl;
 pub mod map;
 pub mod metrics;

@@ -38,7 +38,7 @@
 //! idm  controls  plot  file    car-following model / pedals, wheel, selector / figures as SVG and PNG / bounded reading of files
 //! foreign  private  toml_text  panics of libraries as errors / files private to the user / faults in TOML
 //! native_code optimal_velocity places of libraries and programs / car-following model of people
-//! anticipation                 a leader as a driver anticipates it who sees it late (these five lines are one row)
+//! anticipation  latin_letters  a leader as a driver anticipates it who sees it late / letters of names (these five lines are one row)
 //! temporary  lsl               folders for temporary files / Lab Streaming Layer: streams of this program and of other devices
 //! data_folders  settings       folders of maps, policies, questionnaires / a struct as file, flags and widgets
 //! triggers  sumo_xml           bytes on a serial port, for amplifiers / checks of SUMO's input files (in one row with the line above)

@@ -34,6 +34,7 @@ const ROWS: [&[&str]; 20] = [
         "private",
         "toml_text",
         "native_code",
+        "latin_letters",
     ],
     &["temporary", "lsl"],
     &["data_folders", "settings", "triggers", "sumo_xml"],

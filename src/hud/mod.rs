@@ -3,6 +3,7 @@
 //! range a green band, the number green inside the range and white outside.
 
 mod guidance;
+mod letter_forms;
 pub mod lettering;
 mod number;
 mod palette;
