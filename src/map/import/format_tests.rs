@@ -272,6 +272,23 @@ fn the_side_of_traffic_of_open_street_map_follows_from_the_place() {
 }
 
 #[test]
+fn names_of_streets_are_kept_and_those_in_other_letters_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, line) in [
+        ("Allée d\u{2019}Été", "names          1 of streets"),
+        ("\u{4e2d}\u{5c71}\u{8def}", "names          1 of streets; 1 in letters that no sign can show"),
+    ] {
+        let tags = format!("<tag k=\"highway\" v=\"residential\"/><tag k=\"name\" v=\"{name}\"/>");
+        let text = streets(48.8, 2.3, &tags);
+        let (net, report, _) = imported(folder.path(), "town.osm", text.as_bytes(), None).unwrap();
+        // The other street of the file has no name.
+        let names = ["11", "12"].map(|id| net.edge(net.edge_named(id).unwrap()).name.as_deref());
+        assert_eq!(names, [Some(name), None]);
+        assert!(report.short().iter().any(|found| found == line), "{:?}", report.short());
+    }
+}
+
+#[test]
 fn two_way_roads_with_one_lane_become_wide_enough_for_two_cars() {
     let folder = tempfile::tempdir().unwrap();
     let imported = |tags: &str| {

@@ -76,7 +76,7 @@ impl Conversion<'_> {
         let log = self.net.with_extension("log");
         let mut command = bounded_command(self.program, bounds);
         command.arg(self.format).arg(self.file).arg("--output-file").arg(self.net).args(&self.options);
-        command.args(["--precision", "6", "--xml-validation", "never"]);
+        command.args(["--precision", "6", "--xml-validation", "never", "--output.street-names"]);
         with_projections(&mut command, self.program);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(private::file(&log).map_err(io)?);
         let status = wait(command.spawn().map_err(io)?, self.program, self.known, bounds, self.shares);

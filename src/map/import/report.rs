@@ -4,6 +4,7 @@
 use super::{netconvert_attempts::MadeNetwork, source_format::SourceFormat, warnings::WarningKind};
 use crate::{
     file::{open_regular, size_text},
+    latin_letters::is_latin,
     map::{
         MapError,
         limits::MOST_IMPORT_BYTES,
@@ -11,7 +12,7 @@ use crate::{
     },
     sumo_xml::{Dropped, document},
 };
-use std::io::BufRead;
+use std::{collections::BTreeSet, io::BufRead};
 
 /// Number of kinds of warnings shown in the terminal; the file lists all.
 const KINDS_TOLD: usize = 3;
@@ -39,6 +40,8 @@ pub struct ImportReport {
     pub census: NetworkCensus,
     /// Number of street lanes open to cars.
     pub car_lanes: usize,
+    /// Number of different names of streets, and of those in letters that no sign can show.
+    pub names: (usize, usize),
     /// Number of connections that are U-turns.
     pub u_turns: usize,
     /// Number of streets for cars with no lane before or after any of their lanes.
@@ -67,6 +70,7 @@ impl ImportReport {
             notes: made.notes.clone(),
             census: net.census(),
             car_lanes: street_lanes(net).filter(|lane| lane.admits_cars()).count(),
+            names: count_names(net),
             u_turns: net.connections().iter().filter(|way| way.is_turnaround()).count(),
             alone: alone(net),
             path: (made.path.length_m(net), made.path.streets.len(), made.path.is_closed),
@@ -99,6 +103,13 @@ impl ImportReport {
         lines.extend(self.finer.iter().map(|line| format!("               {line}")));
         lines.extend(self.notes.iter().cloned());
         lines.push(format!("streets        {}, {:.0} m of lanes", census.streets, census.lanes_m));
+        match self.names {
+            (0, _) => {}
+            (names, 0) => lines.push(format!("names          {names} of streets")),
+            (names, others) => {
+                lines.push(format!("names          {names} of streets; {others} in letters that no sign can show"));
+            }
+        }
         let others = census.lanes - self.car_lanes;
         lines.push(format!("lanes          {} for cars, {others} not for cars", self.car_lanes));
         lines.push(format!(
@@ -152,6 +163,13 @@ impl ImportReport {
 
 fn street_lanes(net: &Network) -> impl Iterator<Item = &crate::map::network::Lane> {
     net.lanes().iter().filter(|lane| net.edge(lane.edge).kind.is_street())
+}
+
+/// Counts the different names of streets, and those in letters of other alphabets than the Latin one.
+fn count_names(net: &Network) -> (usize, usize) {
+    let streets = net.edges().iter().filter(|edge| edge.kind.is_street());
+    let names: BTreeSet<&str> = streets.filter_map(|edge| edge.name.as_deref()).collect();
+    (names.len(), names.iter().filter(|name| !is_latin(name)).count())
 }
 
 /// Counts the streets for cars with no lane before or after any of their lanes.
