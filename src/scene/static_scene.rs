@@ -5,7 +5,8 @@ use super::{
     car::{self, wheel},
     land::{self, tufts},
     network::{
-        self, barriers, guard_rails, posts, signals, signs,
+        self, barriers, guard_rails, posts, signals,
+        signs::SignedRoads,
         street_lamps::{self, StreetLamp},
     },
     trees::{self, forest, leaf_cards::ModelDetail},
@@ -26,12 +27,13 @@ impl StaticScene {
 
     /// Builds the scene with at most `most_trees` trees, including those on the horizon (for weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
-        Self::of_network(&map.network, seed, most_trees)
+        Self::beside(&Roadside::of(&map.network, seed), place(map), seed, most_trees)
     }
 
     /// Builds the scene of a drive: with the trees of its scenario, and with a line along its path if the scenario asks for one.
     pub fn of_drive(map: &RoadMap, scenario: &Scenario, roadside: &LazyRoadside) -> Self {
-        let mut scene = Self::beside(roadside.get(), scenario.seed, scenario.display.trees as usize);
+        let most_trees = scenario.display.trees as usize;
+        let mut scene = Self::beside(roadside.get(), place(map), scenario.seed, most_trees);
         if scenario.display.guidance == GuidanceView::Road {
             scene.road.append(&network::route_line(&map.route, scene.origin));
         }
@@ -40,11 +42,11 @@ impl StaticScene {
 
     /// Builds the scene around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        Self::beside(&Roadside::of(network, seed), seed, most_trees)
+        Self::beside(&Roadside::of(network, seed), None, seed, most_trees)
     }
 
-    /// Builds the scene with this roadside.
-    fn beside(roadside: &Roadside, seed: u64, most_trees: usize) -> Self {
+    /// Builds the scene with this roadside, whose town has this name.
+    fn beside(roadside: &Roadside, place: Option<&str>, seed: u64, most_trees: usize) -> Self {
         // Views from above show the network's own roads, not what runs on beyond them.
         let Roadside { origin, network, own_surfaces: own, town, land_use, buildings, dead_ends, .. } = roadside;
         let (drawn, roads) = (roadside.drawn_network(), roadside.surfaces());
@@ -61,7 +63,8 @@ impl StaticScene {
         let paved = || {
             let (mut posts, heads) = signals::heads(network, roads);
             posts.append(&posts::posts(drawn, roads));
-            posts.append(&signs::signs(network, roads));
+            let signed = SignedRoads { net: network, drawn, surfaces: roads, town, place };
+            posts.append(&signed.mesh());
             posts.append(&guard_rails::mesh(&roadside.guard_rails));
             posts.append(&barriers::barriers(dead_ends));
             let lamps = street_lamps::street_lamps(network, town, roads);
@@ -124,6 +127,11 @@ impl StaticScene {
             (road.position.z as f32, (road.grade * along) as f32)
         })
     }
+}
+
+/// Returns the name of a map's town: its title, or `None` for a map without one, whose title is its name.
+fn place(map: &RoadMap) -> Option<&str> {
+    (map.title != map.name).then_some(map.title.as_str())
 }
 
 /// Returns the models of cars, then of other kinds of vehicles.
