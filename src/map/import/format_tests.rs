@@ -289,6 +289,31 @@ fn names_of_streets_are_kept_and_those_in_other_letters_are_counted() {
 }
 
 #[test]
+fn the_largest_place_of_open_street_map_is_the_title() {
+    let place = |kind: &str, name: &str| {
+        format!(
+            "<node id=\"9{}\" lat=\"48.8\" lon=\"2.3\"><tag k=\"place\" v=\"{kind}\"/><tag k=\"name\" v=\"{name}\"/></node>",
+            name.len()
+        )
+    };
+    let places =
+        [place("village", "Bois"), place("town", "Mer &amp; Mont"), place("town", "Val"), place("suburb", "Le Port")];
+    let text = streets(48.8, 2.3, "<tag k=\"highway\" v=\"residential\"/>");
+    let folder = tempfile::tempdir().unwrap();
+    for (more, title) in [(places.concat(), "Mer & Mont"), (String::new(), "port")] {
+        let file = folder.path().join("port.osm");
+        fs::write(&file, text.replace("<way id=\"11\"", &format!("{more}<way id=\"11\""))).unwrap();
+        let netconvert = root().join(".sumo/sumo/bin/netconvert");
+        let options = ImportOptions { seconds: 60, memory_mib: 1024, stop: &STOP, side: None };
+        let made = import_into(&folder.path().join("maps"), &netconvert, &file, "port", &options).unwrap();
+        assert_eq!(made.map.unwrap().title, title);
+        let says_so = made.report.notes.iter().any(|note| note == "place          Mer & Mont, the map's title");
+        assert_eq!(says_so, title == "Mer & Mont", "{:?}", made.report.notes);
+        fs::remove_dir_all(made.folder).unwrap();
+    }
+}
+
+#[test]
 fn two_way_roads_with_one_lane_become_wide_enough_for_two_cars() {
     let folder = tempfile::tempdir().unwrap();
     let imported = |tags: &str| {

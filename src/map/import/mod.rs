@@ -163,7 +163,9 @@ fn map_file(name: &str, report: &ImportReport, made: &netconvert_attempts::MadeN
     let (length_m, _, is_closed) = report.path;
     let kind = if is_closed { "A closed route" } else { "An open path" };
     let description = format!("{kind} of {length_m:.0} m, imported from {}.", report.file_name);
-    let head = format!("title = {}\ndescription = {}\n", text(name.to_owned()), text(description));
+    // The title of a place stands on its signs.
+    let title = made.place.clone().unwrap_or_else(|| name.to_owned());
+    let head = format!("title = {}\ndescription = {}\n", text(title), text(description));
     if is_closed {
         return head
             + "# The closed route is the longest loop found; to drive another, name its edges:\n\

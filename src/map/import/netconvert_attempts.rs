@@ -111,6 +111,8 @@ pub(super) struct MadeNetwork {
     pub before: Vec<String>,
     /// Lines for the report on what was changed in the file before its conversion.
     pub notes: Vec<String>,
+    /// Name of the place, if the file has one.
+    pub place: Option<String>,
     pub warnings: Vec<WarningKind>,
     /// Errors in the file that netconvert ignored.
     pub errors: Vec<WarningKind>,
@@ -286,8 +288,8 @@ impl Attempt<'_> {
         let path = default_path(self.file, &network)?;
         let gap_m = widest_joint_m(&network);
         let [warnings, errors] = [WARNING, ERROR].map(|begin| warnings::count(messages, begin));
-        let (before, notes) = (Vec::new(), self.source.notes.clone());
-        Ok(MadeNetwork { network, path, words, before, notes, warnings, errors, gap_m })
+        let (before, notes, place) = (Vec::new(), self.source.notes.clone(), self.source.place.clone());
+        Ok(MadeNetwork { network, path, words, before, notes, place, warnings, errors, gap_m })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Preparation of OpenStreetMap files for netconvert, which reads all traffic as right-hand, and makes two lanes of half a lane's width of a
 //! two-way road with one lane. In: the file, tag by tag, because it may be larger than the memory. Out: a copy with two lanes of full
-//! width on such roads, the side of traffic by place, and lines for the report.
+//! width on such roads, the side of traffic by place, the name of the largest place, and lines for the report.
 
 use super::{driving_side::DrivingSide, left_hand_places::is_left_hand};
 use quick_xml::{
@@ -13,6 +13,8 @@ use std::io::{self, BufRead, BufWriter, Write};
 #[derive(Debug, PartialEq)]
 pub(super) struct OpenStreetMapCopy {
     pub side: DrivingSide,
+    /// Name of the largest place that a node of the file names.
+    pub place: Option<String>,
     /// Lines for the report.
     pub notes: Vec<String>,
 }
@@ -29,6 +31,7 @@ pub(super) fn copy(
     let mut reader = Reader::from_reader(from);
     let mut writer = Writer::new(BufWriter::new(to));
     let mut places = Places::default();
+    let mut names = PlaceNames::default();
     let mut narrow = 0;
     let mut way: Option<Vec<Event<'static>>> = None;
     let mut buffer = Vec::new();
@@ -44,6 +47,7 @@ pub(super) fn copy(
             Event::Start(tag) | Event::Empty(tag) if tag.name().into_inner() == b"node" => places.count(tag),
             _ => {}
         }
+        names.read(&event);
         let ends_way = matches!(&event, Event::End(tag) if tag.name().into_inner() == b"way");
         match &mut way {
             None if matches!(&event, Event::Start(tag) if tag.name().into_inner() == b"way") => {
@@ -57,10 +61,10 @@ pub(super) fn copy(
         }
     }
     writer.into_inner().flush()?;
-    Ok(Some(described(chosen, &places, narrow)))
+    Ok(Some(described(chosen, &places, narrow, names.largest.map(|(_, name)| name))))
 }
 
-fn described(chosen: Option<DrivingSide>, places: &Places, narrow: usize) -> OpenStreetMapCopy {
+fn described(chosen: Option<DrivingSide>, places: &Places, narrow: usize, place: Option<String>) -> OpenStreetMapCopy {
     let by_place = if places.left > places.right { DrivingSide::Left } else { DrivingSide::Right };
     let side = chosen.unwrap_or(by_place);
     let (left, all) = (places.left, places.left + places.right);
@@ -79,7 +83,49 @@ fn described(chosen: Option<DrivingSide>, places: &Places, narrow: usize) -> Ope
              narrower than a car"
         ));
     }
-    OpenStreetMapCopy { side, notes }
+    notes.extend(place.iter().map(|place| format!("place          {place}, the map's title")));
+    OpenStreetMapCopy { side, place, notes }
+}
+
+/// Kinds of places that have a sign where their streets begin, the largest first.
+const PLACES: [&str; 4] = ["city", "town", "village", "hamlet"];
+/// Length of the longest name of a place, characters.
+const MOST_NAME: usize = 60;
+
+/// Names of places at nodes.
+#[derive(Default)]
+struct PlaceNames {
+    /// Kind, as an index of [`PLACES`], and name of the node that is read.
+    node: Option<(Option<usize>, Option<String>)>,
+    /// Largest place so far; of equal ones the first.
+    largest: Option<(usize, String)>,
+}
+
+impl PlaceNames {
+    fn read(&mut self, event: &Event) {
+        match event {
+            Event::Start(tag) if tag.name().into_inner() == b"node" => self.node = Some((None, None)),
+            Event::End(tag) if tag.name().into_inner() == b"node" => {
+                if let Some((Some(kind), Some(name))) = self.node.take()
+                    && self.largest.as_ref().is_none_or(|(largest, _)| kind < *largest)
+                {
+                    self.largest = Some((kind, name));
+                }
+            }
+            event => {
+                let (Some((kind, name)), Some((key, value))) = (&mut self.node, tag_of(event)) else { return };
+                match key.as_str() {
+                    "place" => *kind = PLACES.iter().position(|place| *place == value),
+                    "name" => {
+                        let plain = quick_xml::escape::unescape(&value).map(|plain| plain.into_owned()).ok();
+                        *name =
+                            plain.filter(|name| name.chars().count() <= MOST_NAME && !name.contains(char::is_control));
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
 }
 
 /// Numbers of nodes by side of traffic.

@@ -22,6 +22,8 @@ pub(super) struct SourceCopy {
     pub options: Vec<String>,
     /// Lines for the report.
     pub notes: Vec<String>,
+    /// Name of the place, if the file has one.
+    pub place: Option<String>,
     /// Files to remove when the conversion is over.
     copies: Vec<PathBuf>,
 }
@@ -40,7 +42,8 @@ impl SourceCopy {
     /// # Errors
     /// The file cannot be read, contradicts itself, or `side` is given for a SUMO network, which states its side itself.
     pub fn make(file: &Path, format: SourceFormat, folder: &Path, side: Option<DrivingSide>) -> Result<Self, MapError> {
-        let mut made = Self { file: file.into(), options: Vec::new(), notes: Vec::new(), copies: Vec::new() };
+        let mut made =
+            Self { file: file.into(), options: Vec::new(), notes: Vec::new(), place: None, copies: Vec::new() };
         match format {
             SourceFormat::OpenDrive => made.open_drive(folder, side)?,
             SourceFormat::OpenStreetMap => made.open_street_map(folder, side)?,
@@ -84,6 +87,7 @@ impl SourceCopy {
         };
         self.sides(found.side);
         self.notes = found.notes;
+        self.place = found.place;
         self.file = copy;
         Ok(())
     }

@@ -2,7 +2,8 @@
 //! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
-//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads with the pictures of `signal_faces`, `signs` the road signs, with `name_signs`, `speed_limits` and `sign_plates`, `posts` the
+//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads with the pictures of `signal_faces`, `signs` the road
+//! signs with `sign_kind`, `name_signs`, `speed_limits` and `sign_plates`, `posts` the
 //! reflector posts, `guard_rails` guard rails, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
 //! pavement. `road_ends` lets roads run on at the network's edge. `route_line` leads along the ego's path.
 
@@ -15,6 +16,7 @@ mod name_signs;
 mod paint;
 pub(super) mod posts;
 mod route_line;
+mod sign_kind;
 mod sign_plates;
 mod signal_faces;
 pub(super) mod signals;

@@ -3,7 +3,8 @@
 //! have none, as no plate can show them.
 
 use super::{
-    signs::{Sign, SignKind, SignedRoads},
+    sign_kind::SignKind,
+    signs::{Sign, SignedRoads},
     speed_limits::SpeedLimits,
 };
 use crate::{
@@ -147,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn streets_of_the_town_are_named_and_its_own_name_stands_where_roads_come_in() {
+    fn streets_of_the_town_are_named_and_its_name_stands_at_its_edge() {
         let map = RoadMap::load("town").expect("a shipped map");
         let names = shown(&map.network);
         // Of its 27 names, those of the roundabout and of streets outside the town are not shown.

@@ -2,8 +2,8 @@
 //! (`docs/references.md: roads`).
 
 use super::{
+    sign_kind::{MOTORWAY_MPS, SignKind},
     signals::STEEL,
-    signs::{MOTORWAY_MPS, SignKind},
 };
 use crate::{
     hud::lettering,

@@ -1,11 +1,12 @@
-//! Road signs beside the ends and starts of streets: stop, yield, roundabout, zebra crossing, priority, speed limit, names of streets and places,
-//! exits of motorways. In: right of way, speed limits, names and connections of the network. Out: one mesh of plates and poles. `speed_limits`
-//! says which limits signs state, `name_signs` where signs with names stand, `sign_plates` how plates look. Signs and their sizes are German
-//! (`docs/references.md: roads`).
+//! Road signs beside the ends and starts of streets: stop, yield, roundabout, zebra crossing, priority, speed limit, names of streets and
+//! places, exits of motorways. In: right of way, speed limits, names and connections of the network. Out: one mesh of plates and poles.
+//! `sign_kind` lists the signs, `speed_limits` says which limits they state, `name_signs` where names stand, `sign_plates` how plates look.
+//! Signs and their sizes are German (`docs/references.md: roads`).
 
 use super::{
     name_signs,
     paint::{StopLine, stop_line, yields_to_walkers_alone},
+    sign_kind::{MOTORWAY_MPS, SignKind},
     sign_plates::{PlateSize, is_large, plate, size_m},
     signals::{BESIDE_M, direction, pole},
     speed_limits::SpeedLimits,
@@ -38,40 +39,11 @@ const AFTER_ENTRY_M: f64 = 40.0;
 const SHORTEST_M: f64 = 20.0;
 /// Minimum distance between a sign's pole and any asphalt, metres. Signs nearer to it are left out.
 const FREE_M: f32 = 0.4;
-/// Speed limit above which junctions have no priority signs, m/s: 100 km/h. Such roads are motorways.
-pub(super) const MOTORWAY_MPS: f64 = 28.0;
 /// Length of the longest street that is taken for the lane of an exit, and length of that lane beside a longer street, metres.
 const LONGEST_EXIT_LANE_M: f64 = 600.0;
 const EXIT_LANE_M: f64 = 250.0;
 /// Distance of the board of an exit from the start of the exit's lane, metres.
 const AFTER_EXIT_LANE_M: f64 = 20.0;
-
-/// Kind of a sign.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum SignKind<'net> {
-    /// Sign 206: stop and yield.
-    Stop,
-    /// Sign 205: yield.
-    Yield,
-    /// Sign 215: roundabout.
-    Roundabout,
-    /// Sign 350: zebra crossing.
-    Zebra,
-    /// Sign 301: priority at the next junction.
-    Priority,
-    /// Sign 274: speed limit, km/h or mph.
-    SpeedLimit(u32),
-    /// Sign 437: name of a street, to be read from both sides.
-    StreetName(&'net str),
-    /// Sign 310: name of a place where its streets begin.
-    PlaceName(&'net str),
-    /// Sign 332: board of an exit, with the name of the road that it leads to.
-    ExitBoard(Option<&'net str>),
-    /// Sign 333 without its word: exit.
-    Exit,
-    /// Sign 450: so many hundred metres to the lane of an exit, 1 to 3.
-    ExitAhead(u32),
-}
 
 /// Sign beside a lane.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! Speed limits as signs state them: in tens of km/h, or in mph in networks whose limits are multiples of 5 mph. In: the limits of a network's
 //! streets. Out: the sign at the start of a street.
 
-use super::signs::SignKind;
+use super::sign_kind::SignKind;
 use crate::{
     map::network::{EdgeId, Network},
     units::{MPS_PER_KMH, MPS_PER_MPH},
