@@ -256,12 +256,7 @@ fn yielding_junctions(net: &Network) -> BTreeSet<JunctionId> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::{
-        map::RoadMap,
-        roadside::road_ends,
-        scene::mesh::tests::check,
-        space::Pose3,
-    };
+    use crate::{map::RoadMap, roadside::road_ends, scene::mesh::tests::check, space::Pose3};
 
     pub(in crate::scene::network) fn network(name: &str) -> Network {
         Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests")
