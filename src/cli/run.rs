@@ -14,8 +14,8 @@ pub(super) fn command() -> Command {
              refused",
         ))
         .arg(
-            Arg::new("from")
-                .long("from")
+            Arg::new("window-from")
+                .long("window-from")
                 .value_name("SECS")
                 .default_value("0")
                 .value_parser(value_parser!(f64))
@@ -32,14 +32,15 @@ pub(super) fn command() -> Command {
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let scenario = flags::scenario(matches)?;
-    let from_s = matches.get_one::<f64>("from").copied().unwrap_or_default();
+    let from_s = matches.get_one::<f64>("window-from").copied().unwrap_or_default();
     if scenario.duration_s <= 0.0 && scenario.traffic.log_file().is_none() {
         return Err(CliError::Input("--duration is 0; a run without a window needs an end, for example 300".into()));
     }
     let drive = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
     let scenario = drive.scenario().clone();
     if !(0.0..scenario.duration_s).contains(&from_s) {
-        let text = format!("--from is {from_s}; allowed: from 0 to below the duration of {} s", scenario.duration_s);
+        let text =
+            format!("--window-from is {from_s}; allowed: from 0 to below the duration of {} s", scenario.duration_s);
         return Err(CliError::Input(text));
     }
     let stop = stop_on_ctrl_c();

@@ -2,7 +2,11 @@
 //! does not depend on the layout of the keyboard, and the character of a key that is pressed with Ctrl. Out: a
 //! [`KeyCommand`] or a driving key.
 
-use crate::{input::DriveKey, panel::SCREEN_KEYS};
+use crate::{
+    controls::Indicator,
+    input::{Devices, DriveKey},
+    panel::SCREEN_KEYS,
+};
 use winit::keyboard::{Key, KeyCode};
 
 /// Command of a key.
@@ -64,6 +68,18 @@ impl KeyCommand {
         )
     }
 
+    /// Carries out a command for the driver's devices. Returns true if it is one.
+    pub fn apply_to(self, devices: &mut Devices) -> bool {
+        match self {
+            Self::Reverse => devices.keyboard.toggle_reverse(),
+            Self::IndicateLeft => devices.indicate(Indicator::Left),
+            Self::IndicateRight => devices.indicate(Indicator::Right),
+            Self::MainBeam => devices.switch_main_beam(),
+            _ => return false,
+        }
+        true
+    }
+
     /// Returns true for commands that help to develop the program.
     fn is_developers(self) -> bool {
         matches!(self, Self::FrameTimes | Self::Tick | Self::Step | Self::ReloadShaders)
@@ -79,8 +95,8 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 19] = [
     (&[KeyCode::KeyN], KeyCommand::Tick, "N", "one tick (10 ms) while paused"),
     (&[KeyCode::KeyM], KeyCommand::Step, "M", "one step while paused"),
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
-    (&[KeyCode::KeyV], KeyCommand::NextView, "V", "next view: driver, chase, bird's-eye, mirror"),
-    (&[KeyCode::KeyG], KeyCommand::WholeMap, "G", "map of the whole road on, off"),
+    (&[KeyCode::KeyV], KeyCommand::NextView, "V; G", "next view; map of the whole road on, off"),
+    (&[KeyCode::KeyG], KeyCommand::WholeMap, "", ""),
     (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
     (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q; E", "indicator left; right, on or off"),
     (&[KeyCode::KeyE], KeyCommand::IndicateRight, "", ""),
@@ -160,9 +176,9 @@ mod tests {
     #[test]
     fn beside_an_experimenter_the_driver_has_only_their_own_commands() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["F1", "R", "Q; E", "", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R", "Q; E", "", "F", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
-        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q; E", "B", "F11"]);
+        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q; E", "F", "B", "F11"]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use super::end_card::EndCard;
 use crate::{
-    controls::{ControlSource, Indicator},
+    controls::ControlSource,
     desktop::keys::{self, KeyCommand},
     driver,
     input::profiles,
@@ -207,10 +207,6 @@ impl DriveOverlay {
             KeyCommand::Step => single_step(live, live.drive.world.scenario().step_ticks()),
             KeyCommand::WholeMap => self.show_map = !self.show_map,
             KeyCommand::NextView => live.picture.next_view(),
-            KeyCommand::Reverse => live.devices.keyboard.toggle_reverse(),
-            KeyCommand::IndicateLeft => live.devices.indicate(Indicator::Left),
-            KeyCommand::IndicateRight => live.devices.indicate(Indicator::Right),
-            KeyCommand::MainBeam => live.devices.switch_main_beam(),
             KeyCommand::PutBack => live.put_back(),
             KeyCommand::LaneHelp => {
                 live.toggle_lane_help();
@@ -219,6 +215,9 @@ impl DriveOverlay {
             KeyCommand::Mark => {
                 live.note("mark", "by the experimenter");
                 self.show_message("marked".into(), live);
+            }
+            KeyCommand::Reverse | KeyCommand::IndicateLeft | KeyCommand::IndicateRight | KeyCommand::MainBeam => {
+                command.apply_to(&mut live.devices);
             }
             KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}
         }

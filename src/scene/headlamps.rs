@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_drivers_dip_the_main_beam_for_others_and_the_ego_as_its_driver_says() {
+    fn fast_drivers_dip_for_others_and_the_ego_does_as_its_driver_says() {
         let map = RoadMap::load("ring-250").expect("a map that is shipped");
         let static_scene = StaticScene::with_trees(&map, 1, 0);
         let fast = |id: u32, x: f64| VehicleSnapshot { speed_mps: 25.0, ..vehicle(id, VehicleKind::Car, 5.0, x) };

@@ -10,7 +10,6 @@ use super::{
 };
 use crate::{
     audio::Voice,
-    controls::Indicator,
     desktop::{
         DriverWindow, ExperimenterWindow, WindowSetup,
         display::{self, WindowPlacement},
@@ -478,23 +477,14 @@ impl SessionWindows<'_> {
         match keys::command(code).filter(|_| down && !event.repeat) {
             Some(KeyCommand::Help) => self.help_open = !self.help_open,
             Some(KeyCommand::FullScreen) => self.picture.toggle_fullscreen(),
-            Some(KeyCommand::Reverse) if drives => {
-                if let Some(devices) = self.resources.devices() {
-                    devices.keyboard.toggle_reverse();
-                }
-            }
-            Some(side @ (KeyCommand::IndicateLeft | KeyCommand::IndicateRight)) if drives => {
-                if let Some(devices) = self.resources.devices() {
-                    let is_left = side == KeyCommand::IndicateLeft;
-                    devices.indicate(if is_left { Indicator::Left } else { Indicator::Right });
-                }
-            }
-            Some(KeyCommand::MainBeam) if drives => {
-                self.resources.devices().into_iter().for_each(|devices| devices.switch_main_beam());
-            }
             Some(KeyCommand::PutBack) if drives => {
                 if let Some(live) = &mut self.resources.live {
                     live.put_back();
+                }
+            }
+            Some(command) if drives => {
+                if let Some(devices) = self.resources.devices() {
+                    command.apply_to(devices);
                 }
             }
             _ => {}

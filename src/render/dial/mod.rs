@@ -337,7 +337,7 @@ fn indicator(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.polygon(vec![at(neck, shaft), at(tip - length, shaft), at(tip - length, -shaft), at(neck, -shaft)], colour);
 }
 
-/// Draws the telltale of the main beam: a lamp that faces left, with five level rays (ISO 7000, symbol 0082).
+/// Draws the telltale of the main beam: a lamp that faces left, with five level rays, as on other instruments.
 fn main_beam(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     if !dial.main_beam {
         return;
