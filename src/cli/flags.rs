@@ -3,7 +3,7 @@
 
 use super::CliError;
 use crate::{
-    map::quickest_way_through,
+    map::{quickest_way_through, scenario_file},
     scenario::Scenario,
     settings::{Field, SettingKind},
     toml_text::did_you_mean,
@@ -52,7 +52,7 @@ pub fn add(command: Command, listing: HelpListing) -> Command {
         .long("scenario")
         .value_name("FILE")
         .value_parser(value_parser!(PathBuf))
-        .help("Scenario file (TOML, at most 1 MiB, or a .sumocfg of SUMO); flags take precedence")
+        .help("Scenario file (TOML, at most 1 MiB, or a .sumocfg of SUMO), or the name of a map with one; flags take precedence")
         .help_heading(HEADING);
     let name = command.get_name().to_owned();
     let command = command.arg(file).args(places().map(|arg| arg.help_heading(HEADING).conflicts_with("path")));
@@ -261,7 +261,7 @@ fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, Strin
 /// A wrong file, or a wrong combination of settings; the message is complete.
 pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
     let base = match matches.get_one::<PathBuf>("scenario") {
-        Some(path) => Scenario::from_file(path)?,
+        Some(path) => Scenario::from_file(&scenario_file(path).unwrap_or_else(|| path.clone()))?,
         None => Scenario::default(),
     };
     let base = match way(matches) {

@@ -67,6 +67,8 @@ pub fn own_folder() -> Option<PathBuf> {
 const MAPS: &str = "maps";
 /// File name of a map's own demand.
 const DEMAND: &str = "demand.rou.xml";
+/// File name of the scenario with which a map is driven best.
+const SCENARIO: &str = "scenario.toml";
 
 /// Returns all maps by name: the program's and the user's own. If a map's `map.toml` is broken, the error is its description.
 pub fn list() -> Vec<MapInfo> {
@@ -87,6 +89,12 @@ pub fn list() -> Vec<MapInfo> {
     maps.sort_by(|a, b| a.name.cmp(&b.name));
     maps.dedup_by(|b, a| a.name == b.name);
     maps
+}
+
+/// Returns the scenario of a map by the map's name; `None` for the path of a file, and if the map has none.
+pub fn scenario_file(name_or_path: &Path) -> Option<PathBuf> {
+    let name = name_or_path.to_str().filter(|name| !is_path(name) && !name_or_path.exists())?;
+    folders().map(|folder| folder.join(name).join(SCENARIO)).find(|file| file.is_file())
 }
 
 /// Returns true if a map is not one of [`SHIPPED`]: another machine may lack its name, or have another map under it.

@@ -41,7 +41,7 @@ mod xml_tree;
 mod xml_tree_tests;
 
 pub use canonical::SumoText;
-pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder};
+pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder, scenario_file};
 pub use error::MapError;
 pub use import::{Imported, import};
 pub use path_places::quickest_way_through;

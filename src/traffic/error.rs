@@ -74,7 +74,7 @@ pub enum TrafficError {
     Interrupted,
     /// The start edge has no room for the ego.
     #[error(
-        "no room for the ego on edge \"{edge}\" within {waited_s} s: other vehicles occupy it all the time\n  remedy: \
+        "no room for the ego on edge \"{edge}\" within {waited_s:.0} s: other vehicles occupy it all the time\n  remedy: \
          set another place (--path-start), fewer vehicles in the demand, or a longer wait (--wave-wait)"
     )]
     NoRoom {

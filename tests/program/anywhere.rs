@@ -98,6 +98,20 @@ fn the_file_alone_lists_its_maps_and_drives_with_its_shipped_policy() {
 }
 
 #[test]
+fn every_map_has_a_scenario_that_its_name_drives() {
+    let elsewhere = Elsewhere::new();
+    let sumo = Path::new(env!("CARGO_MANIFEST_DIR")).join(".sumo/sumo");
+    for name in MAPS {
+        // On a road that vehicles enter, the ego waits for room; without a warm-up there is some.
+        let asked = ["run", "--scenario", name, "--duration", "1", "--warm-up", "0", "--trees", "0"];
+        // SUMO opens a file whose path has other letters than ASCII only in a locale that has them.
+        let drove = run(elsewhere.command().args(asked).env("CODRIVE_SUMO_HOME", &sumo).env("LC_ALL", "C.UTF-8"));
+        assert!(drove.status.success() && printed(&drove).contains(name), "{name}: {}", printed(&drove));
+        assert!(!printed(&drove).contains("no effect"), "{name}: {}", printed(&drove));
+    }
+}
+
+#[test]
 fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let elsewhere = Elsewhere::new();
     let made = run(elsewhere.command().args(["map", "ring", "--circumference", "300"]));
