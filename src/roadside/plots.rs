@@ -139,7 +139,7 @@ impl Plot {
     }
 }
 
-/// Plots sorted into squares, each also into the eight around its own: one lookup finds all within [`SQUARE_M`] of a point.
+/// Plots sorted into squares, each also into the eight around its own: one lookup finds all within 40 m of a point.
 #[derive(Debug, Default)]
 pub struct PlotSquares(BTreeMap<[i32; 2], Vec<Plot>>);
 

@@ -1,5 +1,5 @@
 //! All paved surfaces of a network, and queries for points of the land: distance from the nearest lane, and height of the ground between
-//! roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Distances are exact up to [`NEAR_M`] from the
+//! roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Distances are exact up to 90 m from the
 //! roads. Further away they are estimated from sample points, with an error of about the samples' spacing.
 
 use super::{junction_areas, outlines::contains};
