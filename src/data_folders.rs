@@ -63,6 +63,11 @@ pub fn give(folder: &Path) -> Result<(), DataFolderError> {
     Ok(())
 }
 
+/// Returns the folder that [`give`] has set.
+pub fn given() -> Option<&'static Path> {
+    GIVEN.get().map(PathBuf::as_path)
+}
+
 /// Checks the folder named by the environment, if any.
 ///
 /// # Errors

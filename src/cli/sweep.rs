@@ -1,7 +1,7 @@
 //! `codrive sweep`: runs a plan on this machine's cores, as one part of a job array, or on a Ray cluster through the Python
 //! package. Finished runs are kept: a second start makes the missing ones.
 
-use super::{CliError, out, stop_on_ctrl_c};
+use super::{CliError, out, own_program, stop_on_ctrl_c};
 use crate::sweep::{
     SweepError, SweepPlan,
     results::SweepFolder,
@@ -162,7 +162,7 @@ fn make(
     let pool = WorkerPool {
         plan,
         command: &|| {
-            let mut command = std::process::Command::new(std::env::current_exe()?);
+            let mut command = own_program()?;
             command.arg("sweep").arg(&plan.path).arg("--out").arg(folder.root()).arg("--worker");
             Ok(command)
         },

@@ -134,6 +134,7 @@ contacts, off the road   0, 2
             min_gap_m: None,
             contacts: vec![contact],
             contact_count: 1,
+            object_contacts: 2,
             duration_s: 7.5,
             ended: None,
             ..whole
@@ -144,6 +145,7 @@ contacts, off the road   0, 2
             "time in range            - (no advice)",
             "smallest gap             -",
             "contacts, off the road   1, 2",
+            "walls, rails touched     2",
             "first contact            at 5.25 s with car 3, closing at 3.00 m/s",
             "stopped                  at 7.5 s",
         ] {

@@ -84,7 +84,7 @@ fn a_map_that_states_its_surroundings_is_built_up_where_it_says_so() {
             LandArea::rectangle(LandUse::Residential, [-10.0, -10.0], [110.0, 160.0]),
             LandArea::rectangle(LandUse::Park, [100.0, -10.0], [110.0, 160.0]),
         ],
-        trees: Vec::new(),
+        ..Surroundings::default()
     };
     let net = network("grid-signals").with_surroundings(surroundings);
     let plots = built(&net, &RoadSurfaces::of(&net), 3).plots;

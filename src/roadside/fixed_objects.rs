@@ -221,3 +221,61 @@ fn parapets(net: &Network, surfaces: &RoadSurfaces, lane: LaneId) -> Vec<FixedOb
     };
     sides.filter(is_free).map(parapet).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::roadside::guard_rails::RailPost;
+    use glam::{Vec3, dvec2, dvec3};
+
+    /// Returns the corners of the box around an object, parallel to the axes.
+    fn corners(object: &FixedObject) -> [[f64; 2]; 2] {
+        object.bounds().map(|at| at.to_array().map(|m| (m * 1000.0).round() / 1000.0))
+    }
+
+    #[test]
+    fn a_barrier_stands_across_the_end_of_its_road() {
+        let end = DeadEnd { middle: dvec3(60.0, 5.0, 2.0), outwards: DVec2::X, half_width_m: 1.6 };
+        let barrier = of_dead_end(&end);
+        // 0.6 m beyond the end, 0.3 m thick, as wide as the road.
+        assert_eq!(corners(&barrier), [[60.6, 3.4], [60.9, 6.6]]);
+        assert!(
+            barrier.is_at_height(2.0) && !barrier.is_at_height(7.0),
+            "under a bridge it stops no car on the bridge"
+        );
+    }
+
+    #[test]
+    fn a_straight_rail_is_one_box_behind_its_line_and_a_bend_has_several() {
+        let post = |x: f32, y: f32| RailPost { foot: Vec3::new(x, y, 0.0), along: Vec3::X, to_road: Vec3::Y };
+        let straight = (0..=10).map(|k| post(4.0 * k as f32, 0.0)).collect();
+        let [only] = of_rail(&GuardRail { posts: straight, into_ground: [false; 2] })[..] else { panic!("one box") };
+        assert_eq!(corners(&only), [[0.0, -0.3], [40.0, 0.0]]);
+        let bend = (0..=10).map(|k| post(4.0 * k as f32, 0.01 * (k * k) as f32)).collect();
+        let boxes = of_rail(&GuardRail { posts: bend, into_ground: [false; 2] });
+        assert!((3..=10).contains(&boxes.len()), "{}", boxes.len());
+        // Each begins where the one before it ends.
+        for pair in boxes.windows(2) {
+            let end = |of: &FixedObject, share: f64| of.pose.position + of.pose.forward() * share * of.length_m / 2.0;
+            let [before, after] = [&pair[0], &pair[1]];
+            let ways = [1.0, -1.0].map(|share| end(before, share).distance(end(after, -share)));
+            assert!(ways[0].min(ways[1]) < 0.05, "{ways:?}");
+        }
+    }
+
+    #[test]
+    fn objects_are_found_within_reach_of_their_boxes() {
+        let at = |x: f64, length_m: f64| FixedObject {
+            kind: FixedObjectKind::Building,
+            pose: Pose::new(dvec2(x, 0.0), 0.0),
+            length_m,
+            width_m: 10.0,
+            height_m: None,
+        };
+        let objects = FixedObjects::new(vec![at(0.0, 60.0), at(500.0, 10.0)]);
+        let near = |x: f64, y: f64| objects.near(dvec2(x, y)).map(|(number, _)| number).collect::<Vec<_>>();
+        // The long one ends at x = 30; the reach is 12 m, and squares have sides of 32 m.
+        assert_eq!([near(41.0, 0.0), near(-41.0, 16.0), near(495.0, 3.0)], [vec![0], vec![0], vec![1]]);
+        assert!(near(100.0, 0.0).is_empty() && near(0.0, 60.0).is_empty());
+    }
+}

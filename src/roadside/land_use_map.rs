@@ -59,7 +59,8 @@ impl LandUseMap {
                 squares.entry([x, y]).or_default().push(number);
             }
         }
-        let stated = (!surroundings.is_empty()).then(|| around(surroundings.points().map(|point| point.as_vec2())));
+        let stated =
+            surroundings.points().next().is_some().then(|| around(surroundings.points().map(|point| point.as_vec2())));
         let kinds = areas.iter().map(|(land_use, _)| *land_use).collect();
         Self { areas, squares, kinds, stated }
     }

@@ -101,6 +101,11 @@ impl LazyRoadside {
         })
     }
 
+    /// Checks whether the roadside has been found.
+    pub fn is_found(&self) -> bool {
+        self.found.get().is_some()
+    }
+
     /// Returns the roadside; finds it at the first call.
     pub fn get(&self) -> &Roadside {
         &self.found().0

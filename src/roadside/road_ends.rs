@@ -118,7 +118,8 @@ impl RoadEnd {
         let is_for_cars = |lane: LaneId| net.is_driven(lane) && net.lane(lane).admits_cars();
         self.lanes.iter().any(|(lane, _)| is_for_cars(*lane)).then_some(())?;
         let heights = self.lanes.iter().map(|(lane, ends)| end_of(net, *lane, *ends).0.z);
-        let middle = self.middle.extend(heights.fold(f64::NEG_INFINITY, f64::max));
+        // Beyond a turnaround, which is part of the end.
+        let middle = (self.middle + self.outwards * self.own_m).extend(heights.fold(f64::NEG_INFINITY, f64::max));
         Some(DeadEnd { middle, outwards: self.outwards, half_width_m: self.half_width_m })
     }
 
@@ -176,7 +177,7 @@ impl AddedRoads {
 /// End of a road from which it does not run on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeadEnd {
-    /// Middle of the lanes' ends.
+    /// Middle of the end, beyond its turnaround if it has one.
     pub middle: DVec3,
     /// Unit direction in which the road would run on.
     pub outwards: DVec2,

@@ -7,7 +7,7 @@ use crate::{
     map::network::{EdgeKind, Network},
     space::smoothstep,
 };
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Maximum distance from a road at which distances are exact, metres.
@@ -257,6 +257,16 @@ impl RoadSurfaces {
         far.sqrt().max(NEAR_M)
     }
 
+    /// Checks whether a paved surface may be within a distance, m; false only if there is none.
+    pub fn may_be_within(&self, point: Vec2, distance_m: f32) -> bool {
+        let (reach, at) = (self.rings(distance_m), self.cell_at(point));
+        let (low, high) = ((at - reach).max(IVec2::ZERO), (at + reach).min(IVec2::new(self.columns, self.rows) - 1));
+        (low.y..=high.y).any(|y| {
+            let row = y * self.columns;
+            low.x <= high.x && self.starts[(row + low.x) as usize] < self.starts[(row + high.x) as usize + 1]
+        })
+    }
+
     /// Returns the distance from the middle of the nearest lane, m, if each lane were [`HALF_LANE_M`] wide on either side.
     pub fn middle_m(&self, point: Vec2) -> f32 {
         self.border_m(point) + HALF_LANE_M
@@ -305,6 +315,11 @@ impl RoadSurfaces {
         self.level_m.is_none() && self.height_m(at.truncate()) < at.z - BRIDGE_M
     }
 
+    /// Returns column and row of the cell at a point, which may lie outside the grid.
+    fn cell_at(&self, point: Vec2) -> IVec2 {
+        ((point - self.low) / self.cell_m).floor().as_ivec2()
+    }
+
     /// Returns the number of rings of cells around a point's cell within which all members up to a distance, m, lie.
     fn rings(&self, within_m: f32) -> i32 {
         (within_m / self.cell_m).ceil() as i32
@@ -312,7 +327,7 @@ impl RoadSurfaces {
 
     /// Returns the grid's cells in the square ring `ring` cells away from the point's cell.
     fn ring(&self, point: Vec2, ring: i32) -> impl Iterator<Item = usize> + '_ {
-        let at = ((point - self.low) / self.cell_m).floor().as_ivec2();
+        let at = self.cell_at(point);
         let row = move |y: i32| {
             let whole = (y - at.y).abs() == ring;
             let step = if whole { 1 } else { (2 * ring).max(1) };

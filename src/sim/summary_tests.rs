@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     ego::EgoState,
     policy::{Action, Advice},
+    roadside::fixed_objects::FixedObjectKind,
     sim::{
         Leader, VehicleSnapshot,
         event::{Event, EventKind},
@@ -113,12 +114,13 @@ fn events_are_counted_and_contacts_keep_their_numbers() {
         at(3, EventKind::LeftRoad { s_m: 3.0, offset_m: 2.0 }),
         at(4, EventKind::BackOnRoad),
         at(4, contact),
+        at(4, EventKind::ObjectContact { object: FixedObjectKind::Building, ego_speed_mps: 4.0, closing_mps: 1.0 }),
         at(5, EventKind::Ended(EndReason::Contact)),
     ];
     let found = summary([0.0, 0.01], &drive(), &events);
     assert_eq!((found.advices, found.left_road, found.ended), (2, 1, Some(EndReason::Contact)));
     let record = ContactRecord { time_s: 0.04, car: 7, ego_speed_mps: 4.0, car_speed_mps: 3.0, closing_mps: 1.25 };
-    assert_eq!(found.contacts, [record]);
+    assert_eq!((found.contacts, found.contact_count, found.object_contacts), (vec![record], 1, 1));
 }
 
 #[test]

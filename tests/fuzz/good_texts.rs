@@ -8,7 +8,8 @@ pub const DRIVERS: &str = "format = \"codrive drivers 1\"\nstudy = \"A study\"\n
 pub const SURROUNDINGS: &str = "<additional>\n<poly id='1' type='building.house' height='6.5' shape='0,0 9,0 9,8 0,8 0,0'/>\n\
                          <poly id='2' type='building' shape='0,0,1 0,9,1 9,9,1'><param key='building:levels' value='3'/></poly>\n\
                          <poly id='3' type='landuse.forest' shape='0,0 9,0 9,8'/>\n<poly id='4' type='natural.tree_row' shape='0,0 90,0'/>\n\
-                         <poi id='5' type='natural.tree' x='3' y='4'><param key='leaf_type' value='needleleaved'/></poi>\n</additional>\n";
+                         <poi id='5' type='natural.tree' x='3' y='4'><param key='leaf_type' value='needleleaved'/></poi>\n\
+                         <poi id='6' type='traffic_sign.DE:274-50' x='3' y='9' angle='90'/>\n</additional>\n";
 
 /// Objects beside a road of every shape.
 pub const OPEN_DRIVE_OBJECTS: &str = "<OpenDRIVE><road><planView><geometry s='0' x='1' y='2' hdg='0.3' length='40'><line/></geometry>\
@@ -17,7 +18,8 @@ pub const OPEN_DRIVE_OBJECTS: &str = "<OpenDRIVE><road><planView><geometry s='0'
     aV='0' bV='0' cV='4' dV='1' pRange='normalized'/></geometry></planView><objects><object type='building' s='20' t='-9' length='9' width='7' \
     height='6' hdg='0.2'/><object type='building' s='60' t='9'><outline><cornerLocal u='0' v='0' height='4'/><cornerLocal u='9' v='0'/>\
     <cornerRoad s='70' t='20'/></outline></object><object type='tree' s='0' t='5'><repeat s='50' length='60' distance='9' tStart='5' tEnd='7'/>\
-    </object><object type='vegetation' s='0' t='0'><repeat s='80' length='50' distance='0' tStart='-6' tEnd='-5'/></object></objects></road></OpenDRIVE>";
+    </object><object type='vegetation' s='0' t='0'><repeat s='80' length='50' distance='0' tStart='-6' tEnd='-5'/></object></objects><signals><signal s='30' t='-4' orientation='+' dynamic='no' country='DE' type='274' value='50'/></signals></road>\
+    </OpenDRIVE>";
 
 /// Demand with every kind of traffic.
 pub const PERSONS: &[u8] = b"<routes>\n<vTypeDistribution id='d'><vType id='t' probability='1'><carFollowing-IDM tau='1'/></vType></vTypeDistribution>\n\

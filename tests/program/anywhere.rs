@@ -112,6 +112,26 @@ fn every_map_has_a_scenario_that_its_name_drives() {
 }
 
 #[test]
+fn drives_in_processes_of_their_own_have_the_maps_of_the_named_folder() {
+    let elsewhere = Elsewhere::new();
+    let project = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let copied = |from: &str, to: &str| {
+        let to = elsewhere.at("named").join("maps").join(to);
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::copy(project.join("maps").join(from), to).unwrap();
+    };
+    copied("ring-250/net.xml", "ring-250/net.xml");
+    for file in ["net.xml", "map.toml", "demand.rou.xml"] {
+        copied(&format!("merge/{file}"), &format!("slip-road/{file}"));
+    }
+    let asked = "evaluate --map slip-road --traffic sumo --policy pi --advised 10% --warm-up 0 --horizon 5 --over 2";
+    let mut command = elsewhere.command();
+    command.args(asked.split(' ')).arg("--data").arg(elsewhere.at("named"));
+    let drove = run(command.env("CODRIVE_SUMO_HOME", project.join(".sumo/sumo")).env("LC_ALL", "C.UTF-8"));
+    assert!(drove.status.success(), "{}", printed(&drove));
+}
+
+#[test]
 fn own_maps_are_found_in_the_home_and_without_a_home_a_remedy_is_given() {
     let elsewhere = Elsewhere::new();
     let made = run(elsewhere.command().args(["map", "ring", "--circumference", "300"]));

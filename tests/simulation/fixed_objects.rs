@@ -3,6 +3,7 @@
 use super::world::one_at_a_time;
 use codrive::{
     controls::{Controls, STEERING_RATIO},
+    driver::{SimulatedDriver, preset},
     roadside::fixed_objects::FixedObjectKind,
     scenario::{OnContact, Scenario},
     sim::{EndReason, EventKind, World},
@@ -93,6 +94,21 @@ fn a_drive_ends_at_a_wall_if_it_ends_at_a_contact() {
     let mut world = world(&Scenario { contact: OnContact::End, ..scenario });
     let (hits, _) = driven(&mut world, 1200, -std::f64::consts::FRAC_PI_2, 8.0);
     assert_eq!((hits.len(), world.ended()), (1, Some(EndReason::Contact)));
+}
+
+#[test]
+fn a_drive_that_stays_on_the_road_looks_for_no_object() {
+    let _alone = one_at_a_time();
+    // Round corners, over crossings and past the kerbs of the town, by the simulated driver.
+    let scenario = Scenario { map: "town".into(), policy: "none".into(), duration_s: 60.0, ..Scenario::default() };
+    let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
+    let params = preset("follow").expect("a shipped driver");
+    let mut driver = SimulatedDriver::new(&params, world.ego_params(), 1).expect("a driver");
+    while world.ended().is_none() {
+        let controls = driver.controls(&world.perceived_by(&driver));
+        world.tick(&controls).expect("a tick");
+    }
+    assert!(world.snapshot().ego_s_m > 200.0 && !world.drive().roadside().is_found());
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod columns_tests;
 pub(super) mod plan;
 mod report;
 
-use super::{CliError, flags, out, stop_on_ctrl_c};
+use super::{CliError, flags, out, own_program, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
     file,
@@ -311,8 +311,8 @@ fn whole(
     let failed = |e: &dyn std::fmt::Display| {
         CliError::Failed(format!("a drive on SUMO: {}", e.to_string().trim_start_matches("codrive: ")))
     };
-    let program = std::env::current_exe().map_err(|e| failed(&e))?;
-    let mut child = std::process::Command::new(program)
+    let mut child = own_program()
+        .map_err(|e| failed(&e))?
         .args(["evaluate", "--worker"])
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())

@@ -45,7 +45,12 @@ pub(super) fn write(
         if !found.is_empty() {
             private::replace(&folder.join(SURROUNDINGS), found.text().as_bytes()).map_err(failed)?;
         }
-        let counts = [("buildings", found.buildings.len()), ("land", found.areas.len()), ("trees", found.trees.len())];
+        let counts = [
+            ("buildings", found.buildings.len()),
+            ("land", found.areas.len()),
+            ("trees", found.trees.len()),
+            ("signs", found.signs.len()),
+        ];
         Ok(counts.into_iter().filter(|(_, count)| *count > 0))
     });
     match written {

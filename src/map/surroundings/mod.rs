@@ -1,4 +1,4 @@
-//! Buildings, kinds of land and trees beside the roads of a map. In: SUMO's file of polygons in a map's folder, as
+//! Buildings, kinds of land, trees and signs beside the roads of a map. In: SUMO's file of polygons in a map's folder, as
 //! polyconvert writes it from OpenStreetMap. Out: [`Surroundings`] in the network's coordinates, metres; or the fault with file, line and
 //! value.
 
@@ -6,10 +6,12 @@ mod footprint;
 mod land;
 pub mod open_drive;
 mod reference_line;
+mod road_sign;
 
 pub use self::{
     footprint::{BuildingUse, Footprint, STOREY_M},
     land::{LandArea, LandUse, StatedTree},
+    road_sign::{StatedSign, StatedSignKind},
 };
 
 use super::{MapError, limits::MOST_BYTES};
@@ -20,7 +22,7 @@ use std::{fmt::Write, path::Path};
 
 /// File name of a map's surroundings.
 pub const SURROUNDINGS: &str = "surroundings.xml";
-/// Maximum number of buildings, areas and trees of a file.
+/// Maximum number of buildings, areas, trees and signs of a file.
 const MOST_KEPT: usize = 200_000;
 /// Maximum number of walls of a building, and of corners of an area; an outline with more is made coarser.
 const MOST_WALLS: usize = 200;
@@ -30,12 +32,13 @@ const LEAST_M2: f64 = 4.0;
 /// Distance between the trees of a row, metres.
 const ROW_M: f64 = 8.0;
 
-/// Buildings, areas of land and trees beside a network.
+/// Buildings, areas of land, trees and signs beside a network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Surroundings {
     pub buildings: Vec<Footprint>,
     pub areas: Vec<LandArea>,
     pub trees: Vec<StatedTree>,
+    pub signs: Vec<StatedSign>,
 }
 
 impl Surroundings {
@@ -44,12 +47,12 @@ impl Surroundings {
         self.count() == 0
     }
 
-    /// Returns the number of buildings, areas and trees.
+    /// Returns the number of buildings, areas, trees and signs.
     pub fn count(&self) -> usize {
-        self.buildings.len() + self.areas.len() + self.trees.len()
+        self.buildings.len() + self.areas.len() + self.trees.len() + self.signs.len()
     }
 
-    /// Returns all corners and points.
+    /// Returns all corners and points of buildings, land and trees.
     pub fn points(&self) -> impl Iterator<Item = &DVec2> {
         let outlines = self.buildings.iter().map(|of| &of.outline).chain(self.areas.iter().map(|of| &of.outline));
         outlines.flatten().chain(self.trees.iter().map(|tree| &tree.position))
@@ -59,7 +62,9 @@ impl Surroundings {
     pub(super) fn move_by(&mut self, by: DVec2) {
         let buildings = self.buildings.iter_mut().flat_map(|of| &mut of.outline);
         let areas = self.areas.iter_mut().flat_map(|of| &mut of.outline);
-        buildings.chain(areas).chain(self.trees.iter_mut().map(|tree| &mut tree.position)).for_each(|at| *at += by);
+        let trees = self.trees.iter_mut().map(|tree| &mut tree.position);
+        let signs = self.signs.iter_mut().map(|sign| &mut sign.position);
+        buildings.chain(areas).chain(trees).chain(signs).for_each(|at| *at += by);
     }
 
     /// Returns the text of a file with these surroundings.
@@ -82,6 +87,14 @@ impl Surroundings {
             let param = format!("<param key=\"{}\" value=\"{leaves}\"/>", land::LEAVES);
             let _ =
                 writeln!(text, "    <poi id=\"t{id}\" type=\"{}\" x=\"{x:.2}\" y=\"{y:.2}\">{param}</poi>", land::TREE);
+        }
+        for (id, sign) in self.signs.iter().enumerate() {
+            let (DVec2 { x, y }, code, angle_deg) = (sign.position, sign.kind.code(), sign.angle_deg());
+            let kind = format!("{}{code}", road_sign::SIGN);
+            let _ = writeln!(
+                text,
+                "    <poi id=\"s{id}\" type=\"{kind}\" x=\"{x:.2}\" y=\"{y:.2}\" angle=\"{angle_deg:.1}\"/>"
+            );
         }
         text + "</additional>\n"
     }
@@ -116,12 +129,7 @@ fn parse(file: &Path, text: &str) -> Result<Surroundings, MapError> {
         };
         match node.tag_name().name() {
             "poly" => found.add_polygon(node, kind, &fault)?,
-            "poi" if kind == land::TREE => {
-                let number = |name: &str| node.attribute(name).unwrap_or_default();
-                let text = format!("{},{}", number("x"), number("y"));
-                let position = point(&text).ok_or_else(|| fault(("x,y", &text), POINTS))?;
-                found.trees.push(StatedTree { position, is_conifer: land::has_needles(node) });
-            }
+            "poi" => found.add_point(node, kind, &fault)?,
             _ => {}
         }
         if found.count() > MOST_KEPT {
@@ -172,10 +180,36 @@ impl Surroundings {
         }
         Ok(())
     }
+
+    /// Adds what a point of this type states.
+    fn add_point(
+        &mut self,
+        node: Node,
+        kind: &str,
+        fault: &dyn Fn((&str, &str), &'static str) -> MapError,
+    ) -> Result<(), MapError> {
+        let sign = kind.strip_prefix(road_sign::SIGN).and_then(StatedSignKind::of_code);
+        if kind != land::TREE && sign.is_none() {
+            return Ok(());
+        }
+        let number = |name: &str| node.attribute(name).unwrap_or_default();
+        let text = format!("{},{}", number("x"), number("y"));
+        let position = point(&text).ok_or_else(|| fault(("x,y", &text), POINTS))?;
+        let Some(kind) = sign else {
+            self.trees.push(StatedTree { position, is_conifer: land::has_needles(node) });
+            return Ok(());
+        };
+        let angle = node.attribute("angle").unwrap_or("0");
+        let angle_deg = angle.parse().ok().filter(|angle_deg: &f64| angle_deg.abs() <= 360.0);
+        let angle_deg =
+            angle_deg.ok_or_else(|| fault(("angle", angle), "degrees clockwise from north, -360 to 360"))?;
+        self.signs.push(StatedSign { position, facing_rad: StatedSign::facing_rad(angle_deg), kind });
+        Ok(())
+    }
 }
 
 fn too_many(file: &Path) -> MapError {
-    let (what, value) = ("the number of buildings, areas and trees".into(), "larger".into());
+    let (what, value) = ("the number of buildings, areas, trees and signs".into(), "larger".into());
     MapError::Limit { file: file.into(), what, value, allowed: format!("at most {MOST_KEPT}") }
 }
 

@@ -1,9 +1,10 @@
-//! Buildings, trees and bushes among the objects of an OpenDRIVE file. In: the file. Out: [`Surroundings`] in the file's coordinates, metres.
+//! Buildings, trees and bushes among the objects of an OpenDRIVE file, and signs among its signals. In: the file. Out: [`Surroundings`] in the file's coordinates, metres.
 //!
 //! Objects whose numbers are missing or out of range are left out: a road can be driven without them.
 
 use super::{
-    BuildingUse, Footprint, LandArea, LandUse, MOST_KEPT, StatedTree, Surroundings, doubled_area_m2,
+    BuildingUse, Footprint, LandArea, LandUse, MOST_KEPT, StatedSign, StatedSignKind, StatedTree, Surroundings,
+    doubled_area_m2,
     footprint::HIGHEST_M,
     reference_line::{ReferenceLine, number},
 };
@@ -13,7 +14,7 @@ use crate::{
 };
 use glam::{DVec2, dvec2};
 use roxmltree::Node;
-use std::path::Path;
+use std::{f64::consts::PI, path::Path};
 
 /// Least distance between repeated objects, and distance between the corners of a strip along a road, metres.
 const LEAST_M: f64 = 0.5;
@@ -36,8 +37,31 @@ pub fn read(file: &Path) -> Result<Surroundings, MapError> {
             let left = MOST_KEPT.saturating_sub(found.count());
             RoadObject { object, line: &line }.add_to(&mut found, left);
         }
+        let signals = road.children().filter(|node| node.has_tag_name("signals"));
+        let signals = signals.flat_map(|signals| signals.children().filter(|node| node.has_tag_name("signal")));
+        let left = MOST_KEPT.saturating_sub(found.count());
+        found.signs.extend(signals.filter_map(|signal| sign(signal, &line)).take(left));
     }
     Ok(found)
+}
+
+/// Returns the sign of a static signal; `None` for lights, and for signs other than those of [`StatedSignKind`]. OpenDRIVE numbers its own
+/// signs as Germany does.
+fn sign(signal: Node, line: &ReferenceLine) -> Option<StatedSign> {
+    let of = |name: &str| signal.attribute(name).unwrap_or_default();
+    let country = of("country").to_ascii_lowercase();
+    if of("dynamic") == "yes" || !["", "de", "ger", "germany", "opendrive"].contains(&country.as_str()) {
+        return None;
+    }
+    // 274-51 to 274-63 are 10 to 130 km/h in the older numbering.
+    let of_subtype = || number(signal, "subtype").filter(|of| (51.0..=63.0).contains(of)).map(|of| (of - 50.0) * 10.0);
+    let shown = number(signal, "value").filter(|value| *value > 0.0).or_else(of_subtype);
+    let kind = StatedSignKind::of(of("type"), shown)?;
+    let (s_m, t_m) = (number(signal, "s")?, number(signal, "t")?);
+    let (_, heading_rad) = line.at(s_m)?;
+    // A sign for those who drive along the line faces against it.
+    let facing_rad = if of("orientation") == "-" { heading_rad } else { heading_rad + PI };
+    Some(StatedSign { position: line.beside(s_m, t_m)?, facing_rad, kind })
 }
 
 /// Object beside a road.
@@ -177,6 +201,29 @@ mod tests {
         );
         std::fs::write(&file, text).expect("written");
         read(&file).expect("objects")
+    }
+
+    #[test]
+    fn signs_face_those_for_whom_they_hold() {
+        let found = of("</objects><signals>\
+             <signal s=\"100\" t=\"-5\" dynamic=\"no\" orientation=\"+\" country=\"DE\" type=\"206\"/>\
+             <signal s=\"200\" t=\"5\" dynamic=\"no\" orientation=\"-\" country=\"OpenDRIVE\" type=\"274\" subtype=\"57\"/>\
+             <signal s=\"300\" t=\"-5\" orientation=\"+\" country=\"de\" type=\"274\" value=\"50\" unit=\"km/h\"/>\
+             <signal s=\"10\" t=\"4\" dynamic=\"yes\" orientation=\"+\" country=\"OpenDRIVE\" type=\"1000001\"/>\
+             <signal s=\"20\" t=\"4\" dynamic=\"no\" orientation=\"+\" country=\"se\" type=\"206\"/>\
+             <signal s=\"30\" t=\"4\" dynamic=\"no\" orientation=\"+\" country=\"DE\" type=\"274\"/>\
+             <signal s=\"inf\" t=\"4\" dynamic=\"no\" orientation=\"+\" country=\"DE\" type=\"205\"/>\
+             </signals><objects>");
+        // The road leads north from (100, 50): along it, signs face south and stand in the east.
+        let looks = |sign: &StatedSign| {
+            (sign.position.round().to_array(), DVec2::from_angle(sign.facing_rad).y.round(), sign.kind)
+        };
+        let expected = [
+            ([105.0, 150.0], -1.0, StatedSignKind::Stop),
+            ([95.0, 250.0], 1.0, StatedSignKind::SpeedLimit(70)),
+            ([105.0, 350.0], -1.0, StatedSignKind::SpeedLimit(50)),
+        ];
+        assert_eq!(found.signs.iter().map(looks).collect::<Vec<_>>(), expected);
     }
 
     fn assert_corners(outline: &[DVec2], wanted: &[[f64; 2]]) {

@@ -40,6 +40,10 @@ fn land_and_trees_are_read_and_written_alike() {
            </poi>
            <poi id="5" type="natural.tree" x="7" y="8"><param key="leaf_type" value="broadleaved"/></poi>
            <poi id="6" type="amenity.bench" x="7" y="NaN"/>
+           <poi id="8" type="traffic_sign.DE:274-30" x="5" y="6" angle="90"/>
+           <poi id="9" type="traffic_sign.DE:206" x="9" y="6"/>
+           <poi id="10" type="traffic_sign.DE:274" x="9" y="6"/>
+           <poi id="11" type="traffic_sign.DE:283" x="9" y="6"/>
            <poly id="7" type="natural.tree_row" shape="0,0 17,0"/>"#)
     .expect("surroundings");
     let land: Vec<_> = found.areas.iter().map(|area| (area.land_use, area.area_m2())).collect();
@@ -49,6 +53,14 @@ fn land_and_trees_are_read_and_written_alike() {
     let row = [([0.0, 0.0], false), ([8.5, 0.0], false), ([17.0, 0.0], false)];
     assert_eq!(trees[..2], [([190.13, 340.52], true), ([7.0, 8.0], false)]);
     assert_eq!(trees[2..], row);
+    // It faces east, the second one north; a limit without a number and a sign of another kind are left out.
+    let signs: Vec<_> = found.signs.iter().map(|s| (s.position.to_array(), s.facing_rad, s.kind)).collect();
+    let east_and_north = [0.0, std::f64::consts::FRAC_PI_2];
+    let expected = [
+        ([5.0, 6.0], east_and_north[0], StatedSignKind::SpeedLimit(30)),
+        ([9.0, 6.0], east_and_north[1], StatedSignKind::Stop),
+    ];
+    assert_eq!(signs, expected);
     let every = [
         LandUse::Wood,
         LandUse::Scrub,
@@ -82,6 +94,11 @@ fn an_outline_of_very_many_corners_is_made_coarser() {
 #[test]
 fn a_fault_names_file_line_and_value() {
     let shape = of("<poly id=\"7\" type=\"building\" shape=\"0,0 x,1\"/>").unwrap_err();
+    let angle = of("<poi id=\"8\" type=\"traffic_sign.DE:206\" x=\"1\" y=\"1\" angle=\"400\"/>").unwrap_err();
+    assert!(
+        angle.starts_with("surroundings.xml:2: poi \"8\": angle is \"400\"; allowed: degrees clockwise"),
+        "{angle}"
+    );
     assert!(shape.starts_with("surroundings.xml:2: poly \"7\": shape is \"0,0 x,1\"; allowed: points x,y"), "{shape}");
     assert!(of("<poly id=\"7\" type=\"building\" shape=\"NaN,0 9,0 9,9\"/>").is_err());
     let tree = of("<poi id=\"7\" type=\"natural.tree\" x=\"3\"/>").unwrap_err();

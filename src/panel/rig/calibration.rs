@@ -218,18 +218,16 @@ impl CalibrationPage {
         if let Some(CalibrationProgress { learnt: Some(Err(error)), .. }) = &wheel.asked {
             ui.label(RichText::new(error.to_string()).color(theme::RED));
         }
-        if let Some(edited) = &mut self.edited {
-            ui.horizontal(|ui| {
-                let label = ui.label("Name");
-                ui.add(TextEdit::singleline(&mut edited.name).desired_width(180.0)).labelled_by(label.id);
-            });
-        }
         ui.horizontal(|ui| {
             let ask =
                 Button::new(RichText::new("Calibrate").color(Color32::WHITE)).fill(Color32::from_rgb(36, 96, 150));
             if ui.add(ask).on_hover_text("Measure axes, ends and rest positions; the drive is paused").clicked() {
                 *self = Self { open: true, ..Self::default() };
                 commands.push(CalibrationCommand::Begin);
+            }
+            if let Some(edited) = &mut self.edited {
+                let label = ui.label("Name");
+                ui.add(TextEdit::singleline(&mut edited.name).desired_width(180.0)).labelled_by(label.id);
             }
             if let Some(edited) = self.edited.clone() {
                 let named = !edited.name.trim().is_empty();

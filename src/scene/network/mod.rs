@@ -22,6 +22,7 @@ mod signal_faces;
 pub(super) mod signals;
 pub(super) mod signs;
 mod speed_limits;
+mod stated_signs;
 pub(super) mod street_lamps;
 mod strips;
 mod symbols;

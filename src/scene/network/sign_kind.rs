@@ -14,7 +14,7 @@ pub(super) enum SignKind<'net> {
     Roundabout,
     /// Sign 350: zebra crossing.
     Zebra,
-    /// Sign 301: priority at the next junction.
+    /// Sign 306: priority road.
     Priority,
     /// Sign 274: speed limit, km/h or mph.
     SpeedLimit(u32),

@@ -1,6 +1,7 @@
 //! Road signs beside the ends and starts of streets: stop, yield, roundabout, zebra crossing, priority, speed limit, names of streets and
 //! places, exits of motorways. In: right of way, speed limits, names and connections of the network. Out: one mesh of plates and poles.
-//! `sign_kind` lists the signs, `speed_limits` says which limits they state, `name_signs` where names stand, `sign_plates` how plates look.
+//! `sign_kind` lists the signs, `speed_limits` says which limits they state, `name_signs` where names stand, `stated_signs` which signs the map
+//! itself states, `sign_plates` how plates look.
 //! Signs and their sizes are German (`docs/references.md: roads`).
 
 use super::{
@@ -10,6 +11,7 @@ use super::{
     sign_plates::{PlateSize, is_large, plate, size_m},
     signals::{BESIDE_M, direction, pole},
     speed_limits::SpeedLimits,
+    stated_signs,
 };
 use crate::{
     map::network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
@@ -100,6 +102,7 @@ impl<'net> SignedRoads<'net> {
                 signs.extend(self.exit_signs(outermost, onto));
             }
         }
+        stated_signs::add_stated(self, &mut signs);
         signs
     }
 

@@ -16,7 +16,8 @@ use crate::{
     space::smoothstep,
 };
 use glam::{Vec2, Vec3};
-use std::collections::BTreeMap;
+use rayon::prelude::*;
+use std::{collections::BTreeMap, f32::consts::SQRT_2};
 
 /// Least distance of a trunk from the lane's edge, metres.
 pub const TRUNK_FREE_M: f32 = 4.0;
@@ -38,6 +39,8 @@ const MOST_DISTANT: usize = 3200;
 
 /// Side of the lattice squares, each with one seedling, metres.
 const SEEDLING_M: f32 = 4.2;
+/// Side of the blocks that are looked at once whether roads are near, in squares.
+const BLOCK: i32 = 16;
 
 struct Seedling {
     place: TreePlace,
@@ -61,10 +64,15 @@ pub(in crate::scene) fn plant(
     let mut random = rng::stream(seed, "trees");
     let reach = ((roads.radius_m() + FOREST_M) / SEEDLING_M).ceil() as i32;
     let mut seedlings = stated(surroundings, roads, buildings, relief, &crowns, seed);
+    let near = near_blocks(roads, reach);
     for row in -reach..=reach {
+        let blocks = &near[((row + reach) / BLOCK) as usize];
         for column in -reach..=reach {
             // Each square draws the same number of random values, whether or not it gets a tree.
             let draw: [f32; 6] = std::array::from_fn(|_| random.uniform(0.0, 1.0) as f32);
+            if !blocks[((column + reach) / BLOCK) as usize] {
+                continue;
+            }
             let jitter = Vec2::new(column as f32 + draw[0], row as f32 + draw[1]) - Vec2::splat(0.5);
             let point = roads.centre() + jitter * SEEDLING_M;
             let seedling = seedling(roads, relief, &crowns, seed, point, &draw);
@@ -76,6 +84,18 @@ pub(in crate::scene) fn plant(
     let mut grown = thin(seedlings, most);
     tint(&mut grown, &mut random);
     grown
+}
+
+/// Returns for each block of squares, by row and column, whether a road may be within the reach of its trees. On a long road most are far away.
+fn near_blocks(roads: &RoadSurfaces, reach: i32) -> Vec<Vec<bool>> {
+    let middle_m = |block: i32| (block * BLOCK + BLOCK / 2 - reach) as f32 * SEEDLING_M;
+    // Half of a block's diagonal, with the squares' jitter at its edge.
+    let half_m = (BLOCK / 2 + 1) as f32 * SEEDLING_M * SQRT_2;
+    let is_near = |row: i32, column: i32| {
+        roads.may_be_within(roads.centre() + Vec2::new(middle_m(column), middle_m(row)), FOREST_M + half_m)
+    };
+    let blocks = 2 * reach / BLOCK + 1;
+    (0..blocks).into_par_iter().map(|row| (0..blocks).map(|column| is_near(row, column)).collect()).collect()
 }
 
 /// Returns the trees that the map states, as large as the road and the walls beside them allow.
