@@ -24,6 +24,7 @@ mod fit;
 mod flags;
 mod map;
 mod out;
+mod own_program;
 mod progress;
 mod recover;
 mod replay;
@@ -53,15 +54,6 @@ use clap::{
 pub use flags::HelpListing;
 pub use out::visible;
 use std::{ffi::OsString, io::Write, path::PathBuf};
-
-/// Returns this program as a command of its own, with the same folder of data.
-fn own_program() -> std::io::Result<std::process::Command> {
-    let mut command = std::process::Command::new(std::env::current_exe()?);
-    if let Some(folder) = data_folders::given() {
-        command.arg("--data").arg(folder);
-    }
-    Ok(command)
-}
 
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {

@@ -1,7 +1,7 @@
 //! `codrive sweep`: runs a plan on this machine's cores, as one part of a job array, or on a Ray cluster through the Python
 //! package. Finished runs are kept: a second start makes the missing ones.
 
-use super::{CliError, out, own_program, stop_on_ctrl_c};
+use super::{CliError, out, own_program::own_program, stop_on_ctrl_c};
 use crate::sweep::{
     SweepError, SweepPlan,
     results::SweepFolder,

@@ -5,8 +5,9 @@ use super::{
     car::{self, wheel},
     land::{self, tufts},
     network::{
-        self, barriers, guard_rails, posts, signals,
-        signs::SignedRoads,
+        self, barriers, guard_rails, posts,
+        sign_kind::SignedRoads,
+        signals,
         street_lamps::{self, StreetLamp},
     },
     trees::{self, forest, leaf_cards::ModelDetail},

@@ -8,7 +8,7 @@ mod columns_tests;
 pub(super) mod plan;
 mod report;
 
-use super::{CliError, flags, out, own_program, stop_on_ctrl_c};
+use super::{CliError, flags, out, own_program::own_program, stop_on_ctrl_c};
 use crate::{
     drive_loop::evaluation_drive,
     file,

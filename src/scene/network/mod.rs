@@ -16,7 +16,7 @@ mod name_signs;
 mod paint;
 pub(super) mod posts;
 mod route_line;
-mod sign_kind;
+pub(super) mod sign_kind;
 mod sign_plates;
 mod signal_faces;
 pub(super) mod signals;

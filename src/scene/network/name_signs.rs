@@ -3,8 +3,7 @@
 //! have none, as no plate can show them.
 
 use super::{
-    sign_kind::SignKind,
-    signs::{Sign, SignedRoads},
+    sign_kind::{Sign, SignKind, SignedRoads},
     speed_limits::SpeedLimits,
 };
 use crate::{

@@ -7,7 +7,7 @@
 use super::{
     name_signs,
     paint::{StopLine, stop_line, yields_to_walkers_alone},
-    sign_kind::{MOTORWAY_MPS, SignKind},
+    sign_kind::{MOTORWAY_MPS, Plates, Sign, SignKind, SignedRoads},
     sign_plates::{PlateSize, is_large, plate, size_m},
     signals::{BESIDE_M, direction, pole},
     speed_limits::SpeedLimits,
@@ -15,7 +15,6 @@ use super::{
 };
 use crate::{
     map::network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
-    roadside::{road_surfaces::RoadSurfaces, town::Town},
     scene::{Mesh, mesh::TriangleList},
 };
 use glam::{Quat, Vec3};
@@ -46,32 +45,6 @@ const LONGEST_EXIT_LANE_M: f64 = 600.0;
 const EXIT_LANE_M: f64 = 250.0;
 /// Distance of the board of an exit from the start of the exit's lane, metres.
 const AFTER_EXIT_LANE_M: f64 = 20.0;
-
-/// Sign beside a lane.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sign<'net> {
-    pub kind: SignKind<'net>,
-    /// Second sign below the first one, on the same pole.
-    pub below: Option<SignKind<'net>>,
-    /// Outermost lane of the street.
-    pub lane: LaneId,
-    /// Foot of the pole, world axes, metres.
-    pub foot: Vec3,
-    /// Direction in which the sign faces, towards those who drive there, a unit vector; that of a street's name across the street.
-    pub facing: Vec3,
-}
-
-/// Network with all that decides where signs stand and what they say.
-#[derive(Clone, Copy)]
-pub(in crate::scene) struct SignedRoads<'net> {
-    pub net: &'net Network,
-    /// Network whose roads run on beyond its edge.
-    pub drawn: &'net Network,
-    pub surfaces: &'net RoadSurfaces,
-    pub town: &'net Town,
-    /// Name of the town, if it has one.
-    pub place: Option<&'net str>,
-}
 
 impl<'net> SignedRoads<'net> {
     /// Returns all signs of the network.
@@ -180,9 +153,6 @@ impl<'net> SignedRoads<'net> {
     }
 }
 
-/// Sign, and the one below it on the same pole.
-pub(super) type Plates<'net> = (SignKind<'net>, Option<SignKind<'net>>);
-
 /// Returns the first lane of the road on which one leaves a motorway at the end of a street.
 fn exit(net: &Network, edge: EdgeId) -> Option<LaneId> {
     let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| net.is_driven(*lane)).collect();
@@ -259,7 +229,12 @@ fn yielding_junctions(net: &Network) -> BTreeSet<JunctionId> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::{map::RoadMap, roadside::road_ends, scene::mesh::tests::check, space::Pose3};
+    use crate::{
+        map::RoadMap,
+        roadside::{road_ends, road_surfaces::RoadSurfaces, town::Town},
+        scene::mesh::tests::check,
+        space::Pose3,
+    };
 
     pub(in crate::scene::network) fn network(name: &str) -> Network {
         Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests")

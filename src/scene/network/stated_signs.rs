@@ -1,10 +1,7 @@
 //! Signs that a map states, in place of those by rules. In: the surroundings of a network, and its signs by rules. Out: both; of two of one kind
 //! at one place the stated one.
 
-use super::{
-    sign_kind::SignKind,
-    signs::{Sign, SignedRoads},
-};
+use super::sign_kind::{Sign, SignKind, SignedRoads};
 use crate::map::surroundings::{StatedSign, StatedSignKind};
 use glam::Vec2;
 use std::mem::discriminant;
