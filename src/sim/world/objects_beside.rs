@@ -8,23 +8,29 @@ use crate::{
         LazyRoadside,
         fixed_objects::{FixedObject, FixedObjectKind},
     },
-    space::{CAR_LENGTH_M, CAR_WIDTH_M},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
 
-/// Distance ahead of the bumpers and beside the doors at which the ground is looked at, metres: more than the way in a tick.
-const AHEAD_M: f64 = 1.0;
+/// Ticks between two looks at the ground around the vehicle: four points cost as much as a tenth of a tick in a town.
+const LOOK_EVERY: u32 = 4;
+/// Distance ahead of the bumpers and beside the doors at which the ground is looked at, metres: more than the way until the next look, at 50 m/s
+/// ahead.
+const AHEAD_M: f64 = 2.0;
 const ASIDE_M: f64 = 0.5;
 
 /// Finder of fixed objects near a vehicle.
 pub(super) struct ObjectsBeside {
     roadside: LazyRoadside,
     near: Vec<Obstacle>,
+    ticks_to_look: u32,
+    /// True if the vehicle reached beyond the asphalt at the last look.
+    is_beside: bool,
 }
 
 impl ObjectsBeside {
     /// Returns the finder for this roadside.
     pub fn new(roadside: &LazyRoadside) -> Self {
-        Self { roadside: roadside.clone(), near: Vec::new() }
+        Self { roadside: roadside.clone(), near: Vec::new(), ticks_to_look: 0, is_beside: false }
     }
 
     /// Returns the other obstacles together with the fixed objects that the vehicle may touch in this tick.
@@ -35,13 +41,12 @@ impl ObjectsBeside {
         ground: &dyn GroundModel,
     ) -> &'a [Obstacle] {
         let pose = ego.pose();
-        let (ahead, left) = (pose.forward(), pose.forward().perp());
-        let (ahead_m, left_m) = (CAR_LENGTH_M / 2.0 + AHEAD_M, CAR_WIDTH_M / 2.0 + ASIDE_M);
-        let corners = [(ahead_m, left_m), (ahead_m, -left_m), (-ahead_m, left_m), (-ahead_m, -left_m)];
-        let is_road = |(along_m, aside_m): (f64, f64)| {
-            ground.surface(pose.position + ahead * along_m + left * aside_m) == GroundSurface::Asphalt
-        };
-        if corners.into_iter().all(is_road) {
+        if self.ticks_to_look == 0 {
+            self.ticks_to_look = LOOK_EVERY;
+            self.is_beside = reaches_beyond(&pose, ground);
+        }
+        self.ticks_to_look -= 1;
+        if !self.is_beside {
             return others;
         }
         let height_m = ego.position.z;
@@ -65,4 +70,15 @@ impl ObjectsBeside {
     pub fn kind(&self, number: u32) -> Option<FixedObjectKind> {
         self.roadside.fixed_objects().get(number).map(|object| object.kind)
     }
+}
+
+/// Checks whether a vehicle is about to reach beyond the asphalt.
+fn reaches_beyond(pose: &Pose, ground: &dyn GroundModel) -> bool {
+    let (ahead, left) = (pose.forward(), pose.forward().perp());
+    let (ahead_m, left_m) = (CAR_LENGTH_M / 2.0 + AHEAD_M, CAR_WIDTH_M / 2.0 + ASIDE_M);
+    let corners = [(ahead_m, left_m), (ahead_m, -left_m), (-ahead_m, left_m), (-ahead_m, -left_m)];
+    let is_road = |(along_m, aside_m): (f64, f64)| {
+        ground.surface(pose.position + ahead * along_m + left * aside_m) == GroundSurface::Asphalt
+    };
+    !corners.into_iter().all(is_road)
 }
