@@ -3,7 +3,7 @@
 
 use super::CliError;
 use crate::{
-    map::{quickest_way_through, scenario_file},
+    map::{self, is_path, quickest_way_through, scenario_file},
     scenario::Scenario,
     settings::{Field, SettingKind},
     toml_text::did_you_mean,
@@ -15,9 +15,10 @@ use clap::{
     value_parser,
 };
 use serde_json::Value;
-#[cfg(feature = "tune")]
-use std::path::Path;
-use std::{ffi::OsStr, path::PathBuf};
+use std::{
+    ffi::OsStr,
+    path::{Path, PathBuf},
+};
 
 const HEADING: &str = "Scenario";
 
@@ -261,7 +262,7 @@ fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, Strin
 /// A wrong file, or a wrong combination of settings; the message is complete.
 pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
     let base = match matches.get_one::<PathBuf>("scenario") {
-        Some(path) => Scenario::from_file(&scenario_file(path).unwrap_or_else(|| path.clone()))?,
+        Some(path) => Scenario::from_file(&scenario_place(path)?)?,
         None => Scenario::default(),
     };
     let base = match way(matches) {
@@ -269,6 +270,24 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
         None => base,
     };
     Ok(base.with(&changes(matches, &Scenario::fields()))?)
+}
+
+/// Returns the file of `--scenario`: that of a map by the map's name, or the named one.
+fn scenario_place(named: &Path) -> Result<PathBuf, CliError> {
+    let name = named.to_string_lossy();
+    match scenario_file(named) {
+        Some(file) => Ok(file),
+        None if named.exists() || is_path(&name) || name.contains('.') => Ok(named.into()),
+        None => {
+            let known: Vec<String> = map::list().into_iter().map(|map| map.name).collect();
+            let near = did_you_mean(&name, &known);
+            Err(CliError::Input(format!(
+                "--scenario {name}: there is no such file, and no map of this name has a scenario{near}\n  remedy: the path \
+                 of a file, or the name of a map: {}",
+                known.join(", ")
+            )))
+        }
+    }
 }
 
 /// Returns the settings named on the command line, among those that [`add_fields`] made flags for.

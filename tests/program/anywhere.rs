@@ -109,6 +109,9 @@ fn every_map_has_a_scenario_that_its_name_drives() {
         assert!(drove.status.success() && printed(&drove).contains(name), "{name}: {}", printed(&drove));
         assert!(!printed(&drove).contains("no effect"), "{name}: {}", printed(&drove));
     }
+    let refused = run(elsewhere.command().args(["run", "--scenario", "twon"]));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(printed(&refused).contains("did you mean town?"), "{}", printed(&refused));
 }
 
 #[test]
