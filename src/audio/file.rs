@@ -1,7 +1,12 @@
 //! Sound as a file, offline. In: a [`SoundScene`] per tick. Out: a WAV file of 48 kHz, 16 bits, stereo, as long as the
 //! drive to the sample; the same drive gives the same bytes.
 
-use super::{Mixer, SoundScene};
+use super::{
+    Mixer, SoundScene,
+    mixer::FULL,
+    speech::{self, SpeechFault},
+    voice::{Playback, WavSamples},
+};
 use crate::{scenario::SoundLevels, time::TICKS_PER_S};
 use hound::{SampleFormat, WavSpec, WavWriter};
 use std::{
@@ -19,6 +24,8 @@ pub struct SoundFile {
     mixer: Mixer,
     writer: WavWriter<BufWriter<File>>,
     samples: Vec<[f32; 2]>,
+    /// Sentence that is being spoken.
+    speech: Option<Playback>,
 }
 
 impl SoundFile {
@@ -28,7 +35,17 @@ impl SoundFile {
     /// The file exists, or the system refuses.
     pub fn begin(path: &Path, levels: &SoundLevels) -> io::Result<Self> {
         let writer = new_wav(path, 2, RATE_HZ)?;
-        Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES] })
+        Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES], speech: None })
+    }
+
+    /// Speaks a sentence from the next tick on, in place of one that is being spoken.
+    ///
+    /// # Errors
+    /// There is no speech.
+    pub fn say(&mut self, sentence: &str) -> Result<(), SpeechFault> {
+        let wav = speech::spoken(sentence)?;
+        self.speech = WavSamples::read(&wav).ok().map(|text| Playback::new(text, RATE_HZ));
+        Ok(())
     }
 
     /// Appends the sound of one tick.
@@ -37,6 +54,14 @@ impl SoundFile {
     /// The disk refuses.
     pub fn tick(&mut self, sound_scene: &SoundScene) -> io::Result<()> {
         self.mixer.render(sound_scene, &mut self.samples);
+        if let Some(speech) = &mut self.speech {
+            let mut spoken = [[0.0; 2]; SAMPLES];
+            if !speech.fill(&mut spoken) {
+                self.speech = None;
+            }
+            let both = self.samples.iter_mut().flatten().zip(spoken.iter().flatten());
+            both.for_each(|(sample, spoken)| *sample = (*sample + spoken).clamp(-FULL, FULL));
+        }
         for sample in self.samples.iter().flatten() {
             self.writer.write_sample((sample * 32_767.0).round() as i16).map_err(to_io_error)?;
         }

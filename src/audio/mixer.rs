@@ -14,7 +14,7 @@ use crate::scenario::{SoundLevels, sound::gain};
 /// Amplitude up to which the limiter changes nothing; above it the curve bends towards full scale.
 const KNEE: f32 = 0.6;
 /// Full scale, less the rounding of a 16-bit sample.
-const FULL: f32 = 0.999;
+pub(super) const FULL: f32 = 0.999;
 /// Time constant of fading in and out at the start and at a pause, s.
 const FADE_S: f32 = 0.03;
 /// Time constant of speed and ground, s.

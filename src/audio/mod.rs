@@ -1,6 +1,6 @@
 //! Sound. In: the audible state of the world after a tick, as a [`SoundScene`]. Out: stereo samples, to a device
-//! ([`Speaker`]) or to a file ([`SoundFile`]), by one [`Mixer`]. Spoken instructions go to the device separately
-//! ([`Voice`]); the room is recorded if a study asks for it ([`RoomRecording`]).
+//! ([`Speaker`]) or to a file ([`SoundFile`]), by one [`Mixer`]. Spoken instructions and guidance go to the device separately
+//! ([`Voice`]), the latter by the program espeak-ng (`speech`); the room is recorded if a study asks for it ([`RoomRecording`]).
 //!
 //! [`Listener`] makes a [`SoundScene`] of snapshot and events. Engine: pitch by engine speed (speed times the gear's
 //! ratio), timbre by load. Tyres: by speed, on asphalt or grass. Wind: by speed. Other vehicles: by distance, side and
@@ -17,6 +17,7 @@ mod one_shot;
 mod smoothing;
 mod sound_scene;
 mod speaker;
+mod speech;
 mod traffic;
 mod voice;
 
@@ -25,6 +26,7 @@ pub use microphone::{RoomRecording, RoomStatus};
 pub use mixer::Mixer;
 pub use sound_scene::{Listener, NEAR, NearbyVehicle, SoundScene};
 pub use speaker::{Speaker, SpeakerFault, output};
+pub use speech::{SpeechFault, speech_program, spoken};
 pub use voice::{Voice, VoiceStatus};
 
 #[cfg(test)]

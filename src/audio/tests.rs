@@ -353,3 +353,27 @@ fn a_file_is_as_long_as_the_drive_and_the_same_every_time() {
     assert_eq!(bytes, write("b.wav"));
     assert!(SoundFile::begin(&folder.path().join("a.wav"), &SoundLevels::default()).is_err(), "nothing is overwritten");
 }
+
+#[test]
+fn a_sentence_is_heard_in_a_file_from_its_tick_to_its_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.wav");
+    let mut file = SoundFile::begin(&path, &SoundLevels::default()).unwrap();
+    let silent = SoundScene::default();
+    let mut ticks = |count: usize, sentence: Option<&str>| {
+        sentence.into_iter().for_each(|sentence| file.say(sentence).unwrap());
+        (0..count).for_each(|_| file.tick(&silent).unwrap());
+    };
+    // Half a second before, three seconds from the sentence on, which takes a second.
+    ticks(50, None);
+    ticks(300, Some("Turn left."));
+    file.end().unwrap();
+    let samples: Vec<i16> = hound::WavReader::open(&path).unwrap().samples().collect::<Result<_, _>>().unwrap();
+    assert_eq!(samples.len(), 350 * 480 * 2);
+    let loudest = |from_s: f64, to_s: f64| {
+        let at = |s: f64| (s * 48_000.0) as usize * 2;
+        samples[at(from_s)..at(to_s)].iter().map(|sample| sample.unsigned_abs()).max()
+    };
+    assert_eq!((loudest(0.0, 0.5), loudest(2.5, 3.5)), (Some(0), Some(0)));
+    assert!(loudest(0.5, 1.5) > Some(3000), "{:?}", loudest(0.5, 1.5));
+}

@@ -1,8 +1,11 @@
-//! Playback of a spoken text. In: a WAV file in memory. Out: its sound on the device, once, and the progress. The
+//! Playback of a spoken text. In: a WAV file in memory, or a sentence. Out: its sound on the device, once, and the progress. The
 //! device is opened and closed on a thread of its own, as in [`Speaker`](super::Speaker); without a device the status
 //! has the reason.
 
-use super::speaker::{self, SpeakerFault};
+use super::{
+    speaker::{self, SpeakerFault},
+    speech::{self, SpeechFault},
+};
 use hound::WavReader;
 use std::{
     io::Cursor,
@@ -40,6 +43,8 @@ enum VoiceFault {
     Device(#[from] SpeakerFault),
     #[error("the file cannot be read: {0}")]
     File(#[from] hound::Error),
+    #[error("{0}")]
+    Speech(#[from] SpeechFault),
 }
 
 /// A text that is being played; dropping it stops the playback.
@@ -52,12 +57,21 @@ pub struct Voice {
 impl Voice {
     /// Starts the playback on a thread of its own; the device opens a little later.
     pub fn play(wav: Arc<[u8]>) -> Self {
+        Self::begin(move || Ok(wav))
+    }
+
+    /// Starts to speak a sentence on a thread of its own.
+    pub fn say(sentence: String) -> Self {
+        Self::begin(move || Ok(speech::spoken(&sentence)?))
+    }
+
+    fn begin(text: impl FnOnce() -> Result<Arc<[u8]>, VoiceFault> + Send + 'static) -> Self {
         let status = Arc::new(Mutex::new(VoiceStatus::Opening));
         let (close, closed) = mpsc::channel::<()>();
         let theirs = Arc::clone(&status);
         let started = std::thread::Builder::new().name("voice".into()).spawn(move || {
             let over = Arc::new(AtomicBool::new(false));
-            match start(&wav, Arc::clone(&over)) {
+            match text().and_then(|wav| start(&wav, Arc::clone(&over))) {
                 Ok(stream) => {
                     put(&theirs, VoiceStatus::Playing);
                     while !over.load(Ordering::Relaxed) {
@@ -112,13 +126,13 @@ fn start(wav: &[u8], over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> 
 
 /// Samples of a file, left and right, as shares of full scale.
 #[derive(Clone, Debug)]
-struct WavSamples {
+pub(super) struct WavSamples {
     rate_hz: u32,
     samples: Arc<[[f32; 2]]>,
 }
 
 impl WavSamples {
-    fn read(wav: &[u8]) -> Result<Self, hound::Error> {
+    pub fn read(wav: &[u8]) -> Result<Self, hound::Error> {
         let mut reader = WavReader::new(Cursor::new(wav))?;
         let spec = reader.spec();
         let full = (1_u64 << (spec.bits_per_sample - 1)) as f32;
@@ -130,7 +144,7 @@ impl WavSamples {
 }
 
 /// Playback of a text at the rate of a device, by linear interpolation between the file's samples.
-struct Playback {
+pub(super) struct Playback {
     text: WavSamples,
     /// Position of the next sample, in samples of the file.
     at: f64,
@@ -138,13 +152,13 @@ struct Playback {
 }
 
 impl Playback {
-    fn new(text: WavSamples, rate_hz: u32) -> Self {
+    pub fn new(text: WavSamples, rate_hz: u32) -> Self {
         let step = f64::from(text.rate_hz) / f64::from(rate_hz);
         Self { text, at: 0.0, step }
     }
 
     /// Fills `out` with the next samples, and silence after the end. Returns false once the end has been reached.
-    fn fill(&mut self, out: &mut [[f32; 2]]) -> bool {
+    pub fn fill(&mut self, out: &mut [[f32; 2]]) -> bool {
         let samples = &self.text.samples;
         for sample in out {
             let (before, share) = (self.at as usize, self.at.fract() as f32);

@@ -39,6 +39,16 @@ pub(super) fn sound() -> Finding {
     }
 }
 
+/// Checks the program that speaks the guidance.
+pub(super) fn speech() -> Finding {
+    match audio::speech_program() {
+        Ok(program) => Finding::ok("spoken guidance", program),
+        Err(why) => {
+            Finding::warning("spoken guidance", format!("none: {why}"), "install it, or drive without spoken_guidance")
+        }
+    }
+}
+
 /// Measures the speed of a synced write to the disk.
 pub(super) fn disk_speed(folder: &Path) -> Finding {
     let path = folder.join(".codrive-doctor");

@@ -48,6 +48,9 @@ pub enum RunError {
     /// An LSL stream of another device or of this program is not available.
     #[error(transparent)]
     Lsl(#[from] crate::lsl::LslError),
+    /// No program speaks a sentence of the guidance.
+    #[error(transparent)]
+    Speech(#[from] crate::audio::SpeechFault),
     /// The trigger device is not available.
     #[error(transparent)]
     Trigger(#[from] crate::triggers::TriggerError),

@@ -58,7 +58,7 @@ fn round_arrow(exit_deg: i16, is_clockwise: bool) -> Vec<[f32; 2]> {
 }
 
 /// Returns a distance as navigation devices show it: in steps of 10, 50 or 100 m, or of 50 feet and tenths of a mile.
-fn distance_text(distance_m: f64, unit: SpeedUnit) -> String {
+pub(super) fn distance_text(distance_m: f64, unit: SpeedUnit) -> String {
     let stepped = |value: f64, step: f64| (value / step).round() * step;
     match unit {
         _ if distance_m <= 0.0 => String::new(),

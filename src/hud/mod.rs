@@ -9,12 +9,14 @@ mod number;
 mod palette;
 mod scale;
 mod speedometer;
+mod spoken_guidance;
 
 pub use guidance::DialGuidance;
 pub use number::{NumberFilter, RangeTooNarrow, check_range};
 pub use palette::{Palette, Rgb};
 pub use scale::{SpeedometerScale, expected_top_mps};
 pub use speedometer::Speedometer;
+pub use spoken_guidance::SpokenGuidance;
 
 use crate::{controls::Indicator, map::NextManoeuvre, units::SpeedUnit};
 

@@ -17,6 +17,9 @@ impl LiveDrive {
         if self.sound.frame(self.running(), horn) {
             self.note(sound::HORN, if horn { "on" } else { "off" });
         }
+        if let Some(sentence) = self.sound.speak() {
+            self.note(sound::SPOKEN_GUIDANCE, &sentence);
+        }
         if self.drive.world.scenario().rev_lamps {
             let advice_state = self.advice_state();
             if let Some(trouble) = self.devices.rig_mut().show_advice_state(advice_state) {

@@ -1,31 +1,45 @@
-//! Sound of a live drive. In: the world after each tick; pause and horn each frame. Out: the sound of the speaker.
+//! Sound of a live drive. In: the world after each tick; pause and horn each frame. Out: the sound of the speaker, and spoken guidance.
 
 use crate::{
-    audio::{Listener, SoundScene, Speaker},
+    audio::{Listener, SoundScene, Speaker, Voice, VoiceStatus, speech_program},
     controls::Controls,
+    hud::SpokenGuidance,
     scenario::Scenario,
     sim::World,
 };
 
 /// Name of the recorded event for a horn that is pressed or released, with "on" or "off" as detail.
 pub const HORN: &str = "horn";
+/// Name of the recorded event for a sentence of the guidance, with the sentence as detail.
+pub const SPOKEN_GUIDANCE: &str = "spoken_guidance";
 
 /// Sound of a drive and, in a window, its speaker.
 pub struct DriveSound {
     listener: Listener,
     speaker: Option<Speaker>,
     horn: bool,
+    guidance: Option<SpokenGuidance>,
+    /// Sentence that is not yet spoken.
+    due: Option<String>,
+    voice: Option<Voice>,
 }
 
 impl DriveSound {
     /// Creates the sound; nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
-        Self { listener: Listener::new(scenario), speaker: None, horn: false }
+        let guidance = scenario.spoken_guidance.then(|| SpokenGuidance::new(scenario.display.units));
+        Self { listener: Listener::new(scenario), speaker: None, horn: false, guidance, due: None, voice: None }
     }
 
     /// Starts playing at the scenario's levels.
     pub fn open(&mut self, scenario: &Scenario) {
         self.speaker = Some(Speaker::open(scenario.sound));
+        if self.guidance.is_some()
+            && let Err(why) = speech_program()
+        {
+            log::warn!("no spoken guidance: {why}; continuing without it");
+            self.guidance = None;
+        }
     }
 
     /// Switches to another drive; an open speaker continues at the new drive's levels.
@@ -44,7 +58,23 @@ impl DriveSound {
 
     /// Applies a tick of the world with these controls.
     pub fn tick(&mut self, world: &World, controls: &Controls) {
-        self.listener.tick(world.snapshot(), world.events(), controls);
+        let snapshot = world.snapshot();
+        self.listener.tick(snapshot, world.events(), controls);
+        if let Some(guidance) = &mut self.guidance {
+            self.due = guidance.tick(snapshot.next_manoeuvre, snapshot.ego.speed_mps).or_else(|| self.due.take());
+        }
+    }
+
+    /// Speaks the sentence of the guidance that is due, if there is a speaker, and returns it.
+    pub fn speak(&mut self) -> Option<String> {
+        if let Some(VoiceStatus::Failed(why)) = self.voice.as_ref().map(Voice::status) {
+            log::warn!("a sentence of the guidance was not spoken: {why}");
+            self.voice = None;
+        }
+        let sentence = self.due.take()?;
+        self.speaker.as_ref()?;
+        self.voice = Some(Voice::say(sentence.clone()));
+        Some(sentence)
     }
 
     /// Plays a frame; `running` is true while time runs, `horn` while the horn is held. Returns true if the horn

@@ -4,7 +4,7 @@ use super::Replay;
 use crate::{
     audio::SoundFile,
     drive_loop::RunError,
-    live_drive::sound::{DriveSound, HORN},
+    live_drive::sound::{DriveSound, HORN, SPOKEN_GUIDANCE},
     record::{RecordError, Table, TableReader},
 };
 use std::path::{Path, PathBuf};
@@ -17,34 +17,45 @@ pub struct SoundTrack {
     /// Ticks at which the horn was pressed (true) or released, in descending order.
     horn: Vec<(u64, bool)>,
     held: bool,
+    /// Ticks at which a sentence was spoken, in descending order.
+    spoken: Vec<(u64, String)>,
 }
 
 impl SoundTrack {
-    /// Begins the file at the scenario's sound levels; the horn follows the recording's events.
+    /// Begins the file at the scenario's sound levels; the horn and spoken guidance follow the recording's events.
     ///
     /// # Errors
     /// The file exists already, or the recording's events cannot be read.
     pub fn begin(path: &Path, replay: &Replay, recording: &Path) -> Result<Self, RunError> {
         let events = TableReader::parquet(&Table::Events.parquet(recording))?;
-        let rows = events.wholes("tick").into_iter().zip(events.words("event").into_iter().zip(events.words("detail")));
-        let mut horn: Vec<(u64, bool)> =
-            rows.filter(|(_, (event, _))| event == HORN).map(|(tick, (_, how))| (tick, how == "on")).collect();
-        horn.sort_by_key(|(tick, _)| *tick);
-        horn.reverse();
+        let words: Vec<(String, String)> = events.words("event").into_iter().zip(events.words("detail")).collect();
+        let rows: Vec<(u64, (String, String))> = events.wholes("tick").into_iter().zip(words).collect();
+        let of = |kind: &str| {
+            let of_kind = rows.iter().filter(|(_, (event, _))| event == kind);
+            let mut found: Vec<(u64, String)> = of_kind.map(|(tick, (_, detail))| (*tick, detail.clone())).collect();
+            found.sort_by_key(|(tick, _)| *tick);
+            found.reverse();
+            found
+        };
+        let horn = of(HORN).into_iter().map(|(tick, how)| (tick, how == "on")).collect();
+        let spoken = of(SPOKEN_GUIDANCE);
         let scenario = replay.world().scenario();
         let refused = |why| RecordError::File { path: path.into(), why };
         let file = SoundFile::begin(path, &scenario.sound).map_err(refused)?;
-        Ok(Self { path: path.into(), file, sound: DriveSound::new(scenario), horn, held: false })
+        Ok(Self { path: path.into(), file, sound: DriveSound::new(scenario), horn, held: false, spoken })
     }
 
     /// Adds the sound of a tick of the replay.
     ///
     /// # Errors
-    /// An I/O error.
+    /// An I/O error, or no program that speaks a sentence of the guidance.
     pub fn tick(&mut self, replay: &Replay) -> Result<(), RunError> {
         let world = replay.world();
         while let Some((_, held)) = self.horn.pop_if(|(tick, _)| *tick < world.snapshot().tick.0) {
             self.held = held;
+        }
+        while let Some((_, sentence)) = self.spoken.pop_if(|(tick, _)| *tick < world.snapshot().tick.0) {
+            self.file.say(&sentence)?;
         }
         self.sound.tick(world, &replay.controls());
         let path = self.path.clone();

@@ -184,6 +184,8 @@ flat_settings! {
             sound: SoundLevels = SoundLevels::default(),
             /// Play a gentle tone when the advised speed changes
             advice_tone: bool = false,
+            /// Speak the guidance along a path before each manoeuvre, in English, by the program espeak-ng
+            spoken_guidance: bool = false,
             /// Show the speed relative to the advice on the wheel's rev lamps: one lamp below the range, three within, all above
             rev_lamps: bool = false,
             /// Black square in the upper left corner that turns white for one frame, for a photodiode or a phone's camera

@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 44] = [
+const WORDS: [[&str; 3]; 45] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -158,6 +158,11 @@ const WORDS: [[&str; 3]; 44] = [
         "horn",
         "the horn was switched on or off",
         "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Horn",
+    ],
+    [
+        "spoken_guidance",
+        "a voice began to say the way before a manoeuvre",
+        "Sensory-event, Cue, Auditory-presentation, Loudspeaker, Label/Spoken-guidance",
     ],
     [
         "indicator",

@@ -312,6 +312,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
     // keys, a path, a policy with a target speed, SUMO on another machine.
     let stated = [
         "/advice_tone",
+        "/spoken_guidance",
         "/flash_patch",
         "/lane_help",
         "/rev_lamps",

@@ -47,7 +47,7 @@ const SECTIONS: [(&str, &[&str]); 8] = [
             "quality",
         ],
     ),
-    ("Sound", &["sound.", "advice_tone"]),
+    ("Sound", &["sound.", "advice_tone", "spoken_guidance"]),
     ("Rig", &["rev_lamps", "flash_patch", "extra_delay_s"]),
     (
         "Surroundings",
