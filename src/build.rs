@@ -64,7 +64,18 @@ fn shim_name() -> String {
 fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     let mut files = Vec::new();
     for (folder, endings) in [
-        ("maps", &["map.toml", "net.xml", "circuit.toml", "demand.rou.xml", "scenario.toml", "leader.csv"][..]),
+        (
+            "maps",
+            &[
+                "map.toml",
+                "net.xml",
+                "circuit.toml",
+                "demand.rou.xml",
+                "scenario.toml",
+                "surroundings.xml",
+                "leader.csv",
+            ][..],
+        ),
         ("assets/policies", &["policy.toml"]),
         ("assets/populations", &["toml"]),
         ("assets/questionnaires", &["json"]),

@@ -1,5 +1,5 @@
 //! Surroundings of the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
-//! guard rails. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and seed give the same bits.
+//! guard rails, noise walls. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and seed give the same bits.
 //!
 //! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the
 //! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground. `plots` and `footprint_places` place
@@ -11,6 +11,7 @@ pub mod footprint_places;
 pub mod guard_rails;
 pub mod junction_areas;
 pub mod land_use_map;
+pub mod noise_walls;
 pub mod outlines;
 pub mod plots;
 pub mod road_ends;
@@ -18,7 +19,7 @@ pub mod road_surfaces;
 pub mod town;
 
 use self::{
-    buildings::Buildings, guard_rails::GuardRail, land_use_map::LandUseMap, road_ends::DeadEnd,
+    buildings::Buildings, guard_rails::GuardRail, land_use_map::LandUseMap, noise_walls::NoiseWall, road_ends::DeadEnd,
     road_surfaces::RoadSurfaces, town::Town,
 };
 use crate::map::network::Network;
@@ -46,6 +47,7 @@ pub struct Roadside {
     pub land_use: LandUseMap,
     pub buildings: Buildings,
     pub guard_rails: Vec<GuardRail>,
+    pub noise_walls: Vec<NoiseWall>,
 }
 
 impl Roadside {
@@ -65,7 +67,8 @@ impl Roadside {
         let town = Town::of(&network);
         let buildings = Buildings::of(&network, &town, &land_use, surfaces, seed);
         let guard_rails = guard_rails::guard_rails(drawn, surfaces);
-        Self { origin, longer, dead_ends, own_surfaces, town, land_use, buildings, guard_rails, network }
+        let noise_walls = noise_walls::noise_walls(&guard_rails, &buildings, surfaces);
+        Self { origin, longer, dead_ends, own_surfaces, town, land_use, buildings, guard_rails, noise_walls, network }
     }
 
     /// Returns the network as it is drawn: with roads that run on beyond its edge.

@@ -145,6 +145,9 @@ impl RoadSurfaces {
         for area in junction_areas::areas(net) {
             collector.area(&area.outline);
         }
+        for gore in net.gores() {
+            collector.area(&points(&gore.outline));
+        }
         Self::new(collector)
     }
 

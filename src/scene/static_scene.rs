@@ -5,7 +5,7 @@ use super::{
     car::{self, wheel},
     land::{self, tufts},
     network::{
-        self, barriers, guard_rails, posts,
+        self, barriers, guard_rails, noise_walls, posts,
         sign_kind::SignedRoads,
         signals,
         street_lamps::{self, StreetLamp},
@@ -67,6 +67,7 @@ impl StaticScene {
             let signed = SignedRoads { net: network, drawn, surfaces: roads, town, place };
             posts.append(&signed.mesh());
             posts.append(&guard_rails::mesh(&roadside.guard_rails));
+            posts.append(&noise_walls::mesh(&roadside.noise_walls));
             posts.append(&barriers::barriers(dead_ends));
             let lamps = street_lamps::street_lamps(network, town, roads);
             posts.append(&street_lamps::mesh(&lamps));

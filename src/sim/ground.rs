@@ -51,14 +51,16 @@ impl NetworkGround<'_> {
         self.network.is_on_lane(at, SHOULDER_M, hint)
     }
 
-    /// Returns true if a point is in the junction that the ego is in, approaches or leaves. Without a lane of the ego, the lane nearest to
-    /// the point counts.
+    /// Returns true if a point is in the junction that the ego is in, approaches or leaves, or in a paved wedge between roads that part or
+    /// meet there. Without a lane of the ego, the lane nearest to the point counts.
     fn is_in_junction(&self, at: DVec2) -> bool {
         let nearest = || self.network.locate(at.extend(self.height_m), None).map(|found| found.lane);
         let Some(lane) = self.near.or_else(nearest) else { return false };
         let edge = self.network.edge_of(lane);
-        let around = [edge.from, edge.to, edge.junction].into_iter().flatten();
-        around.into_iter().any(|junction| self.network.junction(junction).covers(at))
+        let around = [edge.from, edge.to, edge.junction];
+        let mut wedges = self.network.gores().iter().filter(|wedge| around.contains(&Some(wedge.junction)));
+        let mut junctions = around.into_iter().flatten();
+        junctions.any(|junction| self.network.junction(junction).covers(at)) || wedges.any(|wedge| wedge.covers(at))
     }
 }
 

@@ -1,7 +1,9 @@
 //! Data derived from a network's elements once all are read: incoming lanes, links of connections, connections of signals, directions of
 //! lanes that are points, and the grid. In: a network with its lists filled. Out: the complete network.
 
-use super::{CentreLine, ConnectionId, EdgeId, EdgeKind, LaneId, Network, SumoText, Surroundings, grid::SegmentGrid};
+use super::{
+    CentreLine, ConnectionId, EdgeId, EdgeKind, LaneId, Network, SumoText, Surroundings, gore, grid::SegmentGrid,
+};
 use glam::{DVec2, DVec3};
 
 impl Network {
@@ -13,6 +15,7 @@ impl Network {
         self.name_links();
         self.list_signals();
         self.grid = SegmentGrid::new(self);
+        self.gores = gore::gores(self);
         let (low, high) = self.bounds();
         self.level = low.z == high.z;
     }
@@ -52,6 +55,7 @@ impl Network {
         }
         moved.surroundings.move_by(by.truncate());
         moved.grid = SegmentGrid::new(&moved);
+        moved.gores = gore::gores(&moved);
         moved
     }
 
@@ -66,6 +70,7 @@ impl Network {
             lane.drawn = None;
         }
         changed.grid = SegmentGrid::new(&changed);
+        changed.gores = gore::gores(&changed);
         changed
     }
 

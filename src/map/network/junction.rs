@@ -124,7 +124,7 @@ impl Junction {
 }
 
 /// Returns true if a point lies within a polygon: a ray to the east crosses its outline an odd number of times.
-fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
+pub(super) fn is_inside(point: DVec2, outline: &[DVec3]) -> bool {
     let mut inside = false;
     for k in 0..outline.len() {
         let (a, b) = (outline[k], outline[(k + 1) % outline.len()]);

@@ -4,13 +4,14 @@
 //!
 //! `read` reads a network and `write` writes it. `edge`, `junction`, `connection` and `signal` are its data; `signal_states` holds what
 //! its signals show. `centre_line` is the geometry of a lane; `grid` and `locate` find the lane at a point. `marking`
-//! derives the markings between them, and `census` counts the parts of a network.
+//! derives the markings between them, `gore` the paved wedges between roads that part or meet, and `census` counts the parts of a network.
 
 mod census;
 mod centre_line;
 mod connection;
 mod derive;
 mod edge;
+mod gore;
 mod grid;
 mod ids;
 mod junction;
@@ -29,6 +30,7 @@ pub use centre_line::CentreLine;
 pub(super) use centre_line::rounded_m;
 pub use connection::{Connection, ConnectionOptions, LinkState, SignalLink, TurnDirection};
 pub use edge::{Edge, EdgeKind, Lane, LaneSpread};
+pub use gore::Gore;
 pub use ids::{ConnectionId, EdgeId, JunctionId, LaneId, SignalId};
 pub use junction::{Junction, JunctionKind, LinkRule, LinkSet, Roundabout};
 pub use locate::REACH_M;
@@ -103,6 +105,7 @@ pub struct Network {
     lanes_by_id: Vec<LaneId>,
     edges_by_id: Vec<EdgeId>,
     grid: SegmentGrid,
+    gores: Vec<Gore>,
     surroundings: Surroundings,
 }
 
@@ -140,6 +143,11 @@ impl Network {
     /// Returns all roundabouts of the file.
     pub fn roundabouts(&self) -> &[Roundabout] {
         &self.roundabouts
+    }
+
+    /// Returns all paved wedges between roads that part or meet.
+    pub fn gores(&self) -> &[Gore] {
+        &self.gores
     }
 
     /// Returns the network's text as SUMO reads it, after the checks of [`SumoText`].

@@ -1,18 +1,21 @@
 //! Scene of a road network: all lanes with their markings, junctions, crossings and signals. In: a [`Network`]. Out: meshes in world axes,
 //! signal heads, and the paved surfaces that land must not cover. All lengths are in metres.
 //!
-//! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `paint` adds stop lines and
-//! crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the signal heads with the pictures of `signal_faces`, `signs` the road
-//! signs with `sign_kind`, `name_signs`, `speed_limits` and `sign_plates`, `posts` the
-//! reflector posts, `guard_rails` guard rails, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the
-//! pavement. `road_ends` lets roads run on at the network's edge. `route_line` leads along the ego's path.
+//! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `gores` paves and hatches the wedges
+//! between roads that part or meet. `paint` adds stop lines and crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the
+//! signal heads with the pictures of `signal_faces`, `signs` the road signs with `sign_kind`, `name_signs`, `speed_limits` and `sign_plates`,
+//! `posts` the reflector posts, `guard_rails` guard rails, `noise_walls` noise walls, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says which streets
+//! have pavements and lamps. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's
+//! edge. `route_line` leads along the ego's path.
 
 pub(super) mod barriers;
+mod gores;
 pub(super) mod guard_rails;
 mod junctions;
 mod lanes;
 pub(super) mod layer;
 mod name_signs;
+pub(super) mod noise_walls;
 mod paint;
 pub(super) mod posts;
 mod route_line;
@@ -51,6 +54,7 @@ pub(super) fn road(net: &Network, town: &Town, surfaces: &RoadSurfaces, relief: 
     for lane in net.lane_ids() {
         lanes::pave(net, lane, &shared, &mut paver, verges);
     }
+    gores::pave(net, &mut paver);
     paint::stop_lines(net, &mut paver);
     paint::crossings(net, &mut paver);
     symbols::paint(net, &mut paver);
