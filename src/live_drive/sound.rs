@@ -21,14 +21,22 @@ pub struct DriveSound {
     guidance: Option<SpokenGuidance>,
     /// Sentence that is not yet spoken.
     due: Option<String>,
-    voice: Option<Voice>,
+    spoken: Option<SpokenSentence>,
+}
+
+/// Sentence that is being spoken.
+struct SpokenSentence {
+    sentence: String,
+    voice: Voice,
+    /// True once the device plays it.
+    began: bool,
 }
 
 impl DriveSound {
     /// Creates the sound; nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
         let guidance = scenario.spoken_guidance.then(|| SpokenGuidance::new(scenario.display.units));
-        Self { listener: Listener::new(scenario), speaker: None, horn: false, guidance, due: None, voice: None }
+        Self { listener: Listener::new(scenario), speaker: None, horn: false, guidance, due: None, spoken: None }
     }
 
     /// Starts playing at the scenario's levels.
@@ -65,16 +73,21 @@ impl DriveSound {
         }
     }
 
-    /// Speaks the sentence of the guidance that is due, if there is a speaker, and returns it.
+    /// Speaks the sentence of the guidance that is due, if there is a speaker. Returns a sentence once the device plays it.
     pub fn speak(&mut self) -> Option<String> {
-        if let Some(VoiceStatus::Failed(why)) = self.voice.as_ref().map(Voice::status) {
-            log::warn!("a sentence of the guidance was not spoken: {why}");
-            self.voice = None;
+        if let (Some(sentence), Some(_)) = (self.due.take(), &self.speaker) {
+            self.spoken = Some(SpokenSentence { voice: Voice::say(sentence.clone()), sentence, began: false });
         }
-        let sentence = self.due.take()?;
-        self.speaker.as_ref()?;
-        self.voice = Some(Voice::say(sentence.clone()));
-        Some(sentence)
+        let spoken = self.spoken.as_mut().filter(|spoken| !spoken.began)?;
+        match spoken.voice.status() {
+            VoiceStatus::Opening => return None,
+            VoiceStatus::Playing | VoiceStatus::Ended => spoken.began = true,
+            VoiceStatus::Failed(why) => {
+                log::warn!("\"{}\" was not spoken: {why}", spoken.sentence);
+                self.spoken = None;
+            }
+        }
+        self.spoken.as_ref().map(|spoken| spoken.sentence.clone())
     }
 
     /// Plays a frame; `running` is true while time runs, `horn` while the horn is held. Returns true if the horn
