@@ -1,6 +1,7 @@
 //! Import of maps from other formats. In: an OpenDRIVE (`.xodr`), OpenStreetMap (`.osm`) or SUMO (`.net.xml`) file. Out: a folder in
 //! `maps/` with the network, its default path and a report, [`Imported`]. SUMO's own netconvert does the conversion, as a program within
-//! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`). `buildings` adds the buildings of an OpenStreetMap file.
+//! limits (`netconvert`), with coarser options if fine ones fail (`netconvert_attempts`). `surroundings` adds what stands beside the
+//! roads.
 
 mod driving_side;
 #[cfg(test)]
@@ -10,10 +11,14 @@ mod netconvert;
 mod netconvert_attempts;
 mod open_drive;
 mod open_street_map;
+mod osm_elements;
 mod plain_ids;
 mod repair;
 mod report;
 mod road_lanes;
+mod sign_nodes;
+mod sign_places;
+mod sign_tags;
 mod source_copy;
 mod source_format;
 mod surroundings;
@@ -150,7 +155,7 @@ fn fill(
 ) -> Result<ImportReport, MapError> {
     let made = netconvert_attempts::make(netconvert, file, format, &folder.join("net.xml"), options)?;
     let mut report = ImportReport::of(file, format, &made)?;
-    report.notes.extend(surroundings::write(folder, netconvert, (file, format), &made.network, options)?);
+    report.notes.extend(surroundings::write(folder, netconvert, (file, format), &made, options)?);
     let failed = |source| MapError::Io { file: file.into(), source };
     private::replace(&folder.join("map.toml"), map_file(name, &report, &made).as_bytes()).map_err(failed)?;
     private::replace(&folder.join(REPORT_FILE), report.text().as_bytes()).map_err(failed)?;

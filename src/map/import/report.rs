@@ -153,8 +153,8 @@ impl ImportReport {
     fn left_out(&self) -> String {
         match self.format {
             SourceFormat::Sumo if !self.dropped.is_empty() => return self.dropped.to_string(),
-            SourceFormat::OpenDrive => "signs, painted markings, objects other than buildings, trees and bushes, banking, and lanes without traffic",
-            SourceFormat::OpenStreetMap => "ways not for cars, signs, and painted markings",
+            SourceFormat::OpenDrive => "other signs, painted markings, objects other than buildings, trees and bushes, banking, and lanes without traffic",
+            SourceFormat::OpenStreetMap => "ways not for cars, other signs, and painted markings",
             SourceFormat::Sumo => "nothing",
         }
         .to_owned()

@@ -1,16 +1,17 @@
-//! Surroundings of an imported file: buildings, land and trees of OpenStreetMap, buildings, trees and bushes of OpenDRIVE. In: the file, and
+//! Surroundings of an imported file: buildings, land, trees and signs of OpenStreetMap and OpenDRIVE. In: the file, and
 //! the network made from it. Out: the map's file of surroundings, and lines for the report. SUMO's own polyconvert places those of
 //! OpenStreetMap in the network's frame.
 
 use super::{
     netconvert::{self, ImportOptions},
+    netconvert_attempts::MadeNetwork,
+    sign_nodes,
     source_format::SourceFormat,
 };
 use crate::{
     map::{
         MapError,
         limits::MOST_IMPORT_BYTES,
-        network::Network,
         surroundings::{self, SURROUNDINGS, Surroundings, open_drive},
     },
     private,
@@ -29,13 +30,18 @@ pub(super) fn write(
     folder: &Path,
     netconvert: &Path,
     (file, format): (&Path, SourceFormat),
-    network: &Network,
+    made: &MadeNetwork,
     options: &ImportOptions,
 ) -> Result<Vec<String>, MapError> {
+    let mut notes = Vec::new();
     let found = match format {
-        SourceFormat::OpenStreetMap => of_open_street_map(folder, netconvert, file, options),
+        SourceFormat::OpenStreetMap => of_open_street_map(folder, netconvert, file, options).and_then(|found| {
+            let signs = sign_nodes::read(folder, netconvert, file, made, options)?;
+            notes = signs.notes;
+            Ok(Surroundings { signs: signs.signs, ..found })
+        }),
         SourceFormat::OpenDrive => open_drive::read(file).map(|mut found| {
-            found.move_by(network.offset());
+            found.move_by(made.network.offset());
             found
         }),
         SourceFormat::Sumo => Ok(Surroundings::default()),
@@ -54,7 +60,7 @@ pub(super) fn write(
         Ok(counts.into_iter().filter(|(_, count)| *count > 0))
     });
     match written {
-        Ok(counts) => Ok(counts.map(|(what, count)| format!("{what:<14} {count}")).collect()),
+        Ok(counts) => Ok(counts.map(|(what, count)| format!("{what:<14} {count}")).chain(notes).collect()),
         Err(MapError::Interrupted { file }) => Err(MapError::Interrupted { file }),
         Err(why) => Ok(vec![format!("surroundings   none: {}", why.to_string().lines().next().unwrap_or_default())]),
     }
@@ -78,6 +84,7 @@ mod tests {
     use super::*;
     use crate::map::{
         import::import_into,
+        network::Network,
         surroundings::{BuildingUse, LandUse},
     };
     use std::sync::atomic::AtomicBool;

@@ -11,8 +11,10 @@ mod road_sign;
 pub use self::{
     footprint::{BuildingUse, Footprint, STOREY_M},
     land::{LandArea, LandUse, StatedTree},
-    road_sign::{StatedSign, StatedSignKind},
+    road_sign::{BESIDE_M, StatedSign, StatedSignKind},
 };
+
+pub(super) use self::road_sign::older_limit;
 
 use super::{MapError, limits::MOST_BYTES};
 use crate::sumo_xml::document;

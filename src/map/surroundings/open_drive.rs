@@ -7,6 +7,7 @@ use super::{
     doubled_area_m2,
     footprint::HIGHEST_M,
     reference_line::{ReferenceLine, number},
+    road_sign::older_limit,
 };
 use crate::{
     map::{MapError, limits::MOST_BYTES},
@@ -53,8 +54,7 @@ fn sign(signal: Node, line: &ReferenceLine) -> Option<StatedSign> {
     if of("dynamic") == "yes" || !["", "de", "ger", "germany", "opendrive"].contains(&country.as_str()) {
         return None;
     }
-    // 274-51 to 274-63 are 10 to 130 km/h in the older numbering.
-    let of_subtype = || number(signal, "subtype").filter(|of| (51.0..=63.0).contains(of)).map(|of| (of - 50.0) * 10.0);
+    let of_subtype = || number(signal, "subtype").and_then(older_limit);
     let shown = number(signal, "value").filter(|value| *value > 0.0).or_else(of_subtype);
     let kind = StatedSignKind::of(of("type"), shown)?;
     let (s_m, t_m) = (number(signal, "s")?, number(signal, "t")?);

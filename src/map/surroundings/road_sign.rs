@@ -8,6 +8,8 @@ use std::f64::consts::FRAC_PI_2;
 pub(super) const SIGN: &str = "traffic_sign.DE:";
 /// Largest speed limit on a sign.
 const MOST_LIMIT: f64 = 200.0;
+/// Distance between the pole of a sign or signal and the edge of the outermost lane, metres: beyond the shoulder.
+pub const BESIDE_M: f64 = 0.95;
 
 /// Road sign at a stated place.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,7 +27,7 @@ impl StatedSign {
     }
 
     /// Returns the direction of a compass angle, radians counter-clockwise from east.
-    pub(super) fn facing_rad(angle_deg: f64) -> f64 {
+    pub(in crate::map) fn facing_rad(angle_deg: f64) -> f64 {
         FRAC_PI_2 - angle_deg.to_radians()
     }
 }
@@ -38,19 +40,22 @@ pub enum StatedSignKind {
     Roundabout,
     Priority,
     Zebra,
+    /// Name of the place, where its streets begin.
+    PlaceName,
     /// Speed limit, km/h or mph.
     SpeedLimit(u32),
 }
 
 impl StatedSignKind {
     /// Returns the kind of a German sign by its number and the number that it shows; `None` for all others.
-    pub(super) fn of(number: &str, shown: Option<f64>) -> Option<Self> {
+    pub(in crate::map) fn of(number: &str, shown: Option<f64>) -> Option<Self> {
         Some(match number {
             "205" => Self::Yield,
             "206" => Self::Stop,
             "215" => Self::Roundabout,
             "274" => Self::SpeedLimit(shown.filter(|limit| (1.0..=MOST_LIMIT).contains(limit))?.round() as u32),
             "301" | "306" => Self::Priority,
+            "310" => Self::PlaceName,
             "350" => Self::Zebra,
             _ => return None,
         })
@@ -70,7 +75,13 @@ impl StatedSignKind {
             Self::Roundabout => "215".into(),
             Self::SpeedLimit(limit) => format!("274-{limit}"),
             Self::Priority => "306".into(),
+            Self::PlaceName => "310".into(),
             Self::Zebra => "350".into(),
         }
     }
+}
+
+/// Returns the limit of sign 274 by what follows its number in the older numbering: 51 to 63 are 10 to 130 km/h.
+pub(in crate::map) fn older_limit(shown: f64) -> Option<f64> {
+    (51.0..=63.0).contains(&shown).then_some((shown - 50.0) * 10.0)
 }

@@ -5,8 +5,12 @@
 
 use super::signal_faces::{SignalFace, WALKERS_LAMP_M, shows_alike};
 use crate::{
-    map::network::{
-        Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates, TurnDirection,
+    map::{
+        network::{
+            Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates,
+            TurnDirection,
+        },
+        surroundings::BESIDE_M,
     },
     roadside::road_surfaces::RoadSurfaces,
     scene::{
@@ -36,8 +40,6 @@ const PICTURED_M: f32 = 150.0;
 const WALKERS_HEAD_M: f32 = 2.35;
 const BEYOND_CROSSING_M: f32 = 0.4;
 const BESIDE_CROSSING_M: f64 = 0.25;
-/// Distance between a pole and the edge of the outermost lane, metres: beyond the shoulder.
-pub(super) const BESIDE_M: f64 = 0.95;
 /// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
 const BEFORE_END_M: f64 = 0.15;
 /// Least distance of a head across the junction from the stop line where the way is not straight on, metres, and its largest distance to one

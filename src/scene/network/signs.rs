@@ -9,12 +9,15 @@ use super::{
     paint::{StopLine, stop_line, yields_to_walkers_alone},
     sign_kind::{MOTORWAY_MPS, Plates, Sign, SignKind, SignedRoads},
     sign_plates::{PlateSize, is_large, plate, size_m},
-    signals::{BESIDE_M, direction, pole},
+    signals::{direction, pole},
     speed_limits::SpeedLimits,
     stated_signs,
 };
 use crate::{
-    map::network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
+    map::{
+        network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
+        surroundings::BESIDE_M,
+    },
     scene::{Mesh, mesh::TriangleList},
 };
 use glam::{Quat, Vec3};
