@@ -51,7 +51,7 @@ fn networks_have_the_elements_and_values_of_a_general_parser() {
     let files = |folder: &str| fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
     let networks = files("tests/data").chain(files("tests/data/networks"));
     let networks: Vec<_> = networks.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();
-    assert_eq!(networks.len(), 18);
+    assert_eq!(networks.len(), 19);
     for file in networks {
         assert!(both_read(&fs::read_to_string(&file).unwrap()), "{}", file.display());
     }

@@ -137,6 +137,12 @@ impl Lane {
     pub fn admits_cars(&self) -> bool {
         self.permissions.contains(VehicleClasses::PASSENGER)
     }
+
+    /// Returns true if bicycles may use the lane, and no motor vehicles.
+    pub fn is_for_bicycles(&self) -> bool {
+        self.permissions.contains(VehicleClasses::BICYCLE) && !self.permissions.intersects(VehicleClasses::ROAD_MOTOR)
+    }
+
     /// Returns true if only pedestrians may use the lane: no road vehicles, bicycles or rail vehicles.
     pub fn is_footway(&self) -> bool {
         self.permissions.intersects(VehicleClasses::PEDESTRIAN)

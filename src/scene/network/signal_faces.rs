@@ -1,15 +1,16 @@
-//! Pictures that lit signal lamps show: a full disc, an arrow, a walking or a standing person. In: whom a head is for. Out: discs of light on
+//! Pictures that lit signal lamps show: a full disc, an arrow, a walking or a standing person, a bicycle. In: whom a head is for. Out: discs of light on
 //! the lens, as the diodes of real lamps. Metres.
 
 use super::signals::LAMP_M;
 use crate::map::network::{Connection, LaneId, Network, SignalId, SignalLight, TurnDirection};
 use glam::Vec2;
 
-/// Radius of a lamp for those who walk.
-pub(super) const WALKERS_LAMP_M: f32 = 0.1;
-/// Radius of one disc of an arrow, and of a person.
+/// Radius of a lamp for those who walk or cycle.
+pub(super) const SMALL_LAMP_M: f32 = 0.1;
+/// Radius of one disc of an arrow, of a person, and of a bicycle.
 const ARROW_DISC_M: f32 = 0.031;
 const PERSON_DISC_M: f32 = 0.022;
+const BICYCLE_DISC_M: f32 = 0.01;
 /// Arrow up: its shaft, then its head.
 const ARROW: [[f32; 2]; 9] = [
     [0.0, -0.105],
@@ -28,6 +29,35 @@ const STANDING: [[f32; 2]; 6] =
 const WALKING: [[f32; 2]; 7] =
     [[-0.008, 0.068], [0.0, 0.022], [-0.036, 0.008], [0.036, 0.012], [0.004, -0.02], [-0.034, -0.062], [0.036, -0.058]];
 
+/// Bicycle that goes to the left: two wheels, then frame, saddle and handlebar.
+const BICYCLE: [[f32; 2]; 25] = [
+    [-0.017, -0.010],
+    [-0.034, 0.007],
+    [-0.058, 0.007],
+    [-0.075, -0.010],
+    [-0.075, -0.034],
+    [-0.058, -0.051],
+    [-0.034, -0.051],
+    [-0.017, -0.034],
+    [0.075, -0.010],
+    [0.058, 0.007],
+    [0.034, 0.007],
+    [0.017, -0.010],
+    [0.017, -0.034],
+    [0.034, -0.051],
+    [0.058, -0.051],
+    [0.075, -0.034],
+    [-0.038, 0.012],
+    [-0.030, 0.040],
+    [-0.042, 0.050],
+    [-0.008, 0.030],
+    [0.014, 0.028],
+    [-0.016, 0.004],
+    [0.002, -0.018],
+    [0.024, 0.050],
+    [0.024, -0.020],
+];
+
 /// Picture on the lamps of a head.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SignalFace {
@@ -37,11 +67,16 @@ pub enum SignalFace {
     Arrow(f32),
     /// Persons: for those who walk across the road.
     Walkers,
+    /// Bicycles: for a lane without motor vehicles.
+    Bicycles,
 }
 
 impl SignalFace {
     /// Returns the face for a lane of which this connection is shown.
     pub(super) fn of(net: &Network, lane: LaneId, (shown, signal, link): (&Connection, SignalId, u32)) -> Self {
+        if net.lane(lane).is_for_bicycles() {
+            return Self::Bicycles;
+        }
         let Some(turn_rad) = turn_rad(shown.direction) else { return Self::Full };
         let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
         let has_one_turn = ways().all(|way| way.direction == shown.direction);
@@ -61,6 +96,7 @@ impl SignalFace {
             Self::Arrow(turn_rad) => (&ARROW, ARROW_DISC_M, turn_rad),
             Self::Walkers if lamp == 0 => (&STANDING, PERSON_DISC_M, 0.0),
             Self::Walkers => (&WALKING, PERSON_DISC_M, 0.0),
+            Self::Bicycles => (&BICYCLE, BICYCLE_DISC_M, 0.0),
         };
         let turn = Vec2::from_angle(turn_rad);
         (discs.iter().map(move |disc| turn.rotate(Vec2::from(*disc))), radius_m)

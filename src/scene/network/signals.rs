@@ -1,9 +1,9 @@
 //! Signal heads. For vehicles: three lamps in a vertical dark housing with a backboard, one head on a pole beside the stop line, one over each
-//! further lane on an arm, and one across the junction, visible to the first vehicle at the line. For those who walk: two lamps at both ends
-//! of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with the link whose state each head shows.
+//! further lane on an arm, and one across the junction, visible to the first vehicle at the line. For bicycles: a smaller head beside their lane.
+//! For those who walk: two lamps at both ends of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with the link whose state each head shows.
 //! Sizes are from `docs/references.md: roads`.
 
-use super::signal_faces::{SignalFace, WALKERS_LAMP_M, shows_alike};
+use super::signal_faces::{SMALL_LAMP_M, SignalFace, shows_alike};
 use crate::{
     map::{
         network::{
@@ -40,6 +40,13 @@ const PICTURED_M: f32 = 150.0;
 const WALKERS_HEAD_M: f32 = 2.35;
 const BEYOND_CROSSING_M: f32 = 0.4;
 const BESIDE_CROSSING_M: f64 = 0.25;
+/// Height of the middle of a head for bicycles, and the distance of its pole from the edge of the lane, metres: between it and the pole of the
+/// heads for cars.
+const BICYCLES_HEAD_M: f32 = 2.35;
+const BESIDE_BICYCLES_M: f64 = 0.3;
+/// Distance between the middles of two small lamps, and from the outermost one to the end of their housing, metres.
+const SMALL_LAMP_EVERY_M: f32 = 0.25;
+const SMALL_END_M: f32 = 0.135;
 /// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
 const BEFORE_END_M: f64 = 0.15;
 /// Least distance of a head across the junction from the stop line where the way is not straight on, metres, and its largest distance to one
@@ -75,12 +82,12 @@ pub struct SignalHead {
 }
 
 impl SignalHead {
-    /// Returns the head as it is seen from a point: from afar an arrow is a disc, and the small lamps for those who walk are left out, so that
-    /// the number of lights stays small in a city.
+    /// Returns the head as it is seen from a point: from afar an arrow is a disc, and the small lamps for those who walk or cycle are left
+    /// out, so that the number of lights stays small in a city.
     pub(in crate::scene) fn seen_from(&self, eye: Vec3) -> Option<Self> {
         match self.face {
             _ if self.lamps[0].distance_squared(eye) < PICTURED_M * PICTURED_M => Some(*self),
-            SignalFace::Walkers => None,
+            SignalFace::Walkers | SignalFace::Bicycles => None,
             SignalFace::Arrow(_) | SignalFace::Full => Some(Self { face: SignalFace::Full, ..*self }),
         }
     }
@@ -158,19 +165,29 @@ fn approach(
         let s_m = of.length_m - (BEFORE_END_M + of.end_offset_m) * of.length_m / of.line.drawn_m().max(1.0);
         net.pose(LanePosition { lane, s_m, offset_m })
     };
-    let beside = |lane: LaneId| side * (net.lane(lane).half_width_m() + BESIDE_M);
-    let foot = at(outermost, beside(outermost));
+    let beside = |lane: LaneId, pole_m: f64| at(lane, side * (net.lane(lane).half_width_m() + pole_m));
+    let foot = beside(outermost, BESIDE_M);
     // Offset from heads to their poles and arms.
     let behind = direction(&at(outermost, 0.0)) * 0.22;
     let mut arm_end: Option<Vec3> = None;
+    let is_for_cars = |lane: LaneId| !net.lane(lane).is_for_bicycles();
+    let first_for_cars = ruled.iter().position(|(lane, _)| is_for_cars(*lane));
     for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
         let over = at(lane, 0.0);
+        let face = SignalFace::of(net, lane, (way, signal, link));
         let mut head = |middle: Vec3, triangles: &mut TriangleList| {
             let facing = -direction(&over);
-            let face = SignalFace::of(net, lane, (way, signal, link));
-            heads.push(SignalHead { lane, signal, link, face, lamps: housing(triangles, middle, facing), facing });
+            let lamps = match face {
+                SignalFace::Bicycles => small_housing(triangles, middle, facing, [0, 1, 2]),
+                _ => housing(triangles, middle, facing),
+            };
+            heads.push(SignalHead { lane, signal, link, face, lamps, facing });
         };
-        if k == 0 {
+        if face == SignalFace::Bicycles && lane == outermost {
+            let foot = beside(lane, BESIDE_BICYCLES_M).position.as_vec3();
+            pole(triangles, foot + behind, BICYCLES_HEAD_M + 0.45);
+            head(foot + Vec3::Z * BICYCLES_HEAD_M, triangles);
+        } else if Some(k) == first_for_cars {
             head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, triangles);
             if let Some(foot) = across(net, way, &over, side, surfaces) {
                 pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
@@ -180,9 +197,11 @@ fn approach(
             let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
             head(middle, triangles);
             // Those at the line do not see what is over them: they see the head across of another lane, if it shows the same.
+            let mut before = ruled[..k].iter().filter(|(lane, _)| is_for_cars(*lane));
             let is_repeated =
-                ruled[..k].iter().any(|(_, (_, of, other))| *of == signal && shows_alike(net, signal, [link, *other]));
-            if let Some(foot) = across(net, way, &over, side, surfaces).filter(|_| !is_repeated) {
+                before.any(|(_, (_, of, other))| *of == signal && shows_alike(net, signal, [link, *other]));
+            let is_across = is_for_cars(lane) && !is_repeated;
+            if let Some(foot) = across(net, way, &over, side, surfaces).filter(|_| is_across) {
                 pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
                 head(foot + Vec3::Z * POLE_HEAD_M, triangles);
             }
@@ -196,7 +215,8 @@ fn approach(
             pole(triangles, foot + behind, end.z - foot.z + 0.15);
             bar(triangles, (foot + behind).with_z(end.z), end + behind, 0.07);
         }
-        None => pole(triangles, foot + behind, POLE_HEAD_M + 0.7),
+        None if first_for_cars.is_some() => pole(triangles, foot + behind, POLE_HEAD_M + 0.7),
+        None => {}
     }
 }
 
@@ -214,7 +234,9 @@ fn at_crossing(net: &Network, edge: EdgeId, triangles: &mut TriangleList, heads:
         let foot = end.position.as_vec3() + outwards * BEYOND_CROSSING_M;
         pole(triangles, foot + outwards * 0.15, WALKERS_HEAD_M + 0.3);
         let (middle, facing) = (foot + Vec3::Z * WALKERS_HEAD_M, -outwards);
-        let lamps = walkers_housing(triangles, middle, facing);
+        // The green lamp is in the place of the yellow one, too.
+        let [red, green] = small_housing(triangles, middle, facing, [0, 2]);
+        let lamps = [red, green, green];
         let (signal, face) = (rule.signal, SignalFace::Walkers);
         heads.push(SignalHead { lane, signal, link, face, lamps, facing });
     }
@@ -301,15 +323,22 @@ fn fit_lamps(head: &mut TriangleList, lamps: impl Iterator<Item = (f32, [f32; 3]
     }
 }
 
-/// Adds a housing for those who walk, of a red and a green lamp; returns the centres of the lamps' fronts, the green one's twice.
-fn walkers_housing(triangles: &mut TriangleList, middle: Vec3, facing: Vec3) -> [Vec3; 3] {
+/// Adds a housing of small lamps for those who walk or cycle, with these colours of [`DARK`] from the top; returns the centres of the lamps'
+/// fronts.
+fn small_housing<const N: usize>(
+    triangles: &mut TriangleList,
+    middle: Vec3,
+    facing: Vec3,
+    colours: [usize; N],
+) -> [Vec3; N] {
     let turn = Mat3::from_cols(facing, Vec3::Z.cross(facing), Vec3::Z);
     let mut head = TriangleList::default();
-    head.cuboid(Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.13, 0.26), HOUSING);
-    let [red_m, green_m] = [0.125, -0.125];
-    fit_lamps(&mut head, [(red_m, DARK[0]), (green_m, DARK[2])].into_iter(), WALKERS_LAMP_M);
+    let top_m = SMALL_LAMP_EVERY_M * (N as f32 - 1.0) / 2.0;
+    head.cuboid(Vec3::new(-0.08, 0.0, 0.0), Vec3::new(0.08, 0.13, top_m + SMALL_END_M), HOUSING);
+    let heights: [f32; N] = std::array::from_fn(|k| top_m - SMALL_LAMP_EVERY_M * k as f32);
+    fit_lamps(&mut head, heights.into_iter().zip(colours.map(|colour| DARK[colour])), SMALL_LAMP_M);
     triangles.append(head.moved(|p| middle + turn * p));
-    [red_m, green_m, green_m].map(|height_m| middle + turn * Vec3::new(LENS_M, 0.0, height_m))
+    heights.map(|height_m| middle + turn * Vec3::new(LENS_M, 0.0, height_m))
 }
 
 /// Adds a lamp's lens, slightly conical.

@@ -106,7 +106,7 @@ pub(super) fn paint(net: &Network, paver: &mut Paver) {
 fn symbol(net: &Network, id: LaneId) -> Option<Symbol> {
     let lane = net.lane(id);
     if !lane.permissions.intersects(VehicleClasses::ROAD_MOTOR) {
-        return lane.permissions.contains(VehicleClasses::BICYCLE).then_some(Symbol::Bicycle);
+        return lane.is_for_bicycles().then_some(Symbol::Bicycle);
     }
     if !lane.admits_cars() {
         return lane.permissions.contains(VehicleClasses::BUS).then_some(Symbol::Bus);

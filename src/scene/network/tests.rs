@@ -170,7 +170,7 @@ fn surfaces_face_up_but_for_kerbs_and_fill_junctions() {
 
 #[test]
 fn every_lane_with_a_signal_has_a_head_that_faces_it() {
-    for name in ["grid-signals", "town", "town-left", "track"] {
+    for name in ["grid-signals", "town", "town-left", "track", "bicycles"] {
         let net = network(name);
         let static_scene = StaticScene::of_network(&net, 1, 0);
         let mut ruled = 0;
@@ -186,7 +186,9 @@ fn every_lane_with_a_signal_has_a_head_that_faces_it() {
                 let middle = head.lamps[1];
                 let beside_m = border_m(&net, middle.truncate());
                 assert!(
-                    beside_m > 0.4 || middle.z > 4.5 || name.starts_with("town"),
+                    beside_m > if net.lane(id).is_for_bicycles() { 0.15 } else { 0.4 }
+                        || middle.z > 4.5
+                        || name.starts_with("town"),
                     "{name}: {middle} stands in the road"
                 );
                 // The pole is on the left only with left-hand traffic.
@@ -247,6 +249,36 @@ fn signals_show_arrows_for_protected_turns_and_persons_at_crossings() {
         let across = (other.lamps[0] - one.lamps[0]).with_z(0.0).normalize();
         assert!(one.facing.dot(across) > 0.7 && other.facing.dot(across) < -0.7, "{pair:?}");
     }
+}
+
+#[test]
+fn lanes_for_bicycles_have_small_heads_of_their_own() {
+    use super::signal_faces::SignalFace;
+    let scene = StaticScene::of_network(&network("bicycles"), 1, 0);
+    let net = &scene.network;
+    let of_lane =
+        |id: &str| -> Vec<_> { scene.signal_heads.iter().filter(|head| net.lane(head.lane).id == id).collect() };
+    // The lanes for bicycles alone, as the file's description has them, and the heights of the middle lamps: beside the outermost lane, and over
+    // one between lanes for cars.
+    for (id, height_m) in [("EC_0", 2.35), ("WC_0", 2.35), ("SC_1", 5.6)] {
+        let [head] = of_lane(id)[..] else { panic!("{id}: {:?}", of_lane(id)) };
+        assert_eq!(head.face, SignalFace::Bicycles);
+        let apart_m = head.lamps[0].distance(head.lamps[1]);
+        assert!((head.lamps[1].z - height_m).abs() < 0.01 && apart_m < 0.3, "{id}: {head:?}");
+    }
+    let cycling: Vec<_> = scene.signal_heads.iter().filter(|head| head.face == SignalFace::Bicycles).collect();
+    assert_eq!(cycling.len(), 3);
+    // The heads of cars beside them stand as without them: on the pole, and across.
+    for id in ["EC_1", "WC_1", "NC_0", "SC_0"] {
+        assert!(of_lane(id).iter().all(|head| head.lamps[1].z < 3.0) && !of_lane(id).is_empty(), "{id}");
+    }
+    // Two wheels beside each other, on the lens.
+    let lit: Vec<_> = cycling[0].lit(&SignalStates::uniform(net, b'y'), 0.0).collect();
+    let right = Vec3::Z.cross(cycling[0].facing);
+    let off = |lamp: &scene::LitLamp| lamp.position - cycling[0].lamps[1];
+    assert!(lit.iter().all(|lamp| off(lamp).length() + lamp.radius_m < 0.1), "within the lens");
+    let wheels = [-1.0, 1.0].map(|side| lit.iter().filter(|lamp| off(lamp).dot(right) * side > 0.04).count());
+    assert!(wheels[0] >= 4 && wheels[1] >= 4, "{wheels:?}");
 }
 
 #[test]

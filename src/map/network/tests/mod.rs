@@ -21,12 +21,12 @@ fn networks_folder() -> PathBuf {
     root().join("tests/data/networks")
 }
 
-/// Returns the files of all test networks: fourteen small ones, two made by netconvert, and the shipped maps.
+/// Returns the files of all test networks: seventeen small ones, two made by netconvert, and the shipped maps.
 fn files() -> Vec<PathBuf> {
     let entries = fs::read_dir(networks_folder()).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = entries.filter(|file| file.to_string_lossy().ends_with(".net.xml")).collect();
     files.sort();
-    assert_eq!(files.len(), 16);
+    assert_eq!(files.len(), 17);
     files.extend(["junctions-inside", "junctions-none"].map(|name| root().join(format!("tests/data/{name}.net.xml"))));
     files.extend(crate::map::SHIPPED.map(|name| root().join("maps").join(name).join("net.xml")));
     files

@@ -22,6 +22,7 @@ convert crossing crossing --no-turnarounds
 convert allway allway --no-turnarounds
 convert zebra zebra -x zebra.con.xml
 convert bridge bridge
+convert bicycles bicycles --no-turnarounds
 # When they were made, by which version and with which options is no part of them.
 for net in ../*.net.xml; do
     sed -i '/^<!-- generated on/,/^-->/d' "$net"
