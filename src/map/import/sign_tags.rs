@@ -60,8 +60,10 @@ impl NodeSigns {
             ("traffic_sign:forward", HoldsFor::Forward),
             ("traffic_sign:backward", HoldsFor::Backward),
         ];
-        let facts =
-            NodeFacts { limit: of("maxspeed").and_then(limit), is_place: place.is_some() && of("name") == place };
+        let facts = NodeFacts {
+            limit: of("maxspeed").and_then(limit),
+            is_place: place.is_some() && of("name") == place && of("city_limit") != Some("end"),
+        };
         for (key, holds) in keys {
             of(key).into_iter().for_each(|text| found.add(text, holds, facts));
         }
@@ -148,7 +150,8 @@ fn by_number(code: &str, facts: NodeFacts) -> Option<StatedSignKind> {
     let (number, shown) = number(code);
     // 274-60 is 60 km/h in the numbering of today and 100 km/h in the older one, in which all others end with other digits than 0.
     let older = shown.filter(|shown| shown % 10.0 != 0.0).and_then(older_limit);
-    let kind = StatedSignKind::of(number, facts.limit.or(older).or(shown));
+    let certain = older.or(shown.filter(|shown| *shown != 60.0));
+    let kind = StatedSignKind::of(number, certain.or(facts.limit).or(shown));
     kind.filter(|kind| *kind != StatedSignKind::PlaceName || facts.is_place)
 }
 
@@ -209,11 +212,16 @@ mod tests {
         }
         assert_eq!(kinds(&[["traffic_sign", "maxspeed"], ["maxspeed", "30 mph"]]), [SpeedLimit(30)]);
         assert_eq!(kinds(&[["traffic_sign", "DE:274"], ["maxspeed", "80"]]), [SpeedLimit(80)]);
+        assert_eq!(
+            kinds(&[["traffic_sign", "DE:274-80;DE:274-50"], ["maxspeed", "80"]]),
+            [SpeedLimit(80), SpeedLimit(50)]
+        );
         // The older number of 100 km/h is today's of 60 km/h.
         assert_eq!(kinds(&[["traffic_sign", "DE:274-60"], ["maxspeed", "100"]]), [SpeedLimit(100)]);
         assert_eq!(kinds(&[["traffic_sign", "DE:274-60"]]), [SpeedLimit(60)]);
         assert_eq!(kinds(&[["traffic_sign", "city_limit"], ["name", "Rain & Sun"]]), [PlaceName]);
         assert_eq!(kinds(&[["traffic_sign", "DE:310"], ["name", "Elsewhere"]]), []);
+        assert_eq!(kinds(&[["traffic_sign", "city_limit"], ["name", "Rain & Sun"], ["city_limit", "end"]]), []);
         assert_eq!(kinds(&[["highway", "give_way"]]), [Yield]);
         assert_eq!(kinds(&[["highway", "stop"], ["traffic_sign", "DE:206"]]), [Stop]);
         assert_eq!(NodeSigns::of(&[("highway".into(), "crossing".into())], None), None);
