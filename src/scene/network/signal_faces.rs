@@ -1,5 +1,5 @@
-//! Pictures that lit signal lamps show: a full disc, an arrow, a walking or a standing person, a bicycle. In: whom a head is for. Out: discs of light on
-//! the lens, as the diodes of real lamps. Metres.
+//! Pictures that lit signal lamps show: a full disc, an arrow, a walking or a standing person, a bicycle. In: whom a head is for. Out: discs of
+//! light on the lens, as the diodes of real lamps. Metres.
 
 use super::signals::LAMP_M;
 use crate::map::network::{Connection, LaneId, Network, SignalId, SignalLight, TurnDirection};

@@ -1,6 +1,7 @@
 //! Signal heads. For vehicles: three lamps in a vertical dark housing with a backboard, one head on a pole beside the stop line, one over each
 //! further lane on an arm, and one across the junction, visible to the first vehicle at the line. For bicycles: a smaller head beside their lane.
-//! For those who walk: two lamps at both ends of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with the link whose state each head shows.
+//! For those who walk: two lamps at both ends of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with
+//! the link whose state each head shows.
 //! Sizes are from `docs/references.md: roads`.
 
 use super::signal_faces::{SMALL_LAMP_M, SignalFace, shows_alike};
