@@ -12,6 +12,7 @@ mod netconvert_attempts;
 mod open_drive;
 mod open_street_map;
 mod osm_elements;
+mod osm_rings;
 mod plain_ids;
 mod repair;
 mod report;

@@ -8,6 +8,7 @@ use crate::{
     native_code, private,
 };
 use std::{
+    ffi::OsStr,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::atomic::{AtomicBool, Ordering},
@@ -143,24 +144,33 @@ fn wait(
     }
 }
 
-/// Converts the polygons of an OpenStreetMap file into the frame of a network, by the program beside netconvert.
+/// Converts the polygons and points of OpenStreetMap files, which are read as one, into the frame of a network. The program lies beside
+/// netconvert.
 ///
 /// # Errors
 /// The program is absent, fails, exceeds the bounds, or the user stopped it.
 pub(super) fn polygons(
     netconvert: &Path,
-    file: &Path,
+    files: &[&Path],
     net: &Path,
     written: &Path,
     bounds: &ImportOptions,
 ) -> Result<(), MapError> {
     let program = netconvert.with_file_name(format!("polyconvert{}", std::env::consts::EXE_SUFFIX));
+    let file = files.first().copied().unwrap_or(net);
     let failed = |message: String| MapError::Netconvert { file: file.into(), message };
     if !program.is_file() {
         return Err(failed(format!("{} is absent", program.display())));
     }
+    let names: Vec<&OsStr> = files.iter().map(|file| file.as_os_str()).collect();
     let mut command = bounded_command(&program, bounds);
-    command.arg("--net-file").arg(net).arg("--osm-files").arg(file).arg("--output-file").arg(written);
+    command
+        .arg("--net-file")
+        .arg(net)
+        .arg("--osm-files")
+        .arg(names.join(OsStr::new(",")))
+        .arg("--output-file")
+        .arg(written);
     command.args(["--osm.keep-full-type", "--all-attributes", "--xml-validation", "never"]);
     with_projections(&mut command, &program);
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

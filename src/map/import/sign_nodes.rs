@@ -111,6 +111,7 @@ fn collect(element: &OsmElement, place: Option<&str>, nodes: &mut Vec<SignNode>,
                 }
             }
         }
+        ElementKind::Relation => {}
     }
 }
 
@@ -133,7 +134,9 @@ fn projected(
     let failed = |source| MapError::Io { file: points.clone(), source };
     let read = private::replace(&points, text.as_bytes())
         .map_err(failed)
-        .and_then(|()| netconvert::polygons(netconvert, &points, &folder.join("net.xml"), &written, options))
+        .and_then(|()| {
+            netconvert::polygons(netconvert, &[points.as_path()], &folder.join("net.xml"), &written, options)
+        })
         .and_then(|()| document::read_text(&written, MOST_IMPORT_BYTES).map_err(failed));
     for file in [&points, &written] {
         let _ = std::fs::remove_file(file);

@@ -5,7 +5,7 @@
 use super::{
     netconvert::{self, ImportOptions},
     netconvert_attempts::MadeNetwork,
-    sign_nodes,
+    osm_rings, sign_nodes,
     source_format::SourceFormat,
 };
 use crate::{
@@ -20,6 +20,8 @@ use std::path::Path;
 
 /// File that polyconvert writes, in the map's folder.
 const POLYGONS: &str = "polygons.xml";
+/// File for polyconvert with the areas that are relations of ways, in the map's folder.
+const AREAS: &str = "areas.osm";
 
 /// Writes the surroundings that a file states beside the network in a map's folder. Returns lines for the report, none without any; a map can
 /// be driven without them, so that a fault of theirs is said there, too.
@@ -35,11 +37,14 @@ pub(super) fn write(
 ) -> Result<Vec<String>, MapError> {
     let mut notes = Vec::new();
     let found = match format {
-        SourceFormat::OpenStreetMap => of_open_street_map(folder, netconvert, file, options).and_then(|found| {
-            let signs = sign_nodes::read(folder, netconvert, file, made, options)?;
-            notes = signs.notes;
-            Ok(Surroundings { signs: signs.signs, ..found })
-        }),
+        SourceFormat::OpenStreetMap => {
+            of_open_street_map(folder, netconvert, file, options).and_then(|(found, holes)| {
+                let signs = sign_nodes::read(folder, netconvert, file, made, options)?;
+                notes = signs.notes;
+                notes.extend((holes > 0).then(|| format!("holes          {holes} in buildings and land")));
+                Ok(Surroundings { signs: signs.signs, ..found })
+            })
+        }
         SourceFormat::OpenDrive => open_drive::read(file).map(|mut found| {
             found.move_by(made.network.offset());
             found
@@ -66,17 +71,27 @@ pub(super) fn write(
     }
 }
 
+/// Returns the buildings, land and trees of a file, and the number of holes in them.
 fn of_open_street_map(
     folder: &Path,
     netconvert: &Path,
     file: &Path,
     options: &ImportOptions,
-) -> Result<Surroundings, MapError> {
-    let polygons = folder.join(POLYGONS);
-    let made = netconvert::polygons(netconvert, file, &folder.join("net.xml"), &polygons, options)
+) -> Result<(Surroundings, usize), MapError> {
+    let rings = osm_rings::read(file)?;
+    let [polygons, areas] = [POLYGONS, AREAS].map(|name| folder.join(name));
+    let mut files = vec![file];
+    if let Some(rings) = &rings {
+        private::replace(&areas, rings.text.as_bytes())
+            .map_err(|source| MapError::Io { file: areas.clone(), source })?;
+        files.push(&areas);
+    }
+    let made = netconvert::polygons(netconvert, &files, &folder.join("net.xml"), &polygons, options)
         .and_then(|()| surroundings::read_within(&polygons, MOST_IMPORT_BYTES));
-    let _ = std::fs::remove_file(&polygons);
-    made
+    for file in [&polygons, &areas] {
+        let _ = std::fs::remove_file(file);
+    }
+    Ok((made?, rings.map_or(0, |rings| rings.holes)))
 }
 
 #[cfg(test)]
