@@ -48,6 +48,11 @@ impl Stream {
         low + (high - low) * unit
     }
 
+    /// Draws uniformly from `low` to `high` in single precision.
+    pub fn uniform_f32(&mut self, low: f32, high: f32) -> f32 {
+        self.uniform(f64::from(low), f64::from(high)) as f32
+    }
+
     /// Draws a whole number from `0..n`; 0 if `n` is 0.
     pub fn index(&mut self, n: usize) -> usize {
         (self.uniform(0.0, n as f64) as usize).min(n.saturating_sub(1))

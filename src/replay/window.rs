@@ -144,13 +144,14 @@ impl ReplayedDrive {
         let ReplayHeader { scenario, map, instruments, end } = opened;
         let mut playback = Playback::new(end.seconds());
         playback.seek(options.at_s);
+        let roadside = LazyRoadside::new(&map.network, scenario.seed, scenario.display.trees as usize);
         Self {
             verifier,
             report: ReplayReport::default(),
             known_s: 0.0,
             playback,
             marks,
-            static_scene: StaticScene::of_drive(&map, &scenario, &LazyRoadside::new(&map.network, scenario.seed)),
+            static_scene: StaticScene::of_drive(&map, &scenario, &roadside),
             options: view_options(&scenario),
             scenario,
             instruments,

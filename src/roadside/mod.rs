@@ -1,29 +1,50 @@
 //! Surroundings of the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
-//! guard rails, noise walls. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and seed give the same bits.
+//! guard rails, noise walls, posts, parked cars, trees. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and
+//! seed give the same bits.
 //!
 //! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the
-//! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground. `plots` and `footprint_places` place
-//! the `buildings`. `fixed_objects` are those parts that a car cannot pass.
+//! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground, `relief` how high it is, with the
+//! `noise` of hills and the `verge_shape` of roads. `plots` and `footprint_places` place the `buildings`, whose
+//! `house_plans` say how they and their fences look. `street_lamps`, `signal_places`, `parked_cars` and `trees` place what their names say.
+//! `fixed_objects` are those parts that a car cannot pass.
 
 pub mod buildings;
 pub mod fixed_objects;
 pub mod footprint_places;
 pub mod guard_rails;
+pub mod house_plans;
 pub mod junction_areas;
 pub mod land_use_map;
+pub mod noise;
 pub mod noise_walls;
 pub mod outlines;
+pub mod parked_cars;
 pub mod plots;
+pub mod relief;
 pub mod road_ends;
 pub mod road_surfaces;
+pub mod signal_places;
+pub mod street_lamps;
 pub mod town;
+pub mod trees;
+pub mod verge_shape;
 
 use self::{
-    buildings::Buildings, guard_rails::GuardRail, land_use_map::LandUseMap, noise_walls::NoiseWall, road_ends::DeadEnd,
-    road_surfaces::RoadSurfaces, town::Town,
+    buildings::Buildings,
+    fixed_objects::FixedObjects,
+    guard_rails::GuardRail,
+    land_use_map::LandUseMap,
+    noise_walls::NoiseWall,
+    parked_cars::ParkedCar,
+    relief::Relief,
+    road_ends::DeadEnd,
+    road_surfaces::RoadSurfaces,
+    signal_places::SignalPlace,
+    street_lamps::StreetLamp,
+    town::Town,
+    trees::{Woods, forest},
 };
 use crate::map::network::Network;
-use fixed_objects::FixedObjects;
 use glam::DVec3;
 use std::sync::{Arc, OnceLock};
 
@@ -48,11 +69,17 @@ pub struct Roadside {
     pub buildings: Buildings,
     pub guard_rails: Vec<GuardRail>,
     pub noise_walls: Vec<NoiseWall>,
+    pub signals: Vec<SignalPlace>,
+    pub street_lamps: Vec<StreetLamp>,
+    pub parked_cars: Vec<ParkedCar>,
+    pub seed: u64,
+    most_trees: usize,
+    woods: OnceLock<Woods>,
 }
 
 impl Roadside {
-    /// Finds what stands beside the roads of a network.
-    pub fn of(network: &Arc<Network>, seed: u64) -> Self {
+    /// Finds what stands beside the roads of a network, with at most `most_trees` trees.
+    pub fn of(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
         let (low, high) = network.bounds();
         let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
         let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
@@ -67,8 +94,24 @@ impl Roadside {
         let town = Town::of(&network);
         let buildings = Buildings::of(&network, &town, &land_use, surfaces, seed);
         let guard_rails = guard_rails::guard_rails(drawn, surfaces);
-        let noise_walls = noise_walls::noise_walls(&guard_rails, &buildings, surfaces);
-        Self { origin, longer, dead_ends, own_surfaces, town, land_use, buildings, guard_rails, noise_walls, network }
+        Self {
+            noise_walls: noise_walls::noise_walls(&guard_rails, &buildings, surfaces),
+            guard_rails,
+            signals: signal_places::signal_places(&network, surfaces),
+            street_lamps: street_lamps::street_lamps(&network, &town, surfaces),
+            parked_cars: parked_cars::on_drives(&buildings, &Relief::new(surfaces, &land_use, seed)),
+            origin,
+            network,
+            longer,
+            dead_ends,
+            own_surfaces,
+            town,
+            land_use,
+            buildings,
+            seed,
+            most_trees,
+            woods: OnceLock::new(),
+        }
     }
 
     /// Returns the network as it is drawn: with roads that run on beyond its edge.
@@ -80,6 +123,19 @@ impl Roadside {
     pub fn surfaces(&self) -> &RoadSurfaces {
         self.longer.as_ref().map_or(&self.own_surfaces, |(_, surfaces)| surfaces)
     }
+
+    /// Returns the ground around the roads.
+    pub fn relief(&self) -> Relief<'_> {
+        Relief::new(self.surfaces(), &self.land_use, self.seed)
+    }
+
+    /// Returns the trees; plants them at the first call.
+    pub fn woods(&self) -> &Woods {
+        self.woods.get_or_init(|| {
+            let stated = self.network.surroundings();
+            forest::plant(stated, self.surfaces(), &self.buildings, &self.land_use, self.seed, self.most_trees)
+        })
+    }
 }
 
 /// Roadside of a drive, found when it is first needed: most simulated drivers stay on the road. Clones share it.
@@ -87,35 +143,28 @@ impl Roadside {
 pub struct LazyRoadside {
     network: Arc<Network>,
     seed: u64,
-    found: Arc<OnceLock<(Roadside, FixedObjects)>>,
+    most_trees: usize,
+    found: Arc<(OnceLock<Roadside>, OnceLock<FixedObjects>)>,
 }
 
 impl LazyRoadside {
-    /// Returns the roadside of a network, not yet found.
-    pub fn new(network: &Arc<Network>, seed: u64) -> Self {
-        Self { network: Arc::clone(network), seed, found: Arc::default() }
-    }
-
-    fn found(&self) -> &(Roadside, FixedObjects) {
-        self.found.get_or_init(|| {
-            let roadside = Roadside::of(&self.network, self.seed);
-            let objects = FixedObjects::of(&roadside);
-            (roadside, objects)
-        })
+    /// Returns the roadside of a network with at most `most_trees` trees, not yet found.
+    pub fn new(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
+        Self { network: Arc::clone(network), seed, most_trees, found: Arc::default() }
     }
 
     /// Checks whether the roadside has been found.
     pub fn is_found(&self) -> bool {
-        self.found.get().is_some()
+        self.found.0.get().is_some()
     }
 
     /// Returns the roadside; finds it at the first call.
     pub fn get(&self) -> &Roadside {
-        &self.found().0
+        self.found.0.get_or_init(|| Roadside::of(&self.network, self.seed, self.most_trees))
     }
 
     /// Returns the objects that a car cannot pass; finds them at the first call.
     pub fn fixed_objects(&self) -> &FixedObjects {
-        &self.found().1
+        self.found.1.get_or_init(|| FixedObjects::of(self.get()))
     }
 }

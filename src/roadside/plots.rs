@@ -2,6 +2,7 @@
 //! seed. Out: [`Plot`]s that overlap neither each other nor a road. Metres.
 
 use super::{
+    relief::Relief,
     road_surfaces::RoadSurfaces,
     town::{PAVEMENT_M, Town},
 };
@@ -30,6 +31,8 @@ const FENCE_SLACK_M: f32 = 0.2;
 pub const DRIVE_M: f32 = 5.6;
 const DRIVE_ASIDE_M: f32 = 1.9;
 const DRIVE_FREE_M: f32 = 1.7;
+/// Height of paths and drives over the ground, which is not quite level, metres.
+pub const DRIVE_UP_M: f32 = 0.03;
 /// Overlap of walls that adjoining houses share, metres.
 const SHARED_M: f32 = 0.1;
 
@@ -87,6 +90,15 @@ impl Plot {
     /// Returns the middle of the building.
     pub fn middle(&self) -> Vec2 {
         self.point(0.0, self.depth_m / 2.0)
+    }
+
+    /// Returns the height of the ground around the building where it is highest, metres.
+    pub fn ground_m(&self, relief: &Relief) -> f32 {
+        let half_m = self.width_m / 2.0;
+        let corners =
+            [(-half_m, 0.0), (half_m, 0.0), (half_m, self.depth_m), (-half_m, self.depth_m), (0.0, -self.garden_m)];
+        let heights = corners.map(|(right_m, behind_m)| relief.height_m(self.point(right_m, behind_m)));
+        heights.into_iter().fold(f32::NEG_INFINITY, f32::max)
     }
 
     /// Returns the distance of a point from the building, metres; 0 inside.

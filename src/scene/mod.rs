@@ -5,6 +5,7 @@ mod buildings;
 pub mod camera;
 pub mod car;
 pub mod cockpit;
+mod colours;
 pub mod headlamps;
 mod land;
 mod mesh;

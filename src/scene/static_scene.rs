@@ -4,17 +4,12 @@ use super::{
     CarModel, Cockpit, StaticScene, buildings,
     car::{self, wheel},
     land::{self, tufts},
-    network::{
-        self, barriers, guard_rails, noise_walls, posts,
-        sign_kind::SignedRoads,
-        signals,
-        street_lamps::{self, StreetLamp},
-    },
+    network::{self, barriers, guard_rails, noise_walls, posts, sign_kind::SignedRoads, signals, street_lamps},
     trees::{self, forest, leaf_cards::ModelDetail},
     vehicles,
 };
 use crate::map::{RoadMap, network::Network};
-use crate::roadside::{LazyRoadside, Roadside};
+use crate::roadside::{LazyRoadside, Roadside, trees::forest::MOST_TREES};
 use crate::scenario::{GuidanceView, Scenario};
 use crate::space::{Pose, Pose3};
 use glam::Vec3;
@@ -23,18 +18,20 @@ use std::sync::Arc;
 impl StaticScene {
     /// Builds the scene around a map's roads; the same map and seed give the same bits.
     pub fn build(map: &RoadMap, seed: u64) -> Self {
-        Self::with_trees(map, seed, forest::MOST_TREES)
+        Self::with_trees(map, seed, MOST_TREES)
     }
 
     /// Builds the scene with at most `most_trees` trees, including those on the horizon (for weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
-        Self::beside(&Roadside::of(&map.network, seed), place(map), seed, most_trees)
+        Self::beside(&Roadside::of(&map.network, seed, most_trees), place(map), most_trees)
     }
 
     /// Builds the scene of a drive: with the trees of its scenario, and with a line along its path if the scenario asks for one.
     pub fn of_drive(map: &RoadMap, scenario: &Scenario, roadside: &LazyRoadside) -> Self {
         let most_trees = scenario.display.trees as usize;
-        let mut scene = Self::beside(roadside.get(), place(map), scenario.seed, most_trees);
+        let mut scene = Self::beside(roadside.get(), place(map), most_trees);
+        // A car that leaves the road then need not wait for them.
+        roadside.fixed_objects();
         if scenario.display.guidance == GuidanceView::Road {
             scene.road.append(&network::route_line(&map.route, scene.origin));
         }
@@ -43,35 +40,35 @@ impl StaticScene {
 
     /// Builds the scene around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        Self::beside(&Roadside::of(network, seed), None, seed, most_trees)
+        Self::beside(&Roadside::of(network, seed, most_trees), None, most_trees)
     }
 
     /// Builds the scene with this roadside, whose town has this name.
-    fn beside(roadside: &Roadside, place: Option<&str>, seed: u64, most_trees: usize) -> Self {
+    fn beside(roadside: &Roadside, place: Option<&str>, most_trees: usize) -> Self {
         // Views from above show the network's own roads, not what runs on beyond them.
-        let Roadside { origin, network, own_surfaces: own, town, land_use, buildings, dead_ends, .. } = roadside;
+        let Roadside { origin, network, own_surfaces: own, town, buildings, dead_ends, .. } = roadside;
+        let seed = roadside.seed;
         let (drawn, roads) = (roadside.drawn_network(), roadside.surfaces());
-        let relief = land::Relief::new(roads, land_use, seed);
+        let relief = roadside.relief();
         let grown = |detail| move || trees::models(seed, detail);
         let woods = || {
             let trees = trees::models(seed, ModelDetail::Near);
-            let places = forest::plant(network.surroundings(), roads, buildings, &relief, &trees, seed, most_trees);
+            let places = forest::places(&roadside.woods().trees, &relief);
             let distant = forest::horizon(roads, &relief, seed, most_trees - places.len());
             (trees, forest::grounds(&places, &relief), places, distant)
         };
         // Parts are independent and have their own random numbers, so building them in parallel does not change them.
         let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
         let paved = || {
-            let (mut posts, heads) = signals::heads(network, roads);
+            let (mut posts, heads) = signals::heads(network, &roadside.signals);
             posts.append(&posts::posts(drawn, roads));
             let signed = SignedRoads { net: network, drawn, surfaces: roads, town, place };
             posts.append(&signed.mesh());
             posts.append(&guard_rails::mesh(&roadside.guard_rails));
             posts.append(&noise_walls::mesh(&roadside.noise_walls));
             posts.append(&barriers::barriers(dead_ends));
-            let lamps = street_lamps::street_lamps(network, town, roads);
-            posts.append(&street_lamps::mesh(&lamps));
-            let lamp_heads: Vec<Vec3> = lamps.iter().map(StreetLamp::head).collect();
+            posts.append(&street_lamps::mesh(&roadside.street_lamps));
+            let lamp_heads: Vec<Vec3> = roadside.street_lamps.iter().map(street_lamps::head).collect();
             (network::road(drawn, town, roads, &relief, seed), posts, heads, lamp_heads)
         };
         let ground = || rayon::join(paved, || (land::land(&relief, own), buildings::mesh(buildings, &relief)));
@@ -100,7 +97,7 @@ impl StaticScene {
             tuft_places,
             posts,
             street_lamps,
-            parked_cars: buildings::parked_cars(buildings, &relief),
+            parked_cars: buildings::parked_cars(&roadside.parked_cars),
             buildings: built,
             signal_heads,
             lit_lamp: signals::lit_lamp(),

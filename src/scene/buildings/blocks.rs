@@ -1,14 +1,17 @@
 //! Models of buildings with any outline. In: a block. Out: a mesh in a frame at its first corner. Metres.
 
 use super::{
-    facade::{Facade, GroundFloor, WindowKind},
-    houses::{BRICK, CELLAR_M, PLASTER, PLINTH_M, pick},
+    facade::Facade,
+    houses::{BRICK, CELLAR_M, PLASTER, PLINTH_M},
     shell::Shell,
 };
 use crate::{
     map::surroundings::BuildingUse,
     rng,
-    roadside::footprint_places::{Block, STOREY_M},
+    roadside::{
+        footprint_places::{Block, STOREY_M},
+        house_plans::{GroundFloor, WindowKind, pick},
+    },
     scene::{Mesh, network::triangulation},
 };
 use glam::{Vec2, Vec3};

@@ -1,38 +1,16 @@
 //! Facades as data for `building.wgsl`: width of the bays, number and use of storeys, kind of windows. In: a [`Facade`]. Out: bits above the
 //! material's number in a vertex. Metres.
 
-use crate::{roadside::footprint_places::STOREY_M, scene::Material};
+use crate::{
+    roadside::{
+        footprint_places::STOREY_M,
+        house_plans::{BAY_STEP_M, GroundFloor, WindowKind, bays},
+    },
+    scene::Material,
+};
 
 /// Height of a ground floor with shops, metres.
 pub(super) const SHOP_M: f32 = 3.6;
-/// Step of the width of a bay in a vertex, metres.
-const BAY_STEP_M: f32 = 0.1;
-
-/// Use of a wall's ground floor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum GroundFloor {
-    /// As in the storeys above.
-    Windows = 0,
-    /// Windows, and a door in the second bay.
-    Door = 1,
-    /// Shop windows under a sign.
-    Shops = 2,
-    /// No openings at all, as in walls between houses.
-    Blank = 3,
-}
-
-/// Kind of a building's windows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum WindowKind {
-    /// Two wings with a post between them.
-    Casement = 0,
-    /// Broad, of three panes.
-    Broad = 1,
-    /// Tall, in a frame of stone.
-    Tall = 2,
-    /// Pane without a post, as in gables and dormers.
-    Small = 3,
-}
 
 /// Openings of a wall.
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +30,8 @@ pub(super) struct Facade {
 impl Facade {
     /// Returns the facade with bays of nearly `wanted_m` along a wall of length `length_m`, and the wall's length in its bays.
     pub fn along(self, length_m: f32, wanted_m: f32) -> (Self, f32) {
-        let bays = (length_m / wanted_m).round().max(1.0);
-        let bay_m = (length_m / bays / BAY_STEP_M).round().clamp(1.0, 63.0) * BAY_STEP_M;
-        (Self { bay_m, ..self }, bay_m * bays)
+        let (bay_m, along_m) = bays(length_m, wanted_m);
+        (Self { bay_m, ..self }, along_m)
     }
 
     /// Returns the facade without openings.

@@ -1,29 +1,30 @@
-//! Models of buildings: houses in gardens, houses of flats, rows with shops. In: a [`Plot`]. Out: a mesh in the building's own frame.
+//! Models of buildings: houses in gardens, houses of flats, rows with shops. In: a [`Plot`] and its plan. Out: a mesh in the building's own frame.
 //! Metres; x to the right along the front as seen from the street, y inwards, z up from the ground floor.
 
 use super::{
-    facade::{Facade, GroundFloor, WindowKind},
+    facade::Facade,
     shell::{PitchedRoof, Shell, WallPlan},
 };
 use crate::{
-    rng::{self, Stream},
     roadside::{
         footprint_places::STOREY_M,
-        plots::{DRIVE_M, FENCE_BEYOND_M, Plot, PlotKind},
+        house_plans::{
+            self, BOARD_M, BOARDS_M, BRICKS, FenceKind, FencePiece, GroundFloor, HousePlan, PLASTERS, POST_M, RoofPlan,
+            TRIMS, WindowKind,
+        },
+        plots::{DRIVE_M, DRIVE_UP_M, Plot, PlotKind},
     },
-    scene::{Mesh, land::noise::shade},
+    scene::{Mesh, colours::shade},
 };
 use glam::{Vec2, Vec3};
 
 /// Depth of walls below the ground floor, metres: down into any ground.
 pub(super) const CELLAR_M: f32 = 3.0;
-/// Height of paths and drives over the ground, which is not quite level, metres.
-pub(super) const DRIVE_UP_M: f32 = 0.03;
 /// Height of the ground floor over the ground, metres.
 pub(super) const PLINTH_M: f32 = 0.35;
 
 /// Colours of plaster, linear albedo.
-pub(super) const PLASTER: [[f32; 3]; 9] = [
+pub(super) const PLASTER: [[f32; 3]; PLASTERS] = [
     [0.64, 0.60, 0.52],
     [0.68, 0.66, 0.62],
     [0.60, 0.50, 0.34],
@@ -35,26 +36,20 @@ pub(super) const PLASTER: [[f32; 3]; 9] = [
     [0.66, 0.60, 0.42],
 ];
 /// Colours of brick, linear albedo.
-pub(super) const BRICK: [[f32; 3]; 3] = [[0.27, 0.105, 0.070], [0.33, 0.155, 0.095], [0.40, 0.30, 0.20]];
+pub(super) const BRICK: [[f32; 3]; BRICKS] = [[0.27, 0.105, 0.070], [0.33, 0.155, 0.095], [0.40, 0.30, 0.20]];
 /// Colours of roof tiles, linear albedo.
-const TILES: [[f32; 3]; 5] =
+const TILES: [[f32; 3]; house_plans::TILES] =
     [[0.26, 0.085, 0.045], [0.22, 0.095, 0.060], [0.070, 0.066, 0.068], [0.15, 0.085, 0.060], [0.10, 0.098, 0.10]];
 /// Colours of boards and frames, linear albedo.
-const TRIM: [[f32; 3]; 4] = [[0.62, 0.61, 0.58], [0.16, 0.095, 0.055], [0.30, 0.30, 0.30], [0.55, 0.50, 0.42]];
+const TRIM: [[f32; 3]; TRIMS] = [[0.62, 0.61, 0.58], [0.16, 0.095, 0.055], [0.30, 0.30, 0.30], [0.55, 0.50, 0.42]];
 /// Rise of a dormer's roof, metres.
 const RISE_M: f32 = 0.6;
 const STONE: [f32; 3] = [0.34, 0.33, 0.31];
+/// Distances of the sides of a garden wall's coping from the pavement, metres.
+const COPING_M: [f32; 2] = [0.12, 0.40];
 const DARK_METAL: [f32; 3] = [0.06, 0.062, 0.066];
 /// Colour of hedges, linear albedo.
 const HEDGE: [f32; 3] = [0.040, 0.072, 0.022];
-
-fn draw(random: &mut Stream, low: f32, high: f32) -> f32 {
-    random.uniform(f64::from(low), f64::from(high)) as f32
-}
-
-pub(super) fn pick<T: Copy, const N: usize>(random: &mut Stream, of: &[T; N]) -> T {
-    of[random.index(N)]
-}
 
 /// Looks of a building.
 struct Look {
@@ -68,24 +63,26 @@ struct Look {
 }
 
 impl Look {
-    fn of(plot: &Plot, storeys: u32, windows: WindowKind, ground: GroundFloor, random: &mut Stream) -> Self {
-        let is_brick = random.uniform(0.0, 1.0) < 0.28;
-        let wall = if is_brick { pick(random, &BRICK) } else { pick(random, &PLASTER) };
-        let wall = shade(wall, draw(random, 0.9, 1.08));
-        let seed = random.index(256) as u8;
+    fn of(plot: &Plot, plan: &HousePlan) -> Self {
+        let HousePlan { storeys, windows, is_brick, ground, bay_m, .. } = *plan;
+        let (wall, light) = plan.wall;
+        let (tiles, tiles_light) = plan.tiles;
         let half_m = plot.width_m / 2.0;
         Self {
             walls: WallPlan { low: Vec2::new(-half_m, 0.0), high: Vec2::new(half_m, plot.depth_m) },
-            wall,
-            facade: Facade { bay_m: 0.0, storeys, windows, is_brick, ground, seed },
-            bay_m: match windows {
-                WindowKind::Broad => 3.6,
-                WindowKind::Tall => 2.3,
-                _ => 2.8,
-            } * draw(random, 0.92, 1.08),
-            trim: pick(random, &TRIM),
-            tiles: shade(pick(random, &TILES), draw(random, 0.85, 1.15)),
+            wall: shade(if is_brick { BRICK[wall] } else { PLASTER[wall] }, light),
+            facade: Facade { bay_m: 0.0, storeys, windows, is_brick, ground, seed: plan.facade_seed },
+            bay_m,
+            trim: TRIM[plan.trim],
+            tiles: shade(TILES[tiles], tiles_light),
         }
+    }
+
+    /// Returns the roof with these slopes and overhangs.
+    fn roof(&self, plan: &RoofPlan, overhang_m: [f32; 2]) -> PitchedRoof {
+        let RoofPlan { slope, is_along, is_hipped, .. } = *plan;
+        let (eaves_m, tiles, trim) = (self.facade.height_m(), self.tiles, self.trim);
+        PitchedRoof { eaves_m, slope, overhang_m, is_along, is_hipped, tiles, trim }
     }
 
     /// Adds the four walls: the front with its ground floor, sides without windows where another building adjoins.
@@ -111,66 +108,47 @@ impl Look {
 
 /// Returns the mesh of a plot's building.
 pub(super) fn model(plot: &Plot) -> Mesh {
-    let mut random = rng::stream(plot.seed, "building");
-    match plot.kind {
-        PlotKind::House => house(plot, &mut random),
-        PlotKind::Flats => flats(plot, &mut random),
-        PlotKind::Shops => shops(plot, &mut random),
-    }
-}
-
-fn house(plot: &Plot, random: &mut Stream) -> Mesh {
+    let plan = HousePlan::of(plot);
+    let look = Look::of(plot, &plan);
     let mut shell = Shell::default();
-    let usual = if random.uniform(0.0, 1.0) < 0.45 { 1 } else { 2 };
-    let storeys = plot.storeys.unwrap_or(usual);
-    let windows = pick(random, &[WindowKind::Casement, WindowKind::Casement, WindowKind::Broad]);
-    let look = Look::of(plot, storeys, windows, GroundFloor::Door, random);
     look.walls(&mut shell, plot.adjoins);
-    let is_hipped = storeys == 2 && random.uniform(0.0, 1.0) < 0.3;
-    let roof = PitchedRoof {
-        eaves_m: look.facade.height_m(),
-        slope: if is_hipped { draw(random, 0.45, 0.6) } else { draw(random, 0.75, 1.05) },
-        overhang_m: [0.45, 0.3],
-        is_along: if is_hipped { plot.width_m >= plot.depth_m } else { random.uniform(0.0, 1.0) < 0.6 },
-        is_hipped,
-        tiles: look.tiles,
-        trim: look.trim,
-    };
-    shell.pitched(look.walls, roof, look.wall, look.facade);
-    if !is_hipped {
-        attic_windows(&mut shell, &look, &roof);
-        if roof.is_along {
-            dormers(&mut shell, &look, &roof, random.index(3));
-        }
+    match plot.kind {
+        PlotKind::House => house(&mut shell, &plan, &look),
+        PlotKind::Flats => flats(&mut shell, plot, &plan, &look),
+        PlotKind::Shops => shops(&mut shell, plot, &plan, &look),
     }
-    chimney(&mut shell, &look, &roof, random);
-    door_step(&mut shell, &look, true);
-    front_garden(&mut shell, plot, &look, random);
+    let door_m = plan.door_m(plot);
+    if look.facade.ground == GroundFloor::Door {
+        door_step(&mut shell, door_m, plot.kind != PlotKind::Shops);
+    }
+    match plot.kind {
+        PlotKind::House | PlotKind::Flats => front_garden(&mut shell, plot, &plan, &look),
+        PlotKind::Shops => downpipe(&mut shell, &look),
+    }
     shell.mesh
 }
 
-fn flats(plot: &Plot, random: &mut Stream) -> Mesh {
-    let mut shell = Shell::default();
-    let usual = 3 + random.index(2) as u32;
-    let storeys = plot.storeys.unwrap_or(usual);
-    let windows = pick(random, &[WindowKind::Broad, WindowKind::Casement]);
-    let look = Look::of(plot, storeys, windows, GroundFloor::Door, random);
-    look.walls(&mut shell, plot.adjoins);
+fn house(shell: &mut Shell, plan: &HousePlan, look: &Look) {
+    let Some(of) = &plan.roof else { return };
+    let roof = look.roof(of, [0.45, 0.3]);
+    shell.pitched(look.walls, roof, look.wall, look.facade);
+    if !roof.is_hipped {
+        attic_windows(shell, look, &roof);
+        dormers(shell, look, &roof, of.dormers);
+    }
+    chimney(shell, look, &roof, of.chimney);
+}
+
+fn flats(shell: &mut Shell, plot: &Plot, plan: &HousePlan, look: &Look) {
+    let storeys = plan.storeys;
     let (facade, along_m) = look.facade.along(plot.width_m, look.bay_m);
-    if random.uniform(0.0, 1.0) < 0.55 {
-        shell.flat(look.walls, facade.height_m(), look.wall, look.facade);
-    } else {
-        let roof = PitchedRoof {
-            eaves_m: facade.height_m(),
-            slope: draw(random, 0.5, 0.75),
-            overhang_m: [0.5, 0.3],
-            is_along: true,
-            is_hipped: random.uniform(0.0, 1.0) < 0.5,
-            tiles: look.tiles,
-            trim: look.trim,
-        };
-        shell.pitched(look.walls, roof, look.wall, look.facade);
-        chimney(&mut shell, &look, &roof, random);
+    match &plan.roof {
+        None => shell.flat(look.walls, facade.height_m(), look.wall, look.facade),
+        Some(of) => {
+            let roof = look.roof(of, [0.5, 0.3]);
+            shell.pitched(look.walls, roof, look.wall, look.facade);
+            chimney(shell, look, &roof, of.chimney);
+        }
     }
     // Balconies in every other bay, above the ground floor.
     let (bay_m, bays) = (facade.bay_m * plot.width_m / along_m, (along_m / facade.bay_m).round() as usize);
@@ -192,53 +170,31 @@ fn flats(plot: &Plot, random: &mut Stream) -> Mesh {
             }
         }
     }
-    door_step(&mut shell, &look, true);
-    front_garden(&mut shell, plot, &look, random);
-    shell.mesh
 }
 
-fn shops(plot: &Plot, random: &mut Stream) -> Mesh {
-    let mut shell = Shell::default();
-    let usual = 2 + random.index(3) as u32;
-    let storeys = plot.storeys.unwrap_or(usual);
-    let windows = pick(random, &[WindowKind::Tall, WindowKind::Tall, WindowKind::Casement, WindowKind::Broad]);
-    let ground = if random.uniform(0.0, 1.0) < 0.7 { GroundFloor::Shops } else { GroundFloor::Door };
-    let look = Look::of(plot, storeys, windows, ground, random);
-    look.walls(&mut shell, plot.adjoins);
+fn shops(shell: &mut Shell, plot: &Plot, plan: &HousePlan, look: &Look) {
     let eaves_m = look.facade.height_m();
-    if random.uniform(0.0, 1.0) < 0.3 {
-        shell.flat(look.walls, eaves_m, look.wall, look.facade);
-    } else {
-        let roof = PitchedRoof {
-            eaves_m,
-            slope: draw(random, 0.8, 1.1),
-            overhang_m: [0.35, 0.0],
-            is_along: random.uniform(0.0, 1.0) < 0.8,
-            is_hipped: false,
-            tiles: look.tiles,
-            trim: look.trim,
-        };
-        shell.pitched(look.walls, roof, look.wall, look.facade);
-        if roof.is_along {
-            dormers(&mut shell, &look, &roof, 2 + random.index(3));
-        } else {
-            attic_windows(&mut shell, &look, &roof);
+    match &plan.roof {
+        None => shell.flat(look.walls, eaves_m, look.wall, look.facade),
+        Some(of) => {
+            let roof = look.roof(of, [0.35, 0.0]);
+            shell.pitched(look.walls, roof, look.wall, look.facade);
+            if roof.is_along {
+                dormers(shell, look, &roof, of.dormers);
+            } else {
+                attic_windows(shell, look, &roof);
+            }
+            chimney(shell, look, &roof, of.chimney);
         }
-        chimney(&mut shell, &look, &roof, random);
     }
     // A cornice under the eaves, and a ledge over the ground floor.
     let half_m = plot.width_m / 2.0;
-    let first_m = eaves_m - (storeys as f32 - 1.0) * STOREY_M;
+    let first_m = eaves_m - (plan.storeys as f32 - 1.0) * STOREY_M;
     for (top_m, high_m, out_m) in [(eaves_m - 0.06, 0.22, 0.14), (first_m + 0.06, 0.18, 0.10)] {
         let (low, high) = (Vec3::new(-half_m, -out_m, top_m - high_m), Vec3::new(half_m, 0.0, top_m));
         shell.plain_box(low, high, shade(look.trim, 0.95));
         shell.underside(low, high, shade(look.trim, 0.7));
     }
-    if look.facade.ground == GroundFloor::Door {
-        door_step(&mut shell, &look, false);
-    }
-    downpipe(&mut shell, &look);
-    shell.mesh
 }
 
 /// Returns the facade of a wall with a single window.
@@ -322,9 +278,9 @@ fn dormers(shell: &mut Shell, look: &Look, roof: &PitchedRoof, count: usize) {
     }
 }
 
-fn chimney(shell: &mut Shell, look: &Look, roof: &PitchedRoof, random: &mut Stream) {
+fn chimney(shell: &mut Shell, look: &Look, roof: &PitchedRoof, share: f32) {
     let middle = (look.walls.low + look.walls.high) / 2.0;
-    let along = draw(random, -0.3, 0.3) * (look.walls.high - look.walls.low);
+    let along = share * (look.walls.high - look.walls.low);
     let at = if roof.is_along { middle + Vec2::new(along.x, 0.9) } else { middle + Vec2::new(0.9, along.y) };
     let top_m = roof.ridge_m(look.walls) + 0.9;
     let half = Vec3::new(0.3, 0.3, 0.0);
@@ -335,8 +291,7 @@ fn chimney(shell: &mut Shell, look: &Look, roof: &PitchedRoof, random: &mut Stre
 }
 
 /// Adds the step before the door, in the front's second bay, and a canopy over it.
-fn door_step(shell: &mut Shell, look: &Look, has_canopy: bool) {
-    let x = door_m(look);
+fn door_step(shell: &mut Shell, x: f32, has_canopy: bool) {
     shell.plain_box(Vec3::new(x - 0.8, -0.9, -PLINTH_M - 0.3), Vec3::new(x + 0.8, 0.0, -0.18), STONE);
     shell.plain_box(Vec3::new(x - 0.7, -0.45, -0.18), Vec3::new(x + 0.7, 0.0, 0.0), STONE);
     if has_canopy {
@@ -346,21 +301,14 @@ fn door_step(shell: &mut Shell, look: &Look, has_canopy: bool) {
     }
 }
 
-/// Returns the position of the door along the front, metres.
-fn door_m(look: &Look) -> f32 {
-    let width_m = look.walls.high.x - look.walls.low.x;
-    let (facade, along_m) = look.facade.along(width_m, look.bay_m);
-    look.walls.low.x + 1.5 * facade.bay_m * width_m / along_m
-}
-
 fn downpipe(shell: &mut Shell, look: &Look) {
     let x = look.walls.high.x - 0.25;
     shell.plain_box(Vec3::new(x, -0.14, -PLINTH_M - 0.2), Vec3::new(x + 0.1, -0.04, look.facade.height_m()), [0.15; 3]);
 }
 
 /// Adds the path to the door, the drive, and a hedge, a wall or a fence along the pavement.
-fn front_garden(shell: &mut Shell, plot: &Plot, look: &Look, random: &mut Stream) {
-    let x = door_m(look);
+fn front_garden(shell: &mut Shell, plot: &Plot, plan: &HousePlan, look: &Look) {
+    let x = plan.door_m(plot);
     let (edge, foot) = (-plot.garden_m, -PLINTH_M - 0.35);
     shell.plain_box(
         Vec3::new(x - 0.65, edge, foot),
@@ -376,31 +324,22 @@ fn front_garden(shell: &mut Shell, plot: &Plot, look: &Look, random: &mut Stream
             shade(STONE, 0.7),
         );
     }
-    let kind = random.index(4);
-    if !plot.has_fence {
-        return;
-    }
-    // The fence ends at a drive.
-    let half_m = |side: f32| plot.width_m / 2.0 + if plot.drive == Some(side) { 0.2 } else { FENCE_BEYOND_M };
-    for (left, right) in [(-half_m(-1.0), x - 0.9), (x + 0.9, half_m(1.0))] {
-        if right - left < 0.6 {
-            continue;
-        }
-        let span = |low_y: f32, high_y: f32, top: f32| {
-            (Vec3::new(left, edge + low_y, foot), Vec3::new(right, edge + high_y, -PLINTH_M + top))
+    for &FencePiece { kind, left_m, right_m } in &plan.fence {
+        let span = |[low_y, high_y]: [f32; 2], top: f32| {
+            (Vec3::new(left_m, edge + low_y, foot), Vec3::new(right_m, edge + high_y, -PLINTH_M + top))
         };
         match kind {
-            0 | 1 => {
-                let (low, high) = span(0.25, 0.95, draw(random, 0.8, 1.3));
+            FenceKind::Hedge(height_m) => {
+                let (low, high) = span(kind.sides_m(), height_m);
                 shell.hedge(low, high, HEDGE);
             }
-            2 => {
-                let (low, high) = span(0.15, 0.37, 0.7);
+            FenceKind::GardenWall => {
+                let (low, high) = span(kind.sides_m(), 0.7);
                 shell.plain_box(low, high, shade(look.wall, 0.8));
-                let (low, high) = span(0.12, 0.40, 0.78);
+                let (low, high) = span(COPING_M, 0.78);
                 shell.plain_box(low + Vec3::Z * (0.7 + 0.35), high, STONE);
             }
-            _ => fence(shell, [left, right], edge + 0.2, look.trim),
+            FenceKind::Boards => fence(shell, [left_m, right_m], edge + BOARDS_M, look.trim),
         }
     }
 }
@@ -409,11 +348,11 @@ fn front_garden(shell: &mut Shell, plot: &Plot, look: &Look, random: &mut Stream
 fn fence(shell: &mut Shell, [left, right]: [f32; 2], y: f32, colour: [f32; 3]) {
     let count = ((right - left) / 2.0).round().max(1.0);
     for k in 0..=count as usize {
-        let x = left + (right - left - 0.09) * k as f32 / count;
-        shell.plain_box(Vec3::new(x, y, -PLINTH_M - 0.3), Vec3::new(x + 0.09, y + 0.09, -PLINTH_M + 1.0), colour);
+        let x = left + (right - left - POST_M) * k as f32 / count;
+        shell.plain_box(Vec3::new(x, y, -PLINTH_M - 0.3), Vec3::new(x + POST_M, y + POST_M, -PLINTH_M + 1.0), colour);
     }
     for z in [0.15, 0.45, 0.75] {
-        let (low, high) = (Vec3::new(left, y - 0.03, z - PLINTH_M), Vec3::new(right, y, z + 0.17 - PLINTH_M));
+        let (low, high) = (Vec3::new(left, y - BOARD_M, z - PLINTH_M), Vec3::new(right, y, z + 0.17 - PLINTH_M));
         shell.plain_box(low, high, colour);
         shell.underside(low, high, colour);
     }

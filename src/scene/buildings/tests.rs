@@ -3,8 +3,8 @@
 use super::*;
 use crate::{
     map::{RoadMap, network::Network},
-    roadside::{land_use_map::LandUseMap, road_surfaces::RoadSurfaces, town::Town},
-    scene::{Material, StaticScene, mesh::tests::check, trees::forest::crown_radius_m},
+    roadside::{land_use_map::LandUseMap, relief::Relief, road_surfaces::RoadSurfaces, town::Town},
+    scene::{Material, StaticScene, mesh::tests::check, trees::forest::tests::crown_radius_m},
 };
 
 fn network(name: &str) -> Network {
@@ -66,7 +66,8 @@ fn no_tree_and_no_tuft_grows_in_a_building() {
 #[test]
 fn the_shader_reads_the_facade_from_the_bits_it_is_written_to() {
     use crate::roadside::footprint_places::STOREY_M;
-    use facade::{Facade, GroundFloor, SHOP_M, WindowKind};
+    use crate::roadside::house_plans::{GroundFloor, WindowKind};
+    use facade::{Facade, SHOP_M};
     let shader = include_str!("../../../shaders/building.wgsl");
     let number = |name: &str| -> f32 {
         let line = shader.lines().find_map(|line| line.strip_prefix(&format!("const {name} = "))).expect(name);

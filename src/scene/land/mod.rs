@@ -1,120 +1,48 @@
 //! Land around the road: meadow, flat near the road and rolling further out, hills on the horizon. In: the road's position. Out:
 //! one mesh in world axes, with fine cells near the road and coarse ones far away.
 
-pub(super) mod noise;
 pub(super) mod tufts;
 
-use self::noise::{mix, shade};
-use super::{Material, Mesh, Vertex, network::verge_shape::VergeShape};
+use super::{
+    Material, Mesh, Vertex,
+    colours::{mix, shade},
+};
 use crate::{
     map::surroundings::LandUse,
-    roadside::{
-        land_use_map::{BORDER_M, LandUseMap},
-        road_surfaces::RoadSurfaces,
-    },
+    roadside::{land_use_map::BORDER_M, noise, relief::Relief, road_surfaces::RoadSurfaces},
     space::smoothstep,
 };
-use glam::{IVec2, Vec2, Vec3};
+use glam::{IVec2, Vec2};
 use std::collections::BTreeMap;
 
 /// Linear albedo of the meadow.
 pub(in crate::scene) const MEADOW: [f32; 3] = [0.098, 0.128, 0.044];
-/// Distance from the centre line up to which the land is flat, metres.
-pub(in crate::scene) const FLAT_M: f32 = 15.0;
 /// Reach of the land beyond the road network, metres.
 const REACH_M: f32 = 1300.0;
 /// Reach of the hills beyond the road network, metres.
 const RANGES_M: f32 = 9000.0;
 
-/// Kinds of land with a paved ground, beside and between which grass may grow.
-const PAVED: [LandUse; 2] = [LandUse::Paved, LandUse::Commercial];
-/// Depth of water below the meadow, metres, and distances from a road over which its bank falls.
-const WATER_M: f32 = 0.7;
-const BANK_M: [f32; 2] = [3.0, 9.0];
-/// Largest distance from the nearest road at which a map's own kinds of land are drawn, metres.
-const STATED_M: f32 = 400.0;
-
-/// Heights and colours of the ground.
-pub(in crate::scene) struct Relief<'a> {
-    roads: &'a RoadSurfaces,
-    land_use: &'a LandUseMap,
-    seed: u64,
-    /// Height of the meadow relative to the road beside it, metres.
-    beside_m: f32,
-}
-
-impl<'a> Relief<'a> {
-    /// Creates the ground around the roads.
-    pub fn new(roads: &'a RoadSurfaces, land_use: &'a LandUseMap, seed: u64) -> Self {
-        let beside_m = VergeShape::of(roads).meadow_m;
-        Self { roads, land_use, seed, beside_m }
-    }
-
-    /// Returns the height of the ground in the local frame, metres.
-    pub fn height_m(&self, point: Vec2) -> f32 {
-        let distance = self.roads.middle_m(point);
-        let rolling = smoothstep(FLAT_M, 75.0, distance);
-        let waves = 0.9 * noise::value(self.seed ^ 1, point / 48.0) + 0.35 * noise::value(self.seed ^ 2, point / 19.0);
-        // Hills begin outside the network, so that a large network has none in its middle.
-        let beyond = (point.distance(self.roads.centre()) - self.roads.radius_m()).min(distance);
-        let hills = smoothstep(110.0, 620.0, beyond);
-        let ridge = 0.5 + 0.5 * noise::fractal(self.seed ^ 3, point / 420.0);
-        // Ranges on the horizon, some kilometres away, rising with distance.
-        let range = 0.5 + 0.5 * noise::fractal(self.seed ^ 9, point / 2300.0);
-        let ranges = smoothstep(1000.0, 4400.0, beyond) * (60.0 + 560.0 * range * range);
-        let base_m = self.beside_m + self.roads.height_m(point);
-        let water = smoothstep(0.0, 0.5 * BORDER_M, self.land_use.depth_m(point, &[LandUse::Water]));
-        let lake_m = WATER_M * water * smoothstep(BANK_M[0], BANK_M[1], distance);
-        let above_m = ranges + rolling * (waves + 0.2) + hills * (9.0 + 38.0 * ridge * ridge);
-        base_m + above_m * (1.0 - water) - lake_m
-    }
-
-    /// Returns how deep a point lies within paved ground and within water, metres, for the shader (`land.wgsl`).
-    fn paved_and_water_m(&self, point: Vec2) -> Vec2 {
-        if !self.land_use.is_stated() || self.roads.middle_m(point) > STATED_M {
-            return Vec2::splat(-BORDER_M);
-        }
-        Vec2::new(self.land_use.depth_m(point, &PAVED), self.land_use.depth_m(point, &[LandUse::Water]))
-    }
-
-    /// Returns the map's own kinds of land.
-    pub fn land_use(&self) -> &LandUseMap {
-        self.land_use
-    }
-
-    /// Checks whether a point lies in water or on paved ground, where nothing grows.
-    pub fn is_bare(&self, point: Vec2) -> bool {
-        self.paved_and_water_m(point).max_element() > -0.3
-    }
-
-    /// Returns the unit normal, from heights at the distance `span_m` on either side.
-    fn normal(&self, point: Vec2, span_m: f32) -> Vec3 {
-        let rise = |d: Vec2| (self.height_m(point + d) - self.height_m(point - d)) / (2.0 * span_m);
-        Vec3::new(-rise(Vec2::X * span_m), -rise(Vec2::Y * span_m), 1.0).normalize()
-    }
-
-    /// Returns the colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
-    pub fn colour(&self, point: Vec2) -> [f32; 3] {
-        let broad = noise::fractal(self.seed ^ 4, point / 34.0);
-        let small = noise::fractal(self.seed ^ 5, point / 7.0);
-        let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
-        let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
-        let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
-        let colour = match self.land_use.at(point) {
-            Some(LandUse::Field) => mix(colour, [0.190, 0.150, 0.080], 0.75 + 0.2 * small),
-            Some(LandUse::Wood | LandUse::Scrub) => mix(colour, [0.052, 0.062, 0.028], 0.6),
-            Some(LandUse::Grass | LandUse::Park) => mix(colour, [0.078, 0.120, 0.040], 0.5),
-            _ => colour,
-        };
-        let far = smoothstep(150.0, 500.0, point.distance(self.roads.centre()) - self.roads.radius_m());
-        let field = noise::value(self.seed ^ 6, point / 120.0);
-        let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
-        // From afar, hills are wooded, with fields between the woods.
-        let distant = smoothstep(700.0, 1600.0, point.distance(self.roads.centre()) - self.roads.radius_m());
-        let clearing = noise::fractal(self.seed ^ 8, point / 700.0);
-        let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
-        shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
-    }
+/// Returns the colour of the meadow: lush, dry and mown patches; hills are darker, with fields.
+pub(in crate::scene) fn colour(relief: &Relief, point: Vec2) -> [f32; 3] {
+    let broad = noise::fractal(relief.seed ^ 4, point / 34.0);
+    let small = noise::fractal(relief.seed ^ 5, point / 7.0);
+    let dry = smoothstep(0.05, 0.75, broad + 0.35 * small);
+    let lush = smoothstep(0.05, 0.7, -broad + 0.3 * small);
+    let colour = mix(mix(MEADOW, [0.150, 0.142, 0.066], 0.55 * dry), [0.066, 0.104, 0.034], 0.55 * lush);
+    let colour = match relief.land_use.at(point) {
+        Some(LandUse::Field) => mix(colour, [0.190, 0.150, 0.080], 0.75 + 0.2 * small),
+        Some(LandUse::Wood | LandUse::Scrub) => mix(colour, [0.052, 0.062, 0.028], 0.6),
+        Some(LandUse::Grass | LandUse::Park) => mix(colour, [0.078, 0.120, 0.040], 0.5),
+        _ => colour,
+    };
+    let far = smoothstep(150.0, 500.0, point.distance(relief.roads.centre()) - relief.roads.radius_m());
+    let field = noise::value(relief.seed ^ 6, point / 120.0);
+    let hill = mix([0.070, 0.098, 0.036], [0.160, 0.152, 0.074], smoothstep(0.1, 0.5, field));
+    // From afar, hills are wooded, with fields between the woods.
+    let distant = smoothstep(700.0, 1600.0, point.distance(relief.roads.centre()) - relief.roads.radius_m());
+    let clearing = noise::fractal(relief.seed ^ 8, point / 700.0);
+    let wooded = mix([0.026, 0.042, 0.018], [0.115, 0.122, 0.052], smoothstep(0.12, 0.26, clearing));
+    shade(mix(mix(colour, hill, far), wooded, distant), 1.0 + 0.10 * small)
 }
 
 /// Returns the mesh of the ground and the hills on the horizon; its cells are as fine as `own`, the roads of the network, needs, and lie
@@ -170,7 +98,7 @@ fn ground(relief: &Relief, own: &RoadSurfaces) -> Mesh {
     let mut numbers: BTreeMap<[i32; 2], u32> = BTreeMap::new();
     let vertex = |mesh: &mut Mesh, point: Vec2, span_m: f32| {
         let position = point.extend(relief.height_m(point));
-        let (colour, paved) = (relief.colour(point), relief.paved_and_water_m(point));
+        let (colour, paved) = (colour(relief, point), relief.paved_and_water_m(point));
         mesh.vertex(Vertex::new(position, relief.normal(point, span_m), colour, paved, Material::Grass))
     };
     for &(low, side) in &squares {
@@ -217,7 +145,7 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
             let position = point.extend(relief.height_m(point) - sunk);
             let normal = relief.normal(point, 0.03 * radius);
             let dry = Vec2::splat(-BORDER_M);
-            mesh.vertex(Vertex::new(position, normal, relief.colour(point), dry, Material::Grass));
+            mesh.vertex(Vertex::new(position, normal, colour(relief, point), dry, Material::Grass));
         }
     }
     for ring in 0..RINGS {
@@ -238,9 +166,10 @@ fn ranges(mesh: &mut Mesh, relief: &Relief) {
 mod tests {
     use super::*;
     use crate::map::surroundings::{LandArea, Surroundings};
+    use crate::roadside::{land_use_map::LandUseMap, verge_shape::BESIDE_ROAD_M};
     use crate::scene::mesh::tests::{check, faces};
-    use crate::scene::network::verge_shape::BESIDE_ROAD_M;
     use crate::scene::static_scene::tests::{circuit, ring};
+    use glam::Vec3;
 
     #[test]
     fn the_land_never_covers_the_road() {

@@ -1,17 +1,16 @@
 //! Tufts of grass beside the road, which give the meadow depth near the eye. In: the roads, the ground, a seed. Out: places and a
 //! mesh, metres.
 
-use super::{
-    Relief,
-    noise::{self, shade},
-};
 use crate::{
     rng,
     roadside::{
         buildings::Buildings,
+        noise,
+        relief::Relief,
         road_surfaces::{HALF_LANE_M, RoadSurfaces},
+        trees::broad_leaf::VARIANTS,
     },
-    scene::{Material, Mesh, TreePlace, Vertex, network::layer::SHOULDER_M, trees::leaf_cards::VARIANTS},
+    scene::{Material, Mesh, TreePlace, Vertex, colours::shade, network::layer::SHOULDER_M},
     space::smoothstep,
 };
 use glam::{Vec2, Vec3};
@@ -93,7 +92,7 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief:
                 continue;
             }
             let sunk = if beyond < 2.5 { 0.05 } else { 0.0 };
-            let base = relief.colour(point);
+            let base = super::colour(relief, point);
             let tint = [0, 1, 2].map(|i| (0.15 + 0.85 * base[i] / super::MEADOW[i]) * (0.86 + 0.28 * tone));
             places.push(TreePlace {
                 position: point.extend(relief.height_m(point) - sunk),

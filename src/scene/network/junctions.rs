@@ -6,7 +6,7 @@ use super::{
     strips::{Column, Ground, Paver},
     verge::VergePaver,
 };
-use crate::{roadside::junction_areas::JunctionArea, scene::land::noise::shade};
+use crate::{roadside::junction_areas::JunctionArea, scene::colours::shade};
 use glam::Vec2;
 
 /// Maximum reach of a shoulder's corner, as a multiple of the shoulder's width.

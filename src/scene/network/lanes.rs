@@ -12,7 +12,7 @@ use crate::{
         outlines::{cleaned, contains},
         road_surfaces::points,
     },
-    scene::land::noise::shade,
+    scene::colours::shade,
 };
 use glam::{Vec2, Vec3};
 use std::collections::{BTreeMap, BTreeSet};

@@ -2,7 +2,7 @@
 //!
 //! Overlapping surfaces lie in layers a few millimetres apart, which prevents z-fighting: see [`Layer`].
 
-use crate::{map, scene::land::noise::shade};
+use crate::{map, scene::colours::shade};
 
 /// Layer of a surface. Its height above the lane's centre line is [`Layer::z_m`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

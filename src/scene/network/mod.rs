@@ -33,15 +33,14 @@ mod symbols;
 mod tests;
 pub(super) mod triangulation;
 mod verge;
-pub(super) mod verge_shape;
 
 pub(super) use route_line::route_line;
 
 use self::strips::Paver;
-use super::{Mesh, land::Relief};
+use super::Mesh;
 use crate::{
     map::network::Network,
-    roadside::{junction_areas, road_surfaces::RoadSurfaces, town::Town},
+    roadside::{junction_areas, relief::Relief, road_surfaces::RoadSurfaces, town::Town},
 };
 
 /// Returns the mesh of paved surfaces, markings, verges and bridges.

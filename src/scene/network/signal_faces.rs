@@ -2,7 +2,7 @@
 //! light on the lens, as the diodes of real lamps. Metres.
 
 use super::signals::LAMP_M;
-use crate::map::network::{Connection, LaneId, Network, SignalId, SignalLight, TurnDirection};
+use crate::map::network::{LaneId, Network, SignalId, SignalLight, TurnDirection};
 use glam::Vec2;
 
 /// Radius of a lamp for those who walk or cycle.
@@ -72,14 +72,14 @@ pub enum SignalFace {
 }
 
 impl SignalFace {
-    /// Returns the face for a lane of which this connection is shown.
-    pub(super) fn of(net: &Network, lane: LaneId, (shown, signal, link): (&Connection, SignalId, u32)) -> Self {
+    /// Returns the face for a lane of which a connection with this direction is shown.
+    pub(super) fn of(net: &Network, lane: LaneId, (shown, signal, link): (TurnDirection, SignalId, u32)) -> Self {
         if net.lane(lane).is_for_bicycles() {
             return Self::Bicycles;
         }
-        let Some(turn_rad) = turn_rad(shown.direction) else { return Self::Full };
+        let Some(turn_rad) = turn_rad(shown) else { return Self::Full };
         let ways = || net.connections_from(lane).iter().filter(|way| !way.is_turnaround());
-        let has_one_turn = ways().all(|way| way.direction == shown.direction);
+        let has_one_turn = ways().all(|way| way.direction == shown);
         // On a permissive green, those who turn give way to others: that is a full disc.
         let programs = &net.signal(signal).programs;
         let lights = || programs.iter().flat_map(|program| &program.phases).filter_map(|phase| phase.light(link));
@@ -101,17 +101,6 @@ impl SignalFace {
         let turn = Vec2::from_angle(turn_rad);
         (discs.iter().map(move |disc| turn.rotate(Vec2::from(*disc))), radius_m)
     }
-}
-
-/// Checks whether two links of a signal show the same in all phases.
-pub(super) fn shows_alike(net: &Network, signal: SignalId, [a, b]: [u32; 2]) -> bool {
-    let phases = || net.signal(signal).programs.iter().flat_map(|program| &program.phases);
-    // A permissive green looks like a protected one.
-    let seen = |light: Option<SignalLight>| match light {
-        Some(SignalLight::GreenMinor | SignalLight::GreenArrow) => Some(SignalLight::GreenMajor),
-        other => other,
-    };
-    phases().all(|phase| seen(phase.light(a)) == seen(phase.light(b)))
 }
 
 /// Returns the angle of an arrow for a turn, from straight up to the left, radians; `None` for the way straight on, and back.

@@ -1,24 +1,18 @@
 //! Signal heads. For vehicles: three lamps in a vertical dark housing with a backboard, one head on a pole beside the stop line, one over each
 //! further lane on an arm, and one across the junction, visible to the first vehicle at the line. For bicycles: a smaller head beside their lane.
-//! For those who walk: two lamps at both ends of a crossing. In: the network. Out: one mesh of poles, arms and heads; the lamps' positions, with
-//! the link whose state each head shows.
-//! Sizes are from `docs/references.md: roads`.
+//! For those who walk: two lamps at both ends of a crossing. In: their places, the network. Out: one mesh of poles, arms and heads; the lamps'
+//! positions, with the link whose state each head shows. Sizes are from `docs/references.md: roads`.
 
-use super::signal_faces::{SMALL_LAMP_M, SignalFace, shows_alike};
+use super::signal_faces::{SMALL_LAMP_M, SignalFace};
 use crate::{
-    map::{
-        network::{
-            Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, SignalStates,
-            TurnDirection,
-        },
-        surroundings::BESIDE_M,
+    map::network::{LaneId, Network, SignalId, SignalLight, SignalStates},
+    roadside::signal_places::{
+        CrossingEnd, HeadPlace, POLE_RADIUS_M, SignalPlace, SignalledApproach, SignalledLane, direction,
     },
-    roadside::road_surfaces::RoadSurfaces,
     scene::{
         LitLamp, Material, Mesh,
         mesh::{SurfaceFinish, TriangleList},
     },
-    space::Pose3,
 };
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::TAU;
@@ -37,25 +31,13 @@ const ARM_HEAD_M: f32 = 5.6;
 const ARM_OVER_M: f32 = 0.85;
 /// Distance up to which lamps show their pictures, metres: of 720 lines an arrow then has little more than one.
 const PICTURED_M: f32 = 150.0;
-/// Height of the middle of a head for those who walk, and the distance of its pole from the crossing's end and side, metres.
+/// Height of the middle of a head for those who walk, metres.
 const WALKERS_HEAD_M: f32 = 2.35;
-const BEYOND_CROSSING_M: f32 = 0.4;
-const BESIDE_CROSSING_M: f64 = 0.25;
-/// Height of the middle of a head for bicycles, and the distance of its pole from the edge of the lane, metres: between it and the pole of the
-/// heads for cars.
+/// Height of the middle of a head for bicycles, metres.
 const BICYCLES_HEAD_M: f32 = 2.35;
-const BESIDE_BICYCLES_M: f64 = 0.3;
 /// Distance between the middles of two small lamps, and from the outermost one to the end of their housing, metres.
 const SMALL_LAMP_EVERY_M: f32 = 0.25;
 const SMALL_END_M: f32 = 0.135;
-/// Distance between heads and the end of the lane, metres: at the far edge of the stop line.
-const BEFORE_END_M: f64 = 0.15;
-/// Least distance of a head across the junction from the stop line where the way is not straight on, metres, and its largest distance to one
-/// side as a share of that: it is in the picture then.
-const LEAST_ACROSS_M: f32 = 10.0;
-const ASIDE_SHARE: f32 = 0.45;
-/// Maximum distance of a head across the junction from the stop line, metres.
-const ACROSS_M: f32 = 45.0;
 
 pub(super) const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.22);
 const HOUSING: SurfaceFinish = SurfaceFinish::grey(Material::Matt, 0.012);
@@ -119,166 +101,76 @@ impl SignalHead {
     }
 }
 
-/// Returns the connection whose light represents a lane, with its signal and link index: straight on, or else slight turns, right, left.
-fn shown(net: &Network, lane: LaneId) -> Option<(&Connection, SignalId, u32)> {
-    let turn = |way: &Connection| match way.direction {
-        TurnDirection::Straight => 0,
-        TurnDirection::PartRight | TurnDirection::PartLeft => 1,
-        TurnDirection::Right => 2,
-        TurnDirection::Left => 3,
-        _ => 4,
-    };
-    let ruled = net.connections_from(lane).iter().filter_map(|way| {
-        let link = way.signal?;
-        Some((way, link.signal, link.index?))
-    });
-    ruled.min_by_key(|(way, ..)| turn(way))
-}
-
 /// Returns the mesh of all signal heads, poles and arms, and the heads.
-pub(in crate::scene) fn heads(net: &Network, surfaces: &RoadSurfaces) -> (Mesh, Vec<SignalHead>) {
+pub(in crate::scene) fn heads(net: &Network, places: &[SignalPlace]) -> (Mesh, Vec<SignalHead>) {
     let mut triangles = TriangleList::default();
     let mut heads = Vec::new();
-    for edge in net.edge_ids() {
-        match net.edge(edge).kind {
-            EdgeKind::Crossing => at_crossing(net, edge, &mut triangles, &mut heads),
-            _ => approach(net, edge, surfaces, &mut triangles, &mut heads),
+    for place in places {
+        match place {
+            SignalPlace::Approach(of) => approach(net, of, &mut triangles, &mut heads),
+            SignalPlace::Crossing(ends) => ends.iter().for_each(|end| heads.push(walkers_head(end, &mut triangles))),
         }
     }
     (triangles.into_mesh(0.6), heads)
 }
 
 /// Adds the heads at the end of one edge.
-fn approach(
-    net: &Network,
-    edge: EdgeId,
-    surfaces: &RoadSurfaces,
-    triangles: &mut TriangleList,
-    heads: &mut Vec<SignalHead>,
-) {
-    let lanes: Vec<LaneId> = net.edge(edge).lanes().filter(|lane| net.is_driven(*lane)).collect();
-    let ruled: Vec<_> = lanes.iter().filter_map(|&lane| Some((lane, shown(net, lane)?))).collect();
-    let (Some(&outermost), false) = (lanes.first(), ruled.is_empty()) else { return };
-    // The pole is on the right, or on the left with left-hand traffic.
-    let side = if net.is_left_hand() { 1.0 } else { -1.0 };
-    let at = |lane: LaneId, offset_m: f64| {
-        let of = net.lane(lane);
-        let s_m = of.length_m - (BEFORE_END_M + of.end_offset_m) * of.length_m / of.line.drawn_m().max(1.0);
-        net.pose(LanePosition { lane, s_m, offset_m })
-    };
-    let beside = |lane: LaneId, pole_m: f64| at(lane, side * (net.lane(lane).half_width_m() + pole_m));
-    let foot = beside(outermost, BESIDE_M);
-    // Offset from heads to their poles and arms.
-    let behind = direction(&at(outermost, 0.0)) * 0.22;
+fn approach(net: &Network, place: &SignalledApproach, triangles: &mut TriangleList, heads: &mut Vec<SignalHead>) {
+    let SignalledApproach { foot, behind, lanes } = place;
+    let (foot, behind) = (*foot, *behind);
     let mut arm_end: Option<Vec3> = None;
-    let is_for_cars = |lane: LaneId| !net.lane(lane).is_for_bicycles();
-    let first_for_cars = ruled.iter().position(|(lane, _)| is_for_cars(*lane));
-    for (k, &(lane, (way, signal, link))) in ruled.iter().enumerate() {
-        let over = at(lane, 0.0);
-        let face = SignalFace::of(net, lane, (way, signal, link));
+    for &SignalledLane { lane, signal, link, direction: turn, line, place, across } in lanes {
+        let face = SignalFace::of(net, lane, (turn, signal, link));
         let mut head = |middle: Vec3, triangles: &mut TriangleList| {
-            let facing = -direction(&over);
+            let facing = -direction(&line);
             let lamps = match face {
                 SignalFace::Bicycles => small_housing(triangles, middle, facing, [0, 1, 2]),
                 _ => housing(triangles, middle, facing),
             };
             heads.push(SignalHead { lane, signal, link, face, lamps, facing });
         };
-        if face == SignalFace::Bicycles && lane == outermost {
-            let foot = beside(lane, BESIDE_BICYCLES_M).position.as_vec3();
-            pole(triangles, foot + behind, BICYCLES_HEAD_M + 0.45);
-            head(foot + Vec3::Z * BICYCLES_HEAD_M, triangles);
-        } else if Some(k) == first_for_cars {
-            head(foot.position.as_vec3() + Vec3::Z * POLE_HEAD_M, triangles);
-            if let Some(foot) = across(net, way, &over, side, surfaces) {
-                pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
-                head(foot + Vec3::Z * POLE_HEAD_M, triangles);
+        match place {
+            HeadPlace::OwnPole(foot) => {
+                pole(triangles, foot + behind, BICYCLES_HEAD_M + 0.45);
+                head(foot + Vec3::Z * BICYCLES_HEAD_M, triangles);
             }
-        } else {
-            let middle = over.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
-            head(middle, triangles);
-            // Those at the line do not see what is over them: they see the head across of another lane, if it shows the same.
-            let mut before = ruled[..k].iter().filter(|(lane, _)| is_for_cars(*lane));
-            let is_repeated =
-                before.any(|(_, (_, of, other))| *of == signal && shows_alike(net, signal, [link, *other]));
-            let is_across = is_for_cars(lane) && !is_repeated;
-            if let Some(foot) = across(net, way, &over, side, surfaces).filter(|_| is_across) {
-                pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
-                head(foot + Vec3::Z * POLE_HEAD_M, triangles);
+            HeadPlace::Pole => head(foot + Vec3::Z * POLE_HEAD_M, triangles),
+            HeadPlace::Arm => {
+                let over = line.position.as_vec3() + Vec3::Z * ARM_HEAD_M;
+                head(over, triangles);
+                arm_end = Some(over + Vec3::Z * ARM_OVER_M);
+                bar(triangles, over + behind, over + behind + Vec3::Z * ARM_OVER_M, 0.03);
             }
-            arm_end = Some(middle + Vec3::Z * ARM_OVER_M);
-            bar(triangles, middle + behind, middle + behind + Vec3::Z * ARM_OVER_M, 0.03);
+        }
+        if let Some(foot) = across {
+            pole(triangles, foot + behind, POLE_HEAD_M + 0.7);
+            head(foot + Vec3::Z * POLE_HEAD_M, triangles);
         }
     }
-    let foot = foot.position.as_vec3();
     match arm_end {
         Some(end) => {
             pole(triangles, foot + behind, end.z - foot.z + 0.15);
             bar(triangles, (foot + behind).with_z(end.z), end + behind, 0.07);
         }
-        None if first_for_cars.is_some() => pole(triangles, foot + behind, POLE_HEAD_M + 0.7),
+        None if place.has_pole() => pole(triangles, foot + behind, POLE_HEAD_M + 0.7),
         None => {}
     }
 }
 
-/// Adds the heads for those who walk over a crossing: one on either side of the road, facing the other.
-fn at_crossing(net: &Network, edge: EdgeId, triangles: &mut TriangleList, heads: &mut Vec<SignalHead>) {
-    let Some(lane) = net.edge(edge).lanes().next() else { return };
-    let onto = net.predecessors(lane).iter().flat_map(|before| net.connections_from(*before));
-    let rule = onto.filter(|way| way.to == lane).find_map(|way| way.signal.and_then(|link| link.index.zip(Some(link))));
-    let Some((link, rule)) = rule else { return };
-    let of = net.lane(lane);
-    let beside_m = of.half_width_m() + BESIDE_CROSSING_M;
-    for (s_m, beyond, offset_m) in [(of.length_m, 1.0, -beside_m), (0.0, -1.0, beside_m)] {
-        let end = net.pose(LanePosition { lane, s_m, offset_m });
-        let outwards = direction(&end) * beyond;
-        let foot = end.position.as_vec3() + outwards * BEYOND_CROSSING_M;
-        pole(triangles, foot + outwards * 0.15, WALKERS_HEAD_M + 0.3);
-        let (middle, facing) = (foot + Vec3::Z * WALKERS_HEAD_M, -outwards);
-        // The green lamp is in the place of the yellow one, too.
-        let [red, green] = small_housing(triangles, middle, facing, [0, 2]);
-        let lamps = [red, green, green];
-        let (signal, face) = (rule.signal, SignalFace::Walkers);
-        heads.push(SignalHead { lane, signal, link, face, lamps, facing });
-    }
-}
-
-/// Returns the foot of the head across the junction: beside the exit lane if the way is straight on, else in view of those at the line.
-/// `None` if there is no free place in range.
-fn across(net: &Network, way: &Connection, line: &Pose3, side: f64, surfaces: &RoadSurfaces) -> Option<Vec3> {
-    let (from, ahead) = (line.position.as_vec3(), direction(line));
-    let near = |foot: &Vec3| foot.distance(from) < ACROSS_M && (*foot - from).dot(ahead) > 6.0;
-    if matches!(way.direction, TurnDirection::Straight | TurnDirection::PartLeft | TurnDirection::PartRight) {
-        let exit = net.edge_of(way.to).lanes().find(|lane| net.is_driven(*lane))?;
-        let beside_m = side * (net.lane(exit).half_width_m() + BESIDE_M);
-        let foot = |k: u32| {
-            let pose = net.pose(LanePosition { lane: exit, s_m: 0.3 + f64::from(k), offset_m: beside_m });
-            pose.position.as_vec3()
-        };
-        // Up to 7 m further on if another lane is in the way.
-        let paved = net.edge_of(exit).lanes().any(|lane| net.lane(lane).is_footway());
-        let free = |foot: &Vec3| paved || surfaces.border_m(foot.truncate()) > 0.5;
-        return (0..8).map(foot).find(free).filter(near);
-    }
-    // Straight ahead, or the least to one side, so far across that it is below the mirror inset.
-    let turns_left = matches!(way.direction, TurnDirection::Left | TurnDirection::Turnaround);
-    let aside = Vec3::Z.cross(ahead) * if turns_left { 1.0 } else { -1.0 };
-    let row = |k: u32| {
-        let ahead_m = LEAST_ACROSS_M + 0.5 * k as f32;
-        let steps = (0..).map(|step| step as f32).take_while(move |aside_m| *aside_m <= ASIDE_SHARE * ahead_m);
-        steps.flat_map(move |aside_m| [aside_m, -aside_m]).map(move |aside_m| from + ahead * ahead_m + aside * aside_m)
-    };
-    (0..80).flat_map(row).find(|foot| surfaces.border_m(foot.truncate()) > 0.7).filter(near)
-}
-
-/// Returns the direction of a pose on the ground, a unit vector.
-pub(super) fn direction(pose: &Pose3) -> Vec3 {
-    Vec2::from_angle(pose.yaw_rad as f32).extend(0.0)
+/// Returns the head for those who walk at one end of a crossing, and adds it with its pole.
+fn walkers_head(end: &CrossingEnd, triangles: &mut TriangleList) -> SignalHead {
+    let CrossingEnd { lane, signal, link, foot, outwards } = *end;
+    pole(triangles, end.pole(), WALKERS_HEAD_M + 0.3);
+    let facing = -outwards;
+    // The green lamp is in the place of the yellow one, too.
+    let [red, green] = small_housing(triangles, foot + Vec3::Z * WALKERS_HEAD_M, facing, [0, 2]);
+    let lamps = [red, green, green];
+    SignalHead { lane, signal, link, face: SignalFace::Walkers, lamps, facing }
 }
 
 /// Adds a pole, with 0.5 m of it in the ground.
 pub(super) fn pole(triangles: &mut TriangleList, foot: Vec3, height_m: f32) {
-    bar(triangles, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, 0.06);
+    bar(triangles, foot - Vec3::Z * 0.5, foot + Vec3::Z * height_m, POLE_RADIUS_M);
 }
 
 /// Adds a steel bar with a hexagonal section.

@@ -9,7 +9,7 @@ use super::{
     paint::{StopLine, stop_line, yields_to_walkers_alone},
     sign_kind::{MOTORWAY_MPS, Plates, Sign, SignKind, SignedRoads},
     sign_plates::{PlateSize, is_large, plate, size_m},
-    signals::{direction, pole},
+    signals::pole,
     speed_limits::SpeedLimits,
     stated_signs,
 };
@@ -18,6 +18,7 @@ use crate::{
         network::{Connection, EdgeId, JunctionId, LaneId, LanePosition, LinkState, Network},
         surroundings::BESIDE_M,
     },
+    roadside::signal_places::direction,
     scene::{Mesh, mesh::TriangleList},
 };
 use glam::{Quat, Vec3};

@@ -5,12 +5,9 @@ use super::{
     layer::{Layer, PAINT},
     triangulation,
 };
-use crate::scene::{
-    Material, Mesh, Vertex,
-    land::{
-        Relief,
-        noise::{self, shade},
-    },
+use crate::{
+    roadside::{noise, relief::Relief},
+    scene::{Material, Mesh, Vertex, colours::shade, land},
 };
 use glam::{Vec2, Vec3};
 
@@ -161,7 +158,7 @@ impl<'a> Paver<'a> {
             Ground::Even => column.colour,
             Ground::Tarred => shade(column.colour, 1.0 + 0.10 * patch()),
             Ground::Painted => shade(column.colour, 1.0 + 0.05 * patch()),
-            Ground::Grown => self.relief.colour(point),
+            Ground::Grown => land::colour(self.relief, point),
         };
         let material = match ground {
             Ground::Tarred | Ground::Even => Material::Asphalt,

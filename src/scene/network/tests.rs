@@ -4,11 +4,14 @@ use super::*;
 use crate::{
     map::network::{EdgeKind, LaneId, LanePosition, REACH_M, SignalStates, TurnDirection},
     rng,
-    roadside::outlines::{self, cleaned},
+    roadside::{
+        outlines::{self, cleaned},
+        trees::forest::TRUNK_FREE_M,
+    },
     scene::{
         self, SignalHead, StaticScene, ViewKind, ViewOptions,
         mesh::tests::{check, faces},
-        trees::forest,
+        trees::forest::tests::crown_radius_m,
     },
     sim::{Snapshot, VehicleSnapshot},
     space::Pose,
@@ -132,8 +135,8 @@ fn no_tree_and_no_tuft_stands_on_a_road() {
         for tree in &static_scene.tree_places {
             let at = tree.position.truncate();
             let free_m = border_m(&net, at);
-            assert!(free_m > forest::TRUNK_FREE_M - 0.05, "{name}: a tree {free_m} m from a lane");
-            let crown_m = forest::crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
+            assert!(free_m > TRUNK_FREE_M - 0.05, "{name}: a tree {free_m} m from a lane");
+            let crown_m = crown_radius_m(&static_scene.trees[tree.kind]) * tree.scale;
             assert!(free_m - crown_m > 0.9, "{name}: a crown {} m from a lane", free_m - crown_m);
         }
         assert!(static_scene.tuft_places.len() > 5000, "{name}");

@@ -4,11 +4,11 @@
 use super::{
     layer::{KERB, Layer, PAVING},
     strips::{Column, Ground, Paver},
-    verge_shape::VergeShape,
 };
 use crate::roadside::{
     road_surfaces::RoadSurfaces,
     town::{PAVEMENT_FREE_M, PAVEMENT_M, Town},
+    verge_shape::VergeShape,
 };
 use glam::Vec3;
 

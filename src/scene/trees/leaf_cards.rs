@@ -4,7 +4,7 @@
 //! Texture coordinates hold two numbers and the position on the card. The integer part of `v / 2` is the card's [`CardCut`], the
 //! integer part of `u / 2` its variant. The remainders of `u` and `v` are the position on the card, 0 to 1.
 
-use crate::scene::{Material, Mesh, Vertex, land::noise::shade};
+use crate::scene::{Material, Mesh, Vertex, colours::shade};
 use glam::{Vec2, Vec3};
 
 /// Level of detail of a tree model.
@@ -32,9 +32,6 @@ pub(in crate::scene) enum CardCut {
     Bough = 3,
 }
 
-/// Number of different cards of each cut.
-pub(in crate::scene) const VARIANTS: usize = 8;
-
 /// Flat piece of foliage.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::scene) struct LeafCard {
@@ -46,7 +43,7 @@ pub(in crate::scene) struct LeafCard {
     pub along: Vec3,
     /// Linear albedo in full light.
     pub colour: [f32; 3],
-    /// Index of the variant, below [`VARIANTS`].
+    /// Index of the variant, below [`VARIANTS`](crate::roadside::trees::broad_leaf::VARIANTS).
     pub variant: usize,
     /// Shape cut out by the shader.
     pub cut: CardCut,

@@ -1,63 +1,41 @@
-//! Spruce model: whorls of drooping boughs along a straight stem, long below, short above. In: a seed and a detail. Out: a mesh,
-//! foot at the origin, metres. Each bough is a bent strip of leaf cards with a second strip hanging under it.
+//! Spruce model. In: its whorls of boughs, and a detail. Out: a mesh, foot at the origin, metres. Each bough is a bent strip of leaf
+//! cards with a second strip hanging under it.
 
-use super::leaf_cards::{CardCut, LeafCard, ModelDetail, TreeCrown, VARIANTS, stem};
+use super::leaf_cards::{CardCut, LeafCard, ModelDetail, TreeCrown, stem};
 use crate::{
-    rng,
+    roadside::trees::spruce::{Bough, BoughCounts, EDGES, HEIGHT_M, NEAR, STEM, Whorl, whorls},
     scene::{
         Material, Mesh, Vertex,
-        land::noise::{mix, shade},
+        colours::{mix, shade},
     },
 };
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 
-const HEIGHT_M: f32 = 12.5;
-const RADIUS_M: f32 = 2.6;
-/// Height of the lowest whorl, metres.
-const FOOT_M: f32 = 0.7;
 /// Lower limit of a bough's coordinates, metres: no bough is below the ground.
 const ON_GROUND: Vec3 = Vec3::new(f32::MIN, f32::MIN, 0.0);
 const BARK: [f32; 3] = [0.155, 0.118, 0.092];
 
-/// Returns the number of whorls, boughs per whorl, and the width of a bough as a fraction of its length.
-fn counts(detail: ModelDetail) -> (usize, usize, f32) {
-    match detail {
-        ModelDetail::Near => (20, 9, 0.36),
-        ModelDetail::Mid => (16, 6, 0.56),
-        ModelDetail::Shade => (5, 7, 0.0),
-    }
-}
+/// Boughs of a spruce in the middle distance, and of its shadow, which is a skirt of this many points a whorl.
+const MID: BoughCounts = BoughCounts { whorls: 16, boughs: 6, wide: 0.56 };
+const SHADE: BoughCounts = BoughCounts { whorls: 5, boughs: 0, wide: 0.0 };
+const SKIRT_POINTS: usize = 7;
 
 /// Returns the spruce at a level of detail.
 pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
-    let mut random = rng::stream(seed, "spruce");
-    let mut draw = |low: f32, high: f32| random.uniform(f64::from(low), f64::from(high)) as f32;
     let mut mesh = Mesh::default();
-    let (whorls, boughs, wide) = counts(detail);
+    let counts = match detail {
+        ModelDetail::Near => NEAR,
+        ModelDetail::Mid => MID,
+        ModelDetail::Shade => SHADE,
+    };
     let sides = if detail == ModelDetail::Near { 7 } else { 3 };
-    let path = [Vec3::Z * -0.1, Vec3::Z * HEIGHT_M * 0.5, Vec3::Z * (HEIGHT_M - 0.3)];
-    stem(&mut mesh, &path, &[0.20, 0.10, 0.012], sides, BARK);
-    for whorl in (0..whorls).rev() {
-        let t = (whorl as f32 + draw(-0.25, 0.25)).max(0.0) / whorls as f32;
-        let z = FOOT_M + (HEIGHT_M - FOOT_M) * t.powf(0.93);
-        let radius = RADIUS_M * (1.0 - t).powf(0.82) * draw(0.9, 1.06) + 0.18;
-        let turn = draw(0.0, TAU);
+    stem(&mut mesh, &STEM.0, &STEM.1, sides, BARK);
+    for Whorl { z_m, radius_m, turn_rad, boughs } in whorls(seed, counts) {
         if detail == ModelDetail::Shade {
-            skirt(&mut mesh, z - radius * 0.25, (z + HEIGHT_M * 0.30).min(HEIGHT_M), radius * 0.9, turn, boughs);
-            continue;
+            skirt(&mut mesh, z_m - radius_m * 0.25, (z_m + HEIGHT_M * 0.30).min(HEIGHT_M), radius_m * 0.9, turn_rad);
         }
-        for k in 0..boughs {
-            let azimuth = turn + TAU * (k as f32 + draw(-0.28, 0.28)) / boughs as f32;
-            let length = radius * draw(0.66, 1.06) * (1.0 + 0.15 * (azimuth + 2.0).sin());
-            let foot = Vec3::Z * (z + draw(-0.22, 0.22));
-            // Low boughs hang, high boughs point up.
-            let pitch = -0.42 + 0.95 * t * t + draw(-0.10, 0.10);
-            let tint = draw(0.0, 1.0);
-            let colour = mix([0.034, 0.058, 0.031], [0.054, 0.082, 0.040], tint);
-            let variant = (draw(0.0, VARIANTS as f32) as usize).min(VARIANTS - 1);
-            bough(&mut mesh, &Bough { foot, azimuth, pitch, length, wide, colour, variant }, detail);
-        }
+        boughs.iter().for_each(|of| bough(&mut mesh, of, detail));
     }
     if detail != ModelDetail::Shade {
         leader(&mut mesh);
@@ -65,40 +43,23 @@ pub(in crate::scene) fn spruce(seed: u64, detail: ModelDetail) -> Mesh {
     mesh
 }
 
-struct Bough {
-    foot: Vec3,
-    azimuth: f32,
-    /// Angle above the horizon, radians.
-    pitch: f32,
-    length: f32,
-    wide: f32,
-    colour: [f32; 3],
-    variant: usize,
-}
-
 /// Draws a strip from the stem outwards, bent in the middle at the near level, with a curtain of twigs under it.
 fn bough(mesh: &mut Mesh, bough: &Bough, detail: ModelDetail) {
-    let out = Vec2::from_angle(bough.azimuth);
-    let point = |share: f32| {
-        // Slope of the bough; its end curves upwards.
-        let up = bough.length * (share * bough.pitch.tan() + 0.16 * share * share);
-        bough.foot + (out * bough.length * share).extend(up)
-    };
-    let aside = out.perp().extend(0.0) * bough.length * bough.wide;
-    let shares: &[f32] = if detail == ModelDetail::Near { &[0.02, 0.5, 1.0] } else { &[0.02, 1.0] };
+    let (out, aside) = (bough.out(), bough.aside());
+    let colour = mix([0.034, 0.058, 0.031], [0.054, 0.082, 0.040], bough.tint);
+    let shares: &[f32] = if detail == ModelDetail::Near { &EDGES } else { &[EDGES[0], EDGES[2]] };
     let mut strip = |aside: Vec3, drop: f32, light: f32| {
         let first = mesh.vertices.len() as u32;
         for &share in shares {
-            let width = (0.55 + 0.45 * share).min(1.0);
             for side in [-1.0, 1.0] {
                 let hang = if drop > 0.0 && side < 0.0 { -Vec3::Z * drop * bough.length } else { Vec3::ZERO };
-                let position = (point(share) + aside * side * width + hang).max(ON_GROUND);
+                let position = (bough.edge(share, aside * side) + hang).max(ON_GROUND);
                 let normal = (out.extend(0.0) * (0.25 + share) + Vec3::Z * 0.75 + aside * side * 0.15).normalize();
                 // Dark at the stem, light at the young tips.
                 let light = light * (0.42 + 0.85 * share) * if hang == Vec3::ZERO { 1.0 } else { 0.7 };
                 let uv = Vec2::new(0.5 + 0.5 * side, share)
                     + 2.0 * Vec2::new(bough.variant as f32, f32::from(CardCut::Bough as u8));
-                mesh.vertex(Vertex::new(position, normal, shade(bough.colour, light), uv, Material::Leaves));
+                mesh.vertex(Vertex::new(position, normal, shade(colour, light), uv, Material::Leaves));
             }
         }
         for row in 0..shares.len() as u32 - 1 {
@@ -128,9 +89,9 @@ fn leader(mesh: &mut Mesh) {
 }
 
 /// Draws a solid cone for the shadow.
-fn skirt(mesh: &mut Mesh, low_z: f32, high_z: f32, radius: f32, turn: f32, points: usize) {
+fn skirt(mesh: &mut Mesh, low_z: f32, high_z: f32, radius: f32, turn: f32) {
     let first = mesh.vertices.len() as u32;
-    let rim = 2 * points as u32;
+    let rim = 2 * SKIRT_POINTS as u32;
     for k in 0..rim {
         let reach = radius * if k % 2 == 0 { 1.0 } else { 0.66 };
         let out = Vec2::from_angle(turn + TAU * k as f32 / rim as f32);

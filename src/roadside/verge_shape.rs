@@ -1,14 +1,14 @@
 //! Width and depth of the verges of a network. In: its paved surfaces. Out: a [`VergeShape`], which the roadside and the land around it
 //! share. Metres.
 
-use crate::roadside::road_surfaces::RoadSurfaces;
+use super::road_surfaces::RoadSurfaces;
 
 /// Height of the meadow beside a road at height 0, metres: below the asphalt, above the foot of the verge.
-pub(in crate::scene) const BESIDE_ROAD_M: f32 = -0.045;
+pub const BESIDE_ROAD_M: f32 = -0.045;
 
 /// Width and depth of a verge.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct VergeShape {
+pub struct VergeShape {
     pub width_m: f64,
     pub foot_m: f32,
     /// Height of the meadow beside roads relative to them, metres.

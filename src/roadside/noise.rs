@@ -1,10 +1,10 @@
-//! Smooth seeded noise over the plane, for ground, colours and woods. In: a seed and a point in units of the wavelength. Out:
+//! Smooth seeded noise over the plane, for the height of the ground, colours and woods. In: a seed and a point in units of the wavelength. Out:
 //! -1..1. Uses integer hashing and polynomials only, so the bits are the same on every machine.
 
 use glam::{IVec2, Vec2};
 
 /// Returns value noise: smooth, -1..1, features about one unit across.
-pub(in crate::scene) fn value(seed: u64, point: Vec2) -> f32 {
+pub fn value(seed: u64, point: Vec2) -> f32 {
     let cell = point.floor();
     let f = point - cell;
     // Quintic fade, so that slopes (and with them normals) are continuous.
@@ -17,20 +17,10 @@ pub(in crate::scene) fn value(seed: u64, point: Vec2) -> f32 {
 }
 
 /// Returns the mean of three octaves of [`value`], each half as large and half as strong; -1..1.
-pub(in crate::scene) fn fractal(seed: u64, point: Vec2) -> f32 {
+pub fn fractal(seed: u64, point: Vec2) -> f32 {
     // Octaves are shifted so that their lattices do not coincide.
     let octave = |k: u64, scale: f32, shift: f32| value(seed ^ (k << 40), point * scale + Vec2::splat(shift));
     (octave(1, 1.0, 0.0) + octave(2, 2.0, 0.37) * 0.5 + octave(3, 4.0, 0.71) * 0.25) / 1.75
-}
-
-/// Mixes two colours linearly: `a` at `t` = 0, `b` at `t` = 1.
-pub(in crate::scene) fn mix(a: [f32; 3], b: [f32; 3], t: f32) -> [f32; 3] {
-    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * t)
-}
-
-/// Multiplies a colour by a brightness factor.
-pub(in crate::scene) fn shade(colour: [f32; 3], factor: f32) -> [f32; 3] {
-    colour.map(|c| c * factor)
 }
 
 /// Returns the value of a lattice point, -1..1 (SplitMix64's mixing).
