@@ -30,7 +30,7 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
         lines.push(format!("red lights, near misses  {}, {}", summary.red_lights, summary.near_misses));
     }
     if summary.object_contacts > 0 {
-        lines.push(format!("walls, rails touched     {}", summary.object_contacts));
+        lines.push(format!("fixed objects touched    {}", summary.object_contacts));
     }
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
@@ -145,7 +145,7 @@ contacts, off the road   0, 2
             "time in range            - (no advice)",
             "smallest gap             -",
             "contacts, off the road   1, 2",
-            "walls, rails touched     2",
+            "fixed objects touched    2",
             "first contact            at 5.25 s with car 3, closing at 3.00 m/s",
             "stopped                  at 7.5 s",
         ] {

@@ -172,6 +172,11 @@ pub trait GroundModel {
     /// Returns the surface at a point of the world plane.
     fn surface(&self, point: DVec2) -> GroundSurface;
 
+    /// Checks whether asphalt at a point is a lane for vehicles; by default all is. Not so a pavement, on which poles stand.
+    fn is_for_vehicles(&self, _point: DVec2) -> bool {
+        true
+    }
+
     /// Returns the plane under an ego whose centre is at a point of the world plane; by default flat ground at height
     /// 0.
     fn shape(&self, _middle: DVec2) -> GroundShape {

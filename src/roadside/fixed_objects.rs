@@ -1,22 +1,28 @@
-//! Fixed objects beside a road, which a car cannot pass: buildings, guard rails, parapets of bridges, barriers at dead ends. In: a roadside. Out:
-//! boxes in world axes, metres, and those near a point.
+//! Fixed objects beside a road, which a car cannot pass: buildings, guard rails, parapets of bridges, barriers at dead ends, trees, poles of street
+//! lamps and signals, parked cars, garden fences and walls. In: a roadside. Out: boxes in world axes, metres, and those near a point. Reflector
+//! posts and signs are made to give way, and so do bushes and hedges: none is a fixed object.
 
 use super::{
     Roadside,
     buildings::Buildings,
     guard_rails::GuardRail,
+    house_plans::{FenceKind, FencePiece, HousePlan},
+    parked_cars::ParkedCar,
+    plots::Plot,
     road_ends::{BARRIER_BEYOND_M, DeadEnd},
     road_surfaces::RoadSurfaces,
+    signal_places::{POLE_RADIUS_M, SignalPlace},
+    trees::{Tree, TreeForm, Woods},
 };
 use crate::{
     map::{
         SHOULDER_M,
         network::{LaneId, LanePosition, Network},
     },
-    space::{Pose, is_one_road},
+    space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
 };
-use glam::{DVec2, DVec3, IVec2};
-use std::collections::BTreeMap;
+use glam::{DVec2, DVec3, IVec2, Vec2, Vec3};
+use std::{collections::BTreeMap, f64::consts::PI};
 
 /// Side of the squares in which objects are looked up, metres.
 const SQUARE_M: f64 = 32.0;
@@ -34,6 +40,9 @@ const BRIDGE_STEP_M: f64 = 4.0;
 const BEYOND_EDGE_M: f64 = 0.5;
 const FREE_M: f32 = 0.4;
 
+/// Height over the foot of a tree at which a bumper meets its trunk, metres.
+const BUMPER_M: f32 = 0.5;
+
 /// Kind of a fixed object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FixedObjectKind {
@@ -45,6 +54,18 @@ pub enum FixedObjectKind {
     Parapet,
     /// Barrier at the end of a road.
     Barrier,
+    /// Trunk of a tree.
+    Tree,
+    /// Pole of a street lamp.
+    StreetLamp,
+    /// Pole of a signal.
+    SignalPole,
+    /// Car that stands parked.
+    ParkedCar,
+    /// Fence of boards before a garden.
+    Fence,
+    /// Wall before a garden.
+    GardenWall,
 }
 
 impl FixedObjectKind {
@@ -55,6 +76,12 @@ impl FixedObjectKind {
             Self::GuardRail => "guard rail",
             Self::Parapet => "parapet",
             Self::Barrier => "barrier",
+            Self::Tree => "tree",
+            Self::StreetLamp => "street lamp",
+            Self::SignalPole => "signal pole",
+            Self::ParkedCar => "parked car",
+            Self::Fence => "fence",
+            Self::GardenWall => "garden wall",
         }
     }
 }
@@ -67,7 +94,7 @@ pub struct FixedObject {
     pub pose: Pose,
     pub length_m: f64,
     pub width_m: f64,
-    /// Height of the road beside it; `None` for a building, which stands under no road.
+    /// Height of the road beside it; `None` for an object on land, over and under which there is no road.
     pub height_m: Option<f64>,
 }
 
@@ -78,6 +105,19 @@ impl FixedObject {
         let middle = (from + to) / 2.0 + along.perp() * THICK_M / 2.0;
         let (pose, length_m) = (Pose::new(middle, along.to_angle()), from.distance(to));
         Self { kind, pose, length_m, width_m: THICK_M, height_m }
+    }
+
+    /// Returns the square with the area of a round trunk or pole.
+    fn round(kind: FixedObjectKind, middle: Vec2, radius_m: f32, height_m: Option<f64>) -> Self {
+        let side_m = f64::from(radius_m) * PI.sqrt();
+        Self { kind, pose: Pose::new(middle.as_dvec2(), 0.0), length_m: side_m, width_m: side_m, height_m }
+    }
+
+    /// Returns the distance of a point from the box, metres; 0 inside.
+    pub fn distance_m(&self, point: DVec2) -> f64 {
+        let (off, ahead) = (point - self.pose.position, self.pose.forward());
+        let off = DVec2::new(off.dot(ahead), off.dot(ahead.perp())).abs();
+        (off - DVec2::new(self.length_m, self.width_m) / 2.0).max(DVec2::ZERO).length()
     }
 
     /// Checks whether a car whose road has this height can touch the object.
@@ -108,6 +148,15 @@ impl FixedObjects {
         let mut objects = of_buildings(&roadside.buildings);
         objects.extend(roadside.guard_rails.iter().flat_map(of_rail));
         objects.extend(roadside.dead_ends.iter().map(of_dead_end));
+        let pole = |kind: FixedObjectKind| {
+            move |foot: Vec3| FixedObject::round(kind, foot.truncate(), POLE_RADIUS_M, Some(f64::from(foot.z)))
+        };
+        objects.extend(roadside.street_lamps.iter().map(|lamp| lamp.foot).map(pole(FixedObjectKind::StreetLamp)));
+        objects.extend(roadside.signals.iter().flat_map(SignalPlace::poles).map(pole(FixedObjectKind::SignalPole)));
+        objects.extend(roadside.parked_cars.iter().map(of_parked_car));
+        objects.extend(roadside.buildings.plots.iter().filter(|plot| plot.has_fence).flat_map(of_fence));
+        let Woods { trees, forms } = roadside.woods();
+        objects.extend(trees.iter().filter_map(|tree| of_tree(tree, &forms[tree.kind])));
         if surfaces.level_m().is_none() {
             objects.extend(net.lane_ids().flat_map(|lane| parapets(net, surfaces, lane)));
         }
@@ -131,10 +180,16 @@ impl FixedObjects {
         Self { objects, squares }
     }
 
-    /// Returns all objects within [`REACH_M`] of a point, and some beyond, each with its number.
+    /// Returns all objects within [`REACH_M`] of a point, each with its number.
     pub fn near(&self, point: DVec2) -> impl Iterator<Item = (u32, &FixedObject)> {
         let numbers = self.squares.get(&square(point).to_array()).map_or(&[][..], Vec::as_slice);
-        numbers.iter().map(|number| (*number, &self.objects[*number as usize]))
+        let objects = numbers.iter().map(|number| (*number, &self.objects[*number as usize]));
+        objects.filter(move |(_, object)| object.distance_m(point) <= REACH_M)
+    }
+
+    /// Returns all objects, in the order of their numbers.
+    pub fn iter(&self) -> impl Iterator<Item = &FixedObject> {
+        self.objects.iter()
     }
 
     /// Returns an object by its number.
@@ -194,6 +249,40 @@ fn of_dead_end(end: &DeadEnd) -> FixedObject {
     let half = end.outwards.perp() * end.half_width_m;
     // Seen along the road, the left of a line to its right is beyond the end.
     FixedObject::left_of(FixedObjectKind::Barrier, [middle + half, middle - half], Some(end.middle.z))
+}
+
+fn of_parked_car(car: &ParkedCar) -> FixedObject {
+    FixedObject {
+        kind: FixedObjectKind::ParkedCar,
+        pose: Pose::new(car.position.truncate().as_dvec2(), f64::from(car.yaw_rad)),
+        length_m: CAR_LENGTH_M,
+        width_m: CAR_WIDTH_M,
+        height_m: None,
+    }
+}
+
+/// Returns the pieces of a plot's fence or garden wall; none of a hedge.
+fn of_fence(plot: &Plot) -> Vec<FixedObject> {
+    let piece = |&FencePiece { kind, left_m, right_m }: &FencePiece| {
+        let [near_m, far_m] = kind.sides_m();
+        let middle = plot.point((left_m + right_m) / 2.0, (near_m + far_m) / 2.0 - plot.garden_m);
+        let kind = match kind {
+            FenceKind::Hedge(_) => return None,
+            FenceKind::Boards => FixedObjectKind::Fence,
+            FenceKind::GardenWall => FixedObjectKind::GardenWall,
+        };
+        let pose = Pose::new(middle.as_dvec2(), f64::from(plot.along().to_angle()));
+        let [length_m, width_m] = [right_m - left_m, far_m - near_m].map(f64::from);
+        Some(FixedObject { kind, pose, length_m, width_m, height_m: None })
+    };
+    HousePlan::of(plot).fence.iter().filter_map(piece).collect()
+}
+
+/// Returns the trunk of a tree; `None` for a bush.
+fn of_tree(tree: &Tree, form: &TreeForm) -> Option<FixedObject> {
+    let (off, radius_m) = form.trunk?.at(BUMPER_M / tree.scale);
+    let middle = tree.at + Vec2::from_angle(tree.yaw_rad).rotate(off * tree.scale);
+    Some(FixedObject::round(FixedObjectKind::Tree, middle, radius_m * tree.scale, None))
 }
 
 /// Returns the parapets of a lane on a bridge, where no other road is beside it.
@@ -275,7 +364,7 @@ mod tests {
         let objects = FixedObjects::new(vec![at(0.0, 60.0), at(500.0, 10.0)]);
         let near = |x: f64, y: f64| objects.near(dvec2(x, y)).map(|(number, _)| number).collect::<Vec<_>>();
         // The long one ends at x = 30; the reach is 12 m, and squares have sides of 32 m.
-        assert_eq!([near(41.0, 0.0), near(-41.0, 16.0), near(495.0, 3.0)], [vec![0], vec![0], vec![1]]);
-        assert!(near(100.0, 0.0).is_empty() && near(0.0, 60.0).is_empty());
+        assert_eq!([near(41.0, 0.0), near(-41.0, 8.0), near(495.0, 3.0)], [vec![0], vec![0], vec![1]]);
+        assert!(near(43.0, 0.0).is_empty() && near(0.0, 18.0).is_empty());
     }
 }

@@ -147,7 +147,7 @@ flat_settings! {
             /// Wind speed, for the movement of trees
             #[schemars(range(min = 0.0, max = 15.0), extend("unit" = "m/s"))]
             wind_mps: f64 = 2.5,
-            /// Largest number of trees around the road and on the horizon; vehicles drive through them
+            /// Largest number of trees around the road and on the horizon; those beside the road stop a car
             #[schemars(range(min = 0, max = 20_000))]
             trees: u32 = 5000,
             /// Paint of the own vehicle: a name or #rrggbb

@@ -6,6 +6,8 @@ pub mod camera;
 pub mod car;
 pub mod cockpit;
 mod colours;
+#[cfg(test)]
+mod fixed_object_tests;
 pub mod headlamps;
 mod land;
 mod mesh;

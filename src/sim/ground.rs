@@ -6,7 +6,7 @@ use crate::{
     ego::{GroundModel, GroundShape, GroundSurface},
     map::{
         Route, SHOULDER_M,
-        network::{LaneId, Network},
+        network::{EdgeKind, LaneId, Network},
     },
 };
 use glam::{DVec2, DVec3};
@@ -48,7 +48,7 @@ pub(super) const NONE_CLEAR: (DVec2, f64) = (DVec2::ZERO, -1.0);
 impl NetworkGround<'_> {
     /// Returns true if a point is on the lane found near `hint` or on the shoulder of that lane.
     fn is_on_lane(&self, at: DVec3, hint: Option<LaneId>) -> bool {
-        self.network.is_on_lane(at, SHOULDER_M, hint)
+        self.network.lane_under(at, SHOULDER_M, hint).is_some()
     }
 
     /// Returns true if a point is in the junction that the ego is in, approaches or leaves, or in a paved wedge between roads that part or
@@ -72,6 +72,16 @@ impl GroundModel for NetworkGround<'_> {
         let at = point.extend(self.height_m);
         let is_road = self.is_on_lane(at, self.near) || self.is_in_junction(point) || self.is_on_lane(at, None);
         if is_road { GroundSurface::Asphalt } else { self.way.surface(point) }
+    }
+
+    fn is_for_vehicles(&self, point: DVec2) -> bool {
+        let at = point.extend(self.height_m);
+        let under = |hint: Option<LaneId>| self.network.lane_under(at, SHOULDER_M, hint);
+        let lane = under(self.near).or_else(|| under(None));
+        let is_driven = |lane: LaneId| {
+            !self.network.lane(lane).is_footway() || self.network.edge_of(lane).kind == EdgeKind::Crossing
+        };
+        lane.map_or_else(|| self.way.surface(point) == GroundSurface::Asphalt, is_driven)
     }
 
     fn shape(&self, middle: DVec2) -> GroundShape {
@@ -181,6 +191,24 @@ mod tests {
             compared += 1;
         }
         assert!(compared > 0, "there are such junctions");
+    }
+
+    #[test]
+    fn pavements_are_asphalt_but_not_for_vehicles() {
+        // The street cn leads to the north: its pavement is 2 m wide around x = 124.2, its lane 3.2 m around x = 121.6, as in the file. A
+        // crossing leads over it around y = 127.9.
+        let net = Network::load("tests/data/networks/town.net.xml").expect("a network");
+        let elsewhere = far_away();
+        let way = || RoadGround { route: &elsewhere, near_s_m: 1.0 };
+        for near in [None, net.lane_named("cn_1"), net.lane_named("cn_0")] {
+            let ground = NetworkGround { network: &net, near, height_m: 0.0, way: way(), clear: NONE_CLEAR };
+            let on = |x: f64, y: f64| {
+                let at = DVec2::new(x, y);
+                (ground.surface(at) == GroundSurface::Asphalt, ground.is_for_vehicles(at))
+            };
+            assert_eq!([on(123.7, 160.0), on(125.0, 160.0)], [(true, false); 2], "{near:?}");
+            assert_eq!([on(121.6, 160.0), on(121.6, 127.9)], [(true, true); 2], "{near:?}");
+        }
     }
 
     #[test]

@@ -36,7 +36,7 @@ const WORDS: [[&str; 3]; 45] = [
     [
         "object_contact",
         "the participant's vehicle began to touch a fixed object beside the road",
-        "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Man-made-object)), Label/Object-contact",
+        "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Object)), Label/Object-contact",
     ],
     [
         "left_road",

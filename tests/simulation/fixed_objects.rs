@@ -1,4 +1,4 @@
-//! Walls, guard rails and parapets stop a car that leaves the road, and a drive that stays on it never looks for them.
+//! Walls, guard rails, parapets, trees, poles and parked cars stop a car that leaves the road, and a drive that stays on it never looks for them.
 
 use super::world::one_at_a_time;
 use codrive::{
@@ -6,11 +6,12 @@ use codrive::{
     driver::{SimulatedDriver, preset},
     roadside::fixed_objects::FixedObjectKind,
     scenario::{OnContact, Scenario},
+    scene::StaticScene,
     sim::{EndReason, EventKind, World},
-    space::{CAR_LENGTH_M, wrap_angle},
+    space::{CAR_LENGTH_M, Pose, wrap_angle},
 };
 use glam::DVec2;
-use std::fs;
+use std::{f64::consts::FRAC_PI_2, fs};
 
 /// Contact with a fixed object.
 #[derive(Clone, Copy, Debug)]
@@ -31,9 +32,19 @@ fn towards(world: &World, yaw_rad: f64, speed_mps: f64) -> Controls {
 
 /// Drives towards a heading; returns the contacts with fixed objects and all positions of the ego.
 fn driven(world: &mut World, ticks: usize, yaw_rad: f64, speed_mps: f64) -> (Vec<Hit>, Vec<DVec2>) {
+    driven_by(world, ticks, |_| yaw_rad, speed_mps)
+}
+
+/// Drives as `driven`, towards a heading that depends on the pose.
+fn driven_by(
+    world: &mut World,
+    ticks: usize,
+    yaw_rad: impl Fn(&Pose) -> f64,
+    speed_mps: f64,
+) -> (Vec<Hit>, Vec<DVec2>) {
     let (mut hits, mut places) = (Vec::new(), Vec::new());
     for _ in 0..ticks {
-        let controls = towards(world, yaw_rad, speed_mps);
+        let controls = towards(world, yaw_rad(&world.snapshot().ego.pose()), speed_mps);
         world.tick(&controls).expect("a tick");
         hits.extend(world.events().iter().filter_map(|event| match event.kind {
             EventKind::ObjectContact { object, ego_speed_mps, closing_mps } => {
@@ -57,12 +68,15 @@ fn world(scenario: &Scenario) -> World {
 /// Returns a scenario on the grid of the tests with one building to the south of its street A1B1, whose northern wall is at y = 76 m, and the
 /// folder that must outlive it. `outline` is that of the building, metres.
 fn with_building(outline: &str) -> (Scenario, tempfile::TempDir) {
+    with_surroundings(&format!("<poly id=\"b\" type=\"building.house\" height=\"6\" shape=\"{outline}\"/>"))
+}
+
+/// Returns a scenario on the grid of the tests with these elements in its surroundings, and the folder that must outlive it.
+fn with_surroundings(elements: &str) -> (Scenario, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
     let net = folder.path().join("net.xml");
     fs::copy("tests/data/networks/grid-signals.net.xml", &net).unwrap();
-    let building =
-        format!("<additional><poly id=\"b\" type=\"building.house\" height=\"6\" shape=\"{outline}\"/></additional>");
-    fs::write(folder.path().join("surroundings.xml"), building).unwrap();
+    fs::write(folder.path().join("surroundings.xml"), format!("<additional>{elements}</additional>")).unwrap();
     let scenario =
         Scenario { map: net.to_str().unwrap().into(), path: "A1B1".into(), path_start_m: 30.0, ..Scenario::default() };
     (scenario, folder)
@@ -75,7 +89,7 @@ fn a_wall_stops_a_car_where_its_map_states_it() {
     for outline in ["30,60 80,60 80,76 30,76", "30,60 80,60 80,76 30,76 30,70 34,68"] {
         let (scenario, _folder) = with_building(outline);
         let mut world = world(&scenario);
-        let (hits, places) = driven(&mut world, 1200, -std::f64::consts::FRAC_PI_2, 8.0);
+        let (hits, places) = driven(&mut world, 1200, -FRAC_PI_2, 8.0);
         let [first, ..] = hits[..] else { panic!("no contact: {:?}", places.last()) };
         assert_eq!(first.object, FixedObjectKind::Building);
         // The car meets the wall almost at a right angle.
@@ -88,11 +102,93 @@ fn a_wall_stops_a_car_where_its_map_states_it() {
 }
 
 #[test]
+fn a_tree_stops_a_car_where_its_map_states_it() {
+    let _alone = one_at_a_time();
+    // No house stands on a field, and no tree that the map does not state.
+    let field = "<poly id=\"f\" type=\"landuse.farmland\" shape=\"-50,-50 250,-50 250,250 -50,250\"/>";
+    let tree = DVec2::new(75.0, 72.0);
+    let (scenario, _folder) =
+        with_surroundings(&format!("{field}<poi id=\"t\" type=\"natural.tree\" x=\"{}\" y=\"{}\"/>", tree.x, tree.y));
+    let mut world = world(&scenario);
+    let (hits, places) = driven_by(&mut world, 1500, |ego| (tree - ego.position).to_angle(), 8.0);
+    let [first, ..] = hits[..] else { panic!("no contact: {:?}", places.last()) };
+    assert_eq!((first.object, first.object.name()), (FixedObjectKind::Tree, "tree"));
+    // The car meets the tree head on.
+    assert!(first.closing_mps > 0.9 * first.ego_speed_mps && first.ego_speed_mps > 4.0, "{first:?}");
+    let nearest_m = places.iter().map(|at| at.distance(tree)).fold(f64::INFINITY, f64::min);
+    // The trunk is some 0.3 m thick, and leans by as much at most.
+    assert!((CAR_LENGTH_M / 2.0 - 0.2..CAR_LENGTH_M / 2.0 + 0.6).contains(&nearest_m), "{nearest_m} m");
+    assert_eq!(world.snapshot().ego.speed_mps.abs().round(), 0.0, "it stands before the tree");
+}
+
+/// Returns the picture of a network of the tests without trees, as with the default seed.
+fn picture(map: &str) -> StaticScene {
+    let map = codrive::map::RoadMap::load(map).expect("a map");
+    StaticScene::with_trees(&map, Scenario::default().seed, 0)
+}
+
+#[test]
+fn the_pole_of_a_lamp_stops_a_car_where_it_is_drawn() {
+    let _alone = one_at_a_time();
+    let map = "tests/data/networks/grid-signals.net.xml";
+    // South of the street A1B1, whose lanes are at y = 85.2 and 88.4 m and 3.2 m wide.
+    let south = |at: &&glam::Vec3| (20.0..75.0).contains(&at.x) && (78.0..88.0).contains(&at.y);
+    let lamps = picture(map).street_lamps;
+    let head = lamps.iter().find(south).unwrap_or_else(|| panic!("no lamp on the south side: {lamps:?}"));
+    // The lamp is over the street, 1.1 m before its pole.
+    let pole = head.truncate().as_dvec2() - DVec2::Y * 1.1;
+    assert!(pole.y < 85.2 - 1.6, "{pole}");
+    let mut world = world(&Scenario { map: map.into(), path: "A1B1".into(), path_start_m: 1.0, ..Scenario::default() });
+    let (hits, places) = driven_by(&mut world, 1500, |ego| (pole - ego.position).to_angle(), 6.0);
+    let [first, ..] = hits[..] else { panic!("no contact: {pole}, {:?}", places.last()) };
+    assert_eq!((first.object, first.object.name()), (FixedObjectKind::StreetLamp, "street lamp"));
+    assert!(first.closing_mps > 0.9 * first.ego_speed_mps, "{first:?}");
+    let nearest_m = places.iter().map(|at| at.distance(pole)).fold(f64::INFINITY, f64::min);
+    assert!((nearest_m - CAR_LENGTH_M / 2.0).abs() < 0.3, "{nearest_m} m");
+}
+
+#[test]
+fn the_pole_of_a_lamp_stops_a_car_on_a_pavement() {
+    let _alone = one_at_a_time();
+    // The pavement of the street cn is 2 m wide around x = 124.2, and its lamps are 0.45 m from the edge, at x = 124.75.
+    let map = "tests/data/networks/town.net.xml".into();
+    let mut world = world(&Scenario { map, path: "cn".into(), path_start_m: 2.0, ..Scenario::default() });
+    let along_pavement = |ego: &Pose| FRAC_PI_2 + (0.2 * (ego.position.x - 124.1)).clamp(-0.4, 0.4);
+    let (hits, places) = driven_by(&mut world, 2000, along_pavement, 6.0);
+    let [first, ..] = hits[..] else { panic!("no contact: {:?}", places.last()) };
+    assert_eq!(first.object, FixedObjectKind::StreetLamp);
+    // The pole is 0.65 m to the right of the car's middle: it is hit by the bumper, not by a door.
+    assert!(first.closing_mps > 0.8 * first.ego_speed_mps, "{first:?}");
+}
+
+#[test]
+fn a_parked_car_stops_a_car_where_it_is_drawn() {
+    let _alone = one_at_a_time();
+    let map = "tests/data/networks/town.net.xml";
+    // On a drive on the east side of the street cn, which leads north at x = 121.6, with its pavement up to x = 125.2.
+    let east = |at: &&DVec2| (127.0..145.0).contains(&at.x) && (145.0..228.0).contains(&at.y);
+    let parked: Vec<DVec2> = picture(map).parked_cars.iter().map(|car| car.position.truncate().as_dvec2()).collect();
+    let car = *parked.iter().find(east).unwrap_or_else(|| panic!("no car on the east side: {parked:?}"));
+    let mut world = world(&Scenario { map: map.into(), path: "cn".into(), path_start_m: 1.0, ..Scenario::default() });
+    let along_drive = |ego: &Pose| match ego.position.y - car.y {
+        off_m if off_m < -7.0 => FRAC_PI_2,
+        off_m => (-0.3 * off_m).clamp(-0.6, 0.6),
+    };
+    let (hits, places) = driven_by(&mut world, 2500, along_drive, 4.0);
+    let [first, ..] = hits[..] else { panic!("no contact: {car}, {:?}", places.last()) };
+    assert_eq!((first.object, first.object.name()), (FixedObjectKind::ParkedCar, "parked car"));
+    // Both cars are in line, one before the other.
+    let nearest_m = places.iter().map(|at| at.distance(car)).fold(f64::INFINITY, f64::min);
+    assert!((nearest_m - CAR_LENGTH_M).abs() < 0.3, "{nearest_m} m");
+    assert_eq!(world.snapshot().ego.speed_mps.abs().round(), 0.0, "it stands before the parked car");
+}
+
+#[test]
 fn a_drive_ends_at_a_wall_if_it_ends_at_a_contact() {
     let _alone = one_at_a_time();
     let (scenario, _folder) = with_building("30,60 80,60 80,76 30,76");
     let mut world = world(&Scenario { contact: OnContact::End, ..scenario });
-    let (hits, _) = driven(&mut world, 1200, -std::f64::consts::FRAC_PI_2, 8.0);
+    let (hits, _) = driven(&mut world, 1200, -FRAC_PI_2, 8.0);
     assert_eq!((hits.len(), world.ended()), (1, Some(EndReason::Contact)));
 }
 

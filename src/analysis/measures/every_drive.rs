@@ -75,6 +75,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     }),
     (measure("hand_over_speed_sd_over_vehicles_mps"), |s| Some(s.trial.setup.manifest.hand_over.speed_sd_mps)),
     (measure("contact_count"), |s| Some(s.trial.contacts as f64)),
+    (measure("object_contacts"), |s| Some(s.trial.road_events.object_contacts as f64)),
     (measure("left_road"), |s| Some(s.trial.left_road as f64)),
     (measure("dropped_s"), |s| s.trial.frames.dropped_s),
     (measure("frames_per_s"), |s| s.trial.frames.frames_per_s),

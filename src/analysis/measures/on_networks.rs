@@ -34,7 +34,6 @@ pub(super) const OF_NETWORKS: &[MeasuredValue] = &[
     (measure("off_path_s"), |s| Some(events(s).off_path.total_s(s.totals.duration_s))),
     (measure("speedings"), |s| Some(events(s).speeding.count as f64)),
     (measure("speeding_s"), |s| Some(events(s).speeding.total_s(s.totals.duration_s))),
-    (measure("object_contacts"), |s| Some(events(s).object_contacts as f64)),
     (measure("near_misses"), |s| Some(events(s).near_misses as f64)),
 ];
 

@@ -60,11 +60,12 @@ impl Network {
         Some(LanePosition { lane, s_m: foot.s_m, offset_m: foot.offset_m })
     }
 
-    /// Returns true if a point is at most `beside_m` beside, or beyond an end of, the lane that [`Network::locate`] finds for it.
-    pub fn is_on_lane(&self, point: DVec3, beside_m: f64, hint: Option<LaneId>) -> bool {
-        self.foot(point, None, hint).is_some_and(|(lane, foot)| {
-            foot.offset_m.abs() <= self.lane(lane).half_width_m() + beside_m && foot.miss_m <= beside_m
-        })
+    /// Returns the lane that [`Network::locate`] finds for a point, if the point is at most `beside_m` beside it or beyond an end of it.
+    pub fn lane_under(&self, point: DVec3, beside_m: f64, hint: Option<LaneId>) -> Option<LaneId> {
+        let is_under = |(lane, foot): &(LaneId, Foot)| {
+            foot.offset_m.abs() <= self.lane(*lane).half_width_m() + beside_m && foot.miss_m <= beside_m
+        };
+        self.foot(point, None, hint).filter(is_under).map(|(lane, _)| lane)
     }
 
     /// Returns the radius of a circle around a point on the ground, metres, in which each point is at most `beside_m` beside a lane found

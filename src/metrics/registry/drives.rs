@@ -391,6 +391,12 @@ pub(super) const MEASURES: &[Measure] = &[
          the start of the drive",
     ),
     ego("contact_count", "Contacts with other vehicles", "", "number of times the ego vehicle touched another vehicle"),
+    ego(
+        "object_contacts",
+        "Contacts with objects",
+        "",
+        "number of times the ego vehicle touched a fixed object beside the road, such as a wall, a guard rail or a tree",
+    ),
     ego("left_road", "Departures from the lane", "", "number of times the middle of the car left its lane")
         .on_networks("number of times the middle of the car left the road"),
     ego(

@@ -137,13 +137,6 @@ pub(super) const MEASURES: &[Measure] = &[
     ego("speeding_s", "Time of speeding", "s", "time of these speedings, each until the limit is kept again")
         .on_networks_alone(),
     ego(
-        "object_contacts",
-        "Contacts with objects",
-        "",
-        "number of times the ego vehicle touched a wall, a guard rail, a parapet or a barrier beside the road",
-    )
-    .on_networks_alone(),
-    ego(
         "near_misses",
         "Near misses",
         "",

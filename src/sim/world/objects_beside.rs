@@ -1,6 +1,6 @@
 //! Fixed objects near a vehicle with full physics. In: the roadside of the drive, the vehicle, the ground under it. Out: obstacles for the physics.
 //!
-//! Only where the vehicle reaches beyond the asphalt are objects looked up: a drive that stays on the road never finds them.
+//! Only where the vehicle reaches beyond the asphalt, or onto a pavement, are objects looked up: a drive that stays on the road never finds them.
 
 use crate::{
     ego::{EgoState, GroundModel, GroundSurface, Obstacle, ObstacleId},
@@ -10,20 +10,23 @@ use crate::{
     },
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose},
 };
+use glam::DVec2;
 
 /// Ticks between two looks at the ground around the vehicle: four points cost as much as a tenth of a tick in a town.
 const LOOK_EVERY: u32 = 4;
-/// Distance ahead of the bumpers and beside the doors at which the ground is looked at, metres: more than the way until the next look, at 50 m/s
+/// Distances ahead of the bumpers and beside the doors at which asphalt is looked for, metres: more than the way until the next look, at 50 m/s
 /// ahead.
-const AHEAD_M: f64 = 2.0;
-const ASIDE_M: f64 = 0.5;
+const ASPHALT_M: [f64; 2] = [2.0, 0.5];
+/// Distances at which a lane for vehicles is looked for, metres. In a bend, a car reaches over a pavement; no pole stands nearer to the kerb than
+/// half a metre.
+const LANE_M: [f64; 2] = [0.3, 0.15];
 
 /// Finder of fixed objects near a vehicle.
 pub(super) struct ObjectsBeside {
     roadside: LazyRoadside,
     near: Vec<Obstacle>,
     ticks_to_look: u32,
-    /// True if the vehicle reached beyond the asphalt at the last look.
+    /// True if the vehicle reached beyond the road at the last look.
     is_beside: bool,
 }
 
@@ -72,13 +75,14 @@ impl ObjectsBeside {
     }
 }
 
-/// Checks whether a vehicle is about to reach beyond the asphalt.
+/// Checks whether a vehicle is about to reach beyond the asphalt, or onto a pavement.
 fn reaches_beyond(pose: &Pose, ground: &dyn GroundModel) -> bool {
     let (ahead, left) = (pose.forward(), pose.forward().perp());
-    let (ahead_m, left_m) = (CAR_LENGTH_M / 2.0 + AHEAD_M, CAR_WIDTH_M / 2.0 + ASIDE_M);
-    let corners = [(ahead_m, left_m), (ahead_m, -left_m), (-ahead_m, left_m), (-ahead_m, -left_m)];
-    let is_road = |(along_m, aside_m): (f64, f64)| {
-        ground.surface(pose.position + ahead * along_m + left * aside_m) == GroundSurface::Asphalt
+    let are_all = |[beyond_m, aside_m]: [f64; 2], is_so: &dyn Fn(DVec2) -> bool| {
+        let (ahead_m, left_m) = (CAR_LENGTH_M / 2.0 + beyond_m, CAR_WIDTH_M / 2.0 + aside_m);
+        let corners = [(ahead_m, left_m), (ahead_m, -left_m), (-ahead_m, left_m), (-ahead_m, -left_m)];
+        corners.into_iter().all(|(along_m, aside_m)| is_so(pose.position + ahead * along_m + left * aside_m))
     };
-    !corners.into_iter().all(is_road)
+    !are_all(ASPHALT_M, &|point| ground.surface(point) == GroundSurface::Asphalt)
+        || !are_all(LANE_M, &|point| ground.is_for_vehicles(point))
 }

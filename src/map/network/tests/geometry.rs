@@ -129,7 +129,7 @@ fn all_points_of_a_clear_circle_are_on_a_lane() {
                 for _ in 0..5 {
                     let way = DVec2::from_angle(stream.uniform(0.0, 7.0)) * radius_m * stream.uniform(0.9, 1.0);
                     let point = middle + way.extend(0.0);
-                    assert!(radius_m < 0.0 || net.is_on_lane(point, BESIDE_M, Some(lane)), "{at:?} {point}");
+                    assert!(radius_m < 0.0 || net.lane_under(point, BESIDE_M, Some(lane)).is_some(), "{at:?} {point}");
                 }
             }
         }
