@@ -4,9 +4,7 @@
 use super::road_surfaces::RoadSurfaces;
 use crate::{
     map::{
-        network::{
-            Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, TurnDirection,
-        },
+        network::{Connection, EdgeId, EdgeKind, LaneId, LanePosition, Network, SignalId, SignalLight, TurnDirection},
         surroundings::BESIDE_M,
     },
     space::Pose3,

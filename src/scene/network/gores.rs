@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     map::network::{Gore, Network},
-    scene::land::noise::shade,
+    scene::colours::shade,
 };
 use glam::Vec3;
 

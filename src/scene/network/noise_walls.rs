@@ -3,7 +3,7 @@
 
 use crate::{
     roadside::{guard_rails::RailPost, noise_walls::NoiseWall},
-    scene::{Material, Mesh, Vertex, land::noise::shade},
+    scene::{Material, Mesh, Vertex, colours::shade},
 };
 use glam::{Vec2, Vec3};
 
