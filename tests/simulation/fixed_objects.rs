@@ -1,4 +1,4 @@
-//! Walls, guard rails, parapets, trees, poles and parked cars stop a car that leaves the road, and a drive that stays on it never looks for them.
+//! Walls, guard rails, parapets, trees and poles stop a car that leaves the road, and a drive that stays on it never looks for them.
 
 use super::world::one_at_a_time;
 use codrive::{
@@ -159,28 +159,6 @@ fn the_pole_of_a_lamp_stops_a_car_on_a_pavement() {
     assert_eq!(first.object, FixedObjectKind::StreetLamp);
     // The pole is 0.65 m to the right of the car's middle: it is hit by the bumper, not by a door.
     assert!(first.closing_mps > 0.8 * first.ego_speed_mps, "{first:?}");
-}
-
-#[test]
-fn a_parked_car_stops_a_car_where_it_is_drawn() {
-    let _alone = one_at_a_time();
-    let map = "tests/data/networks/town.net.xml";
-    // On a drive on the east side of the street cn, which leads north at x = 121.6, with its pavement up to x = 125.2.
-    let east = |at: &&DVec2| (127.0..145.0).contains(&at.x) && (145.0..228.0).contains(&at.y);
-    let parked: Vec<DVec2> = picture(map).parked_cars.iter().map(|car| car.position.truncate().as_dvec2()).collect();
-    let car = *parked.iter().find(east).unwrap_or_else(|| panic!("no car on the east side: {parked:?}"));
-    let mut world = world(&Scenario { map: map.into(), path: "cn".into(), path_start_m: 1.0, ..Scenario::default() });
-    let along_drive = |ego: &Pose| match ego.position.y - car.y {
-        off_m if off_m < -7.0 => FRAC_PI_2,
-        off_m => (-0.3 * off_m).clamp(-0.6, 0.6),
-    };
-    let (hits, places) = driven_by(&mut world, 2500, along_drive, 4.0);
-    let [first, ..] = hits[..] else { panic!("no contact: {car}, {:?}", places.last()) };
-    assert_eq!((first.object, first.object.name()), (FixedObjectKind::ParkedCar, "parked car"));
-    // Both cars are in line, one before the other.
-    let nearest_m = places.iter().map(|at| at.distance(car)).fold(f64::INFINITY, f64::min);
-    assert!((nearest_m - CAR_LENGTH_M).abs() < 0.3, "{nearest_m} m");
-    assert_eq!(world.snapshot().ego.speed_mps.abs().round(), 0.0, "it stands before the parked car");
 }
 
 #[test]
