@@ -46,7 +46,7 @@ pub(super) struct OsmElement {
     pub nodes: Vec<i64>,
     /// Ways of a relation around areas and holes.
     pub members: Vec<RingMember>,
-    /// Keys and values.
+    /// Keys and their values, in the order of the file.
     pub tags: Vec<(String, String)>,
 }
 

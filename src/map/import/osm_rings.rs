@@ -27,7 +27,7 @@ const PART: &str = "<tag k=\"admin_level\" v=\"0\"/>";
 /// Second file for polyconvert.
 pub(super) struct RingFile {
     pub text: String,
-    /// Number of holes.
+    /// Number of holes that are joined to outlines.
     pub holes: usize,
 }
 

@@ -47,12 +47,12 @@ pub(super) struct FoundSigns {
     pub notes: Vec<String>,
 }
 
-/// Node with signs.
+/// Node that stands for one sign or several, as the file has it.
 #[derive(Debug)]
 struct SignNode {
     id: i64,
     signs: NodeSigns,
-    /// Its neighbours on each way for cars that it is on, in the way's direction.
+    /// Neighbours of the node on each way for cars that it is on, in the way's direction.
     on_ways: Vec<[Option<i64>; 2]>,
     /// True if it is on another way, such as a footpath.
     is_on_path: bool,
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sign_of_right_of_way_without_a_direction_holds_towards_the_nearer_junction() {
+    fn a_stop_without_a_direction_holds_towards_the_nearer_junction() {
         let elements = [
             node(1, [0.0, -200.0], &[]),
             node(2, [0.0, 0.0], &[]),
