@@ -28,7 +28,7 @@ pub enum SpeechFault {
 /// Returns the program's name and version.
 ///
 /// # Errors
-/// It is not installed, or cannot be run.
+/// The program is not installed, or cannot be run.
 pub fn speech_program() -> Result<String, SpeechFault> {
     let output = run(&["--version"])?;
     Ok(String::from_utf8_lossy(&output.stdout).lines().next().unwrap_or(PROGRAM).trim().to_owned())

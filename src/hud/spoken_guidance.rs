@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn a_manoeuvre_is_announced_in_time_for_its_speed_and_once_more_at_its_place() {
+    fn a_manoeuvre_is_announced_in_time_for_its_speed_and_at_its_place() {
         // 20 s and 4 s at 10 m/s.
         let at_10 = said(Manoeuvre::Left, 900.0, 10.0, SpeedUnit::Kmh);
         assert_eq!(at_10, [(200.0, "In 200 metres, turn left.".to_owned()), (40.0, "Turn left.".to_owned())]);

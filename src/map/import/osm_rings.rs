@@ -8,11 +8,7 @@ use crate::{
     sumo_xml::document,
 };
 use quick_xml::escape::escape;
-use std::{
-    collections::{BTreeMap, HashMap},
-    fmt::Write,
-    path::Path,
-};
+use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 /// Keys of areas that codrive may draw.
 const DRAWN: [&str; 8] = ["building", "landuse", "natural", "leisure", "amenity", "waterway", "tourism", "place"];
@@ -51,7 +47,7 @@ pub(super) fn read(file: &Path) -> Result<Option<RingFile>, MapError> {
     })
     .map_err(failed)?;
     let members = relations.iter().flat_map(|relation| &relation.members);
-    let mut ways: HashMap<i64, Vec<i64>> = members.map(|member| (member.way, Vec::new())).collect();
+    let mut ways: BTreeMap<i64, Vec<i64>> = members.map(|member| (member.way, Vec::new())).collect();
     if ways.is_empty() {
         return Ok(None);
     }
@@ -61,7 +57,7 @@ pub(super) fn read(file: &Path) -> Result<Option<RingFile>, MapError> {
         }
     })
     .map_err(failed)?;
-    let mut places: HashMap<i64, [f64; 2]> = ways.values().flatten().map(|node| (*node, [f64::NAN; 2])).collect();
+    let mut places: BTreeMap<i64, [f64; 2]> = ways.values().flatten().map(|node| (*node, [f64::NAN; 2])).collect();
     osm_elements::each(open()?, |element| {
         if let (ElementKind::Node, Some(place)) = (element.kind, places.get_mut(&element.id)) {
             *place = element.place_deg;
@@ -74,8 +70,8 @@ pub(super) fn read(file: &Path) -> Result<Option<RingFile>, MapError> {
 /// Returns the second file.
 fn written(
     relations: &[OsmElement],
-    ways: &HashMap<i64, Vec<i64>>,
-    places: &HashMap<i64, [f64; 2]>,
+    ways: &BTreeMap<i64, Vec<i64>>,
+    places: &BTreeMap<i64, [f64; 2]>,
 ) -> Option<RingFile> {
     let (mut areas, mut parts, mut holes) = (String::new(), String::new(), 0);
     let mut next_id = FIRST_ID..;
@@ -106,8 +102,8 @@ fn written(
 /// file has not all of its outer rings.
 fn joined(
     members: &[RingMember],
-    ways: &HashMap<i64, Vec<i64>>,
-    places: &HashMap<i64, [f64; 2]>,
+    ways: &BTreeMap<i64, Vec<i64>>,
+    places: &BTreeMap<i64, [f64; 2]>,
 ) -> Option<(Vec<Ring>, usize)> {
     let of = |is_inner: bool| {
         let of_role = members.iter().filter(move |member| member.is_inner == is_inner);

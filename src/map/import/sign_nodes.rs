@@ -15,11 +15,7 @@ use crate::{
 };
 use glam::{DVec2, dvec2};
 use roxmltree::Document;
-use std::{
-    collections::{BTreeMap, HashMap},
-    fmt::Write,
-    path::Path,
-};
+use std::{collections::BTreeMap, fmt::Write, path::Path};
 
 /// Files for polyconvert with the points to be projected, and its result, in the map's folder.
 const POINTS: &str = "points.osm";
@@ -72,7 +68,7 @@ pub(super) fn read(
     let failed = |source| MapError::Io { file: file.into(), source };
     let open = || document::open(file, MOST_IMPORT_BYTES).map_err(failed);
     let mut nodes = Vec::new();
-    let mut by_id = HashMap::new();
+    let mut by_id = BTreeMap::new();
     osm_elements::each(open()?, |element| collect(element, made.place.as_deref(), &mut nodes, &mut by_id))
         .map_err(failed)?;
     if nodes.is_empty() {
@@ -92,7 +88,7 @@ pub(super) fn read(
 }
 
 /// Adds a node with signs, or what a way says of them. Files have their nodes before their ways.
-fn collect(element: &OsmElement, place: Option<&str>, nodes: &mut Vec<SignNode>, by_id: &mut HashMap<i64, usize>) {
+fn collect(element: &OsmElement, place: Option<&str>, nodes: &mut Vec<SignNode>, by_id: &mut BTreeMap<i64, usize>) {
     match element.kind {
         ElementKind::Node => {
             if let Some(signs) = NodeSigns::of(&element.tags, place) {
@@ -121,7 +117,7 @@ fn projected(
     netconvert: &Path,
     places_deg: &BTreeMap<i64, [f64; 2]>,
     options: &ImportOptions,
-) -> Result<HashMap<i64, DVec2>, MapError> {
+) -> Result<BTreeMap<i64, DVec2>, MapError> {
     let mut text = String::from("<osm version=\"0.6\">\n");
     for (id, [latitude, longitude]) in places_deg {
         let _ = writeln!(
@@ -151,7 +147,7 @@ fn projected(
 }
 
 /// Places the signs at the roads, and counts those that are left out.
-fn placed(nodes: &[SignNode], points: &HashMap<i64, DVec2>, lanes: &CarLanes) -> FoundSigns {
+fn placed(nodes: &[SignNode], points: &BTreeMap<i64, DVec2>, lanes: &CarLanes) -> FoundSigns {
     let mut found = FoundSigns::default();
     let mut others: BTreeMap<&str, usize> = BTreeMap::new();
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
