@@ -245,12 +245,12 @@ impl RoadSurfaces {
                             best_m = squared_m2.sqrt() - piece.half_width_m;
                         }
                     }
-                    None if contains(&self.areas[member - self.pieces.len()], point) => best_m = best_m.min(0.0),
+                    None if contains(&self.areas[member - self.pieces.len()], point) => return 0.0,
                     None => {}
                 }
-            }
-            if best_m <= 0.0 {
-                return 0.0;
+                if best_m <= 0.0 {
+                    return 0.0;
+                }
             }
         }
         if best_m <= NEAR_M {
@@ -378,4 +378,21 @@ fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
 /// Returns points in single precision.
 pub fn points(shape: &[DVec3]) -> Vec<Vec3> {
     shape.iter().map(|point| point.as_vec3()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_on_a_lane_is_paved_whatever_outline_passes_near_it() {
+        let mut collector = SurfaceCollector::default();
+        collector.line(&[Vec3::ZERO, Vec3::X * 6.0], 2.0);
+        // An area beside the middle of the lane, which reaches beyond its edge.
+        collector.area(&[Vec3::new(0.0, 0.5, 0.0), Vec3::new(6.0, 0.5, 0.0), Vec3::new(3.0, 4.0, 0.0)]);
+        let surfaces = RoadSurfaces::new(collector);
+        let border_m = |y: f32| surfaces.border_m(Vec2::new(3.0, y));
+        assert_eq!([-1.9, 0.0, 0.3, 1.0, 3.9].map(border_m), [0.0; 5]);
+        assert!((border_m(-3.0) - 1.0).abs() < 1e-6 && (border_m(4.5) - 0.5).abs() < 1e-6, "{}", border_m(4.5));
+    }
 }

@@ -324,7 +324,7 @@ fn a_drive_without_a_participant_runs_on_every_network_with_a_demand() {
         fs::read_dir(folder).expect("networks").map(|entry| entry.expect("an entry").path()).collect();
     files.retain(|file| file.to_string_lossy().ends_with(".net.xml"));
     files.sort();
-    assert_eq!(files.len(), 16);
+    assert_eq!(files.len(), 17);
     for file in files {
         let net = file.to_string_lossy().into_owned();
         let flows = flows(&Network::load(&net).unwrap_or_else(|error| panic!("{error}")));
