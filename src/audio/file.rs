@@ -26,6 +26,7 @@ pub struct SoundFile {
     samples: Vec<[f32; 2]>,
     /// Sentence that is being spoken.
     speech: Option<Playback>,
+    speech_gain: f32,
 }
 
 impl SoundFile {
@@ -35,7 +36,13 @@ impl SoundFile {
     /// The file exists, or the system refuses.
     pub fn begin(path: &Path, levels: &SoundLevels) -> io::Result<Self> {
         let writer = new_wav(path, 2, RATE_HZ)?;
-        Ok(Self { mixer: Mixer::new(levels, RATE_HZ as f32), writer, samples: vec![[0.0; 2]; SAMPLES], speech: None })
+        Ok(Self {
+            mixer: Mixer::new(levels, RATE_HZ as f32),
+            writer,
+            samples: vec![[0.0; 2]; SAMPLES],
+            speech: None,
+            speech_gain: levels.speech_gain(),
+        })
     }
 
     /// Speaks a sentence from the next tick on, in place of one that is being spoken.
@@ -44,7 +51,7 @@ impl SoundFile {
     /// There is no speech.
     pub fn say(&mut self, sentence: &str) -> Result<(), SpeechFault> {
         let wav = speech::spoken(sentence)?;
-        self.speech = WavSamples::read(&wav).ok().map(|text| Playback::new(text, RATE_HZ));
+        self.speech = WavSamples::read(&wav).ok().map(|text| Playback::new(text, RATE_HZ, self.speech_gain));
         Ok(())
     }
 

@@ -57,21 +57,21 @@ pub struct Voice {
 impl Voice {
     /// Starts the playback on a thread of its own; the device opens a little later.
     pub fn play(wav: Arc<[u8]>) -> Self {
-        Self::begin(move || Ok(wav))
+        Self::begin(1.0, move || Ok(wav))
     }
 
-    /// Starts to speak a sentence on a thread of its own.
-    pub fn say(sentence: String) -> Self {
-        Self::begin(move || Ok(speech::spoken(&sentence)?))
+    /// Starts to speak a sentence on a thread of its own, its amplitude multiplied by `gain`.
+    pub fn say(sentence: String, gain: f32) -> Self {
+        Self::begin(gain, move || Ok(speech::spoken(&sentence)?))
     }
 
-    fn begin(text: impl FnOnce() -> Result<Arc<[u8]>, VoiceFault> + Send + 'static) -> Self {
+    fn begin(gain: f32, text: impl FnOnce() -> Result<Arc<[u8]>, VoiceFault> + Send + 'static) -> Self {
         let status = Arc::new(Mutex::new(VoiceStatus::Opening));
         let (close, closed) = mpsc::channel::<()>();
         let theirs = Arc::clone(&status);
         let started = std::thread::Builder::new().name("voice".into()).spawn(move || {
             let over = Arc::new(AtomicBool::new(false));
-            match text().and_then(|wav| start(&wav, Arc::clone(&over))) {
+            match text().and_then(|wav| start(&wav, gain, Arc::clone(&over))) {
                 Ok(stream) => {
                     put(&theirs, VoiceStatus::Playing);
                     while !over.load(Ordering::Relaxed) {
@@ -112,10 +112,10 @@ fn put(status: &Mutex<VoiceStatus>, now: VoiceStatus) {
     }
 }
 
-fn start(wav: &[u8], over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> {
+fn start(wav: &[u8], gain: f32, over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> {
     let text = WavSamples::read(wav)?;
     Ok(speaker::stream(|rate_hz| {
-        let (mut playback, over) = (Playback::new(text.clone(), rate_hz), Arc::clone(&over));
+        let (mut playback, over) = (Playback::new(text.clone(), rate_hz, gain), Arc::clone(&over));
         move |out: &mut [[f32; 2]]| {
             if !playback.fill(out) {
                 over.store(true, Ordering::Relaxed);
@@ -149,12 +149,13 @@ pub(super) struct Playback {
     /// Position of the next sample, in samples of the file.
     at: f64,
     step: f64,
+    gain: f32,
 }
 
 impl Playback {
-    pub fn new(text: WavSamples, rate_hz: u32) -> Self {
+    pub fn new(text: WavSamples, rate_hz: u32, gain: f32) -> Self {
         let step = f64::from(text.rate_hz) / f64::from(rate_hz);
-        Self { text, at: 0.0, step }
+        Self { text, at: 0.0, step, gain }
     }
 
     /// Fills `out` with the next samples, and silence after the end. Returns false once the end has been reached.
@@ -164,7 +165,8 @@ impl Playback {
             let (before, share) = (self.at as usize, self.at.fract() as f32);
             let here = samples.get(before).copied().unwrap_or_default();
             let next = samples.get(before + 1).copied().unwrap_or_default();
-            *sample = [0, 1].map(|side| here[side] + (next[side] - here[side]) * share);
+            let value = |side: usize| here[side] + (next[side] - here[side]) * share;
+            *sample = [0, 1].map(|side| (value(side) * self.gain).clamp(-1.0, 1.0));
             self.at += self.step;
         }
         self.at < samples.len() as f64
@@ -189,12 +191,14 @@ mod tests {
     fn a_text_plays_at_the_devices_rate_to_its_end_then_silence_follows() {
         let text = WavSamples::read(&wav(2, 24_000, &[0, 16_384, 16_384, 0, -16_384, -32_768])).unwrap();
         // Twice as many samples: every second one is half way between its neighbours.
-        let mut playback = Playback::new(text, 48_000);
+        let mut playback = Playback::new(text.clone(), 48_000, 1.0);
         let mut out = [[9.0; 2]; 5];
         assert!(playback.fill(&mut out));
         assert_eq!(out, [[0.0, 0.5], [0.25, 0.25], [0.5, 0.0], [0.0, -0.5], [-0.5, -1.0]]);
         assert!(!playback.fill(&mut out));
         assert_eq!(out[1..], [[0.0; 2]; 4], "nothing comes after the end");
+        Playback::new(text, 24_000, 1.5).fill(&mut out);
+        assert_eq!(out[1..4], [[0.75, 0.0], [-0.75, -1.0], [0.0; 2]], "louder, up to full scale");
         let mono = WavSamples::read(&wav(1, 8000, &[16_384])).unwrap();
         assert_eq!(mono.samples[..], [[0.5, 0.5]], "one channel is heard on both sides");
         assert!(WavSamples::read(b"no file").is_err());

@@ -49,6 +49,7 @@ pub enum RunError {
     #[error(transparent)]
     Lsl(#[from] crate::lsl::LslError),
     /// No program speaks a sentence of the guidance.
+    #[cfg(feature = "desktop")]
     #[error(transparent)]
     Speech(#[from] crate::audio::SpeechFault),
     /// The trigger device is not available.

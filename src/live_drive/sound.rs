@@ -22,6 +22,7 @@ pub struct DriveSound {
     /// Sentence that is not yet spoken.
     due: Option<String>,
     spoken: Option<SpokenSentence>,
+    speech_gain: f32,
 }
 
 /// Sentence that is being spoken.
@@ -36,7 +37,15 @@ impl DriveSound {
     /// Creates the sound; nothing is played until [`DriveSound::open`].
     pub fn new(scenario: &Scenario) -> Self {
         let guidance = scenario.spoken_guidance.then(|| SpokenGuidance::new(scenario.display.units));
-        Self { listener: Listener::new(scenario), speaker: None, horn: false, guidance, due: None, spoken: None }
+        Self {
+            listener: Listener::new(scenario),
+            speaker: None,
+            horn: false,
+            guidance,
+            due: None,
+            spoken: None,
+            speech_gain: scenario.sound.speech_gain(),
+        }
     }
 
     /// Starts playing at the scenario's levels.
@@ -76,7 +85,8 @@ impl DriveSound {
     /// Speaks the sentence of the guidance that is due, if there is a speaker. Returns a sentence once the device plays it.
     pub fn speak(&mut self) -> Option<String> {
         if let (Some(sentence), Some(_)) = (self.due.take(), &self.speaker) {
-            self.spoken = Some(SpokenSentence { voice: Voice::say(sentence.clone()), sentence, began: false });
+            self.spoken =
+                Some(SpokenSentence { voice: Voice::say(sentence.clone(), self.speech_gain), sentence, began: false });
         }
         let spoken = self.spoken.as_mut().filter(|spoken| !spoken.began)?;
         match spoken.voice.status() {

@@ -29,7 +29,7 @@ pub struct SoundLevels {
     /// Horn and contacts of the own vehicle
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub horn_db: f64,
-    /// Tone for new advice, if the scenario has one
+    /// Tone for new advice, if the scenario has one, and spoken guidance
     #[schemars(range(min = -60.0, max = 12.0), extend("unit" = "dB"))]
     pub tone_db: f64,
 }
@@ -37,6 +37,13 @@ pub struct SoundLevels {
 /// Returns the amplitude factor of a level in dB; 0 at [`SILENT_DB`] and below.
 pub fn gain(level_db: f64) -> f32 {
     if level_db <= SILENT_DB { 0.0 } else { 10f64.powf(level_db / 20.0) as f32 }
+}
+
+impl SoundLevels {
+    /// Returns the amplitude factor of spoken guidance.
+    pub fn speech_gain(&self) -> f32 {
+        gain(self.master_db) * gain(self.tone_db)
+    }
 }
 
 #[cfg(test)]
