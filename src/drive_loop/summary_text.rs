@@ -34,7 +34,7 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     }
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
-        lines.push(format!("first contact            at {at:.2} s with car {car}, closing at {closing:.2} m/s"));
+        lines.push(format!("first contact            at {at:.2} s with road user {car}, closing at {closing:.2} m/s"));
     }
     match &summary.failure {
         Some(_) => {
@@ -146,7 +146,7 @@ contacts, off the road   0, 2
             "smallest gap             -",
             "contacts, off the road   1, 2",
             "fixed objects touched    2",
-            "first contact            at 5.25 s with car 3, closing at 3.00 m/s",
+            "first contact            at 5.25 s with road user 3, closing at 3.00 m/s",
             "stopped                  at 7.5 s",
         ] {
             assert!(text.lines().any(|found| found == line), "{line}: {text}");

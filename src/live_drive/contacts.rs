@@ -32,7 +32,7 @@ pub struct Jolt {
 pub fn contact_text(event: &Event) -> Option<String> {
     match event.kind {
         EventKind::Contact { car, closing_mps, .. } => {
-            Some(format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0))
+            Some(format!("contact with road user {}, closing at {closing_mps:.1} m/s", car.0))
         }
         EventKind::ObjectContact { object, closing_mps, .. } => {
             Some(format!("contact with a {}, closing at {closing_mps:.1} m/s", object.name()))
@@ -142,7 +142,7 @@ mod tests {
         else {
             panic!("the contact is of this tick")
         };
-        assert_eq!(*words, format!("contact with car {}, closing at {closing_mps:.1} m/s", car.0));
+        assert_eq!(*words, format!("contact with road user {}, closing at {closing_mps:.1} m/s", car.0));
         assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
         let jolt = contacts.jolt();
         assert!(jolt.strength > 0.2 && jolt.since_s == 0.0, "{jolt:?}");

@@ -33,7 +33,7 @@ impl Gore {
         is_inside(point, &self.outline)
     }
 
-    /// Returns the rows from the junction outwards, [`ROW_M`] apart: a point on the border of the right road, and one of the left.
+    /// Returns the rows from the junction outwards, a metre apart: a point on the border of the right road, and one of the left.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = [DVec3; 2]> {
         let last = self.outline.len() - 1;
         (0..self.outline.len() / 2).map(move |k| [self.outline[k], self.outline[last - k]])
