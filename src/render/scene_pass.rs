@@ -278,6 +278,11 @@ impl ScenePass {
             let [width, height] = self.targets.size;
             pass.set_scissor_rect(0, 0, width, height);
         }
+        if let Some(rain) = rain {
+            // Before all objects: through a wet road one would see their feet and foundations below it.
+            pass.set_pipeline(&rain.road_depth);
+            models.road.draw(pass, seen);
+        }
         // Near objects first, so that hidden pixels are not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.bodies.uncoated);
         models.draw_uncoated(pass, &batches);
@@ -300,10 +305,6 @@ impl ScenePass {
         }
         pass.set_pipeline(&materials.plants.grass);
         models.tuft.draw(pass, batches.tufts.clone());
-        if let Some(rain) = rain {
-            pass.set_pipeline(&rain.road_depth);
-            models.road.draw(pass, seen);
-        }
         pass.set_pipeline(&materials.ground.road[which]);
         models.road.draw(pass, seen);
         let afar = from_above && frustum.pixels(frustum.camera.eye, AFAR_M) <= 1.0;

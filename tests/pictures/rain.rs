@@ -9,7 +9,7 @@ use super::{
 };
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
-    scene::{SprayPuff, View, ViewKind, ViewOptions, WiperMotion},
+    scene::{Mesh, SprayPuff, StaticScene, Vertex, View, ViewKind, ViewOptions, WiperMotion},
     sim::Snapshot,
     time::Tick,
 };
@@ -67,6 +67,23 @@ fn a_wet_road_mirrors_the_vehicle_ahead_and_a_dry_one_does_not() {
     println!("{dry} pixels on the dry road, {wet} on the wet one");
     // Its image is about 17 pixels wide and 7 high; stones break some of it.
     assert!(dry == 0 && wet > 40, "{dry} pixels on the dry road, {wet} on the wet one");
+}
+
+#[test]
+fn a_wet_road_does_not_show_what_lies_below_it() {
+    // Foundations of houses and the feet of posts reach below the ground.
+    let mut view = view(&snapshot(vec![]), ViewKind::Driver, &rain(8.0, marked()));
+    (view.seat, view.mirror) = (None, None);
+    let below = on_lane(18.0, 0.0).position.as_vec2().extend(-1.0);
+    let corner = |x: f32, y: f32| Vertex { position: (below + Vec3::new(x, y, 0.0)).into(), ..Default::default() };
+    let vertices = vec![corner(-2.0, -2.0), corner(2.0, -2.0), corner(-2.0, 2.0), corner(2.0, 2.0)];
+    let slab = Mesh { vertices, indices: vec![0, 1, 2, 1, 3, 2] };
+    let [without, with] = [Mesh::default(), slab].map(|posts| {
+        let static_scene = StaticScene { posts, ..static_scene(false).clone() };
+        draw_with(&mut Renderer::new(gpu(), &static_scene, OFFSCREEN, Quality::LOW), &view, SIZE)
+    });
+    let other = without.pixels().zip(with.pixels()).filter(|(a, b)| a != b).count();
+    assert_eq!(other, 0, "pixels in which the slab is seen");
 }
 
 /// Returns the driver's picture at a time in rain, and the number of pixels in which it differs from a picture without windscreen, above the
