@@ -212,6 +212,23 @@ mod tests {
     }
 
     #[test]
+    fn the_wedge_between_a_motorway_and_its_exit_is_asphalt_to_its_end() {
+        let net = Network::load("motorway").expect("a shipped map");
+        let gore = net.gores().iter().find(|gore| gore.parts).expect("the exit");
+        let rows: Vec<[DVec3; 2]> = gore.rows().collect();
+        let middle = |k: usize| ((rows[k][0] + rows[k][1]) / 2.0).truncate();
+        let elsewhere = far_away();
+        let way = RoadGround { route: &elsewhere, near_s_m: 1.0 };
+        let near = net.lane_named("off_0");
+        let ground = NetworkGround { network: &net, near, height_m: 0.0, way, clear: NONE_CLEAR };
+        // Its last metre is 2.8 m wide, and shoulders are 0.4 m.
+        let last = rows.len() - 1;
+        assert!(rows[last][0].distance(rows[last][1]) > 2.0);
+        assert_eq!([last / 2, last - 1].map(|k| ground.surface(middle(k))), [GroundSurface::Asphalt; 2]);
+        assert_eq!(ground.surface(middle(last) * 2.0 - middle(last - 3)), GroundSurface::Grass);
+    }
+
+    #[test]
     fn the_way_over_a_gap_between_two_lanes_is_asphalt() {
         // Two lanes to the east with a gap of 14 m, at a junction without an outline.
         let lane = |id: &str, from: f64| {
