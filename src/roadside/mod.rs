@@ -1,6 +1,6 @@
 //! Surroundings of the roads of a network, for the picture and for contacts: paved surfaces, ends of roads, towns, kinds of land, buildings,
-//! guard rails, noise walls, posts, parked cars, trees. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same network and
-//! seed give the same bits.
+//! guard rails, noise walls, posts, parked cars, trees. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same
+//! network and seed give the same bits.
 //!
 //! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the
 //! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground, `relief` how high it is, with the

@@ -1,4 +1,5 @@
-//! Buildings, trees and bushes among the objects of an OpenDRIVE file, and signs among its signals. In: the file. Out: [`Surroundings`] in the file's coordinates, metres.
+//! Buildings, trees and bushes among the objects of an OpenDRIVE file, and signs among its signals. In: the file. Out:
+//! [`Surroundings`] in the file's coordinates, metres.
 //!
 //! Objects whose numbers are missing or out of range are left out: a road can be driven without them.
 

@@ -4,8 +4,8 @@
 //! `lanes` paves lanes and `junctions` the areas between them, both with `strips` and `triangulation`. `gores` paves and hatches the wedges
 //! between roads that part or meet. `paint` adds stop lines and crossings, `symbols` arrows and bicycles, `verge` the roadside, `signals` the
 //! signal heads with the pictures of `signal_faces`, `signs` the road signs with `sign_kind`, `name_signs`, `speed_limits` and `sign_plates`,
-//! `posts` the reflector posts, `guard_rails` guard rails, `noise_walls` noise walls, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says which streets
-//! have pavements and lamps. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's
+//! `posts` the reflector posts, `guard_rails` guard rails, `noise_walls` noise walls, `barriers` barriers at dead ends, `street_lamps` lamps. `town` says
+//! which streets have pavements and lamps. `road_surfaces` keeps land, grass and trees off the pavement. `road_ends` lets roads run on at the network's
 //! edge. `route_line` leads along the ego's path.
 
 pub(super) mod barriers;
