@@ -253,25 +253,24 @@ fn part_of(buildings: &Mesh, walls: bool) -> Mesh {
 /// Cuts a mesh into compact pieces of at most `piece` triangles, or a very large mesh into about [`MOST_PIECES`], by
 /// repeatedly halving along the longer side.
 fn pieces(mesh: &Mesh, piece: usize) -> Vec<Mesh> {
-    let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position);
+    let corner = |index: u32| Vec3::from(mesh.vertices[index as usize].position).truncate();
     let middle = |t: &[u32; 3]| (corner(t[0]) + corner(t[1]) + corner(t[2])) / 3.0;
-    let mut whole: Vec<[u32; 3]> = mesh.indices.as_chunks().0.to_vec();
+    let mut whole: Vec<(Vec2, [u32; 3])> = mesh.indices.as_chunks().0.iter().map(|t| (middle(t), *t)).collect();
     let most = piece.max(whole.len() / MOST_PIECES);
     let mut todo = vec![whole.as_mut_slice()];
     let mut done = Vec::new();
     while let Some(part) = todo.pop() {
         if part.len() <= most {
-            done.push(extract(mesh, part));
+            let triangles: Vec<[u32; 3]> = part.iter().map(|(_, triangle)| *triangle).collect();
+            done.push(extract(mesh, &triangles));
             continue;
         }
-        let start = middle(&part[0]);
-        let (low, high) = part.iter().map(middle).fold((start, start), |(l, h), p| (l.min(p), h.max(p)));
-        let along_x = high.x - low.x > high.y - low.y;
-        part.sort_by(|a, b| {
-            let (a, b) = (middle(a), middle(b));
-            if along_x { a.x.total_cmp(&b.x) } else { a.y.total_cmp(&b.y) }
-        });
-        let (left, right) = part.split_at_mut(part.len() / 2);
+        let middles = || part.iter().map(|(middle, _)| *middle);
+        let size = middles().fold(Vec2::NEG_INFINITY, Vec2::max) - middles().fold(Vec2::INFINITY, Vec2::min);
+        let axis = if size.x > size.y { 0 } else { 1 };
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |(a, _), (b, _)| a[axis].total_cmp(&b[axis]));
+        let (left, right) = part.split_at_mut(half);
         todo.extend([left, right]);
     }
     done
@@ -292,13 +291,13 @@ fn picture(kind: usize, tree: &Mesh, corners: &[Vec2]) -> Mesh {
 
 /// Returns some triangles of a mesh with the vertices they need.
 fn extract(mesh: &Mesh, triangles: &[[u32; 3]]) -> Mesh {
-    let mut used: Vec<u32> = triangles.iter().flatten().copied().collect();
+    let mut used: Vec<u32> = triangles.as_flattened().to_vec();
     used.sort_unstable();
     used.dedup();
     let new = |old: &u32| used.binary_search(old).expect("collected above") as u32;
     Mesh {
         vertices: used.iter().map(|&old| mesh.vertices[old as usize]).collect(),
-        indices: triangles.iter().flatten().map(new).collect(),
+        indices: triangles.as_flattened().iter().map(new).collect(),
     }
 }
 

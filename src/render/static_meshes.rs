@@ -42,11 +42,15 @@ impl StaticMeshes {
     pub fn new(gpu: &Gpu, static_scene: &StaticScene) -> Self {
         let (device, queue) = (&gpu.device, &gpu.queue);
         // Painting on the CPU runs in parallel with the upload of the meshes.
-        let ((grain, pictures), models) = rayon::join(
+        let ((grain, pictures), ((models, ()), lamp_light)) = rayon::join(
             || rayon::join(noise_texture::levels, || impostor::paint(&static_scene.trees)),
-            || rayon::join(|| ModelMeshes::new(device, queue, static_scene), clouds::prepare).0,
+            || {
+                rayon::join(
+                    || rayon::join(|| ModelMeshes::new(device, queue, static_scene), clouds::prepare),
+                    || LampLight::paint(&static_scene.street_lamps),
+                )
+            },
         );
-        let lamp_light = LampLight::paint(&static_scene.street_lamps);
         Self {
             device: device.clone(),
             queue: CountedQueue::new(queue.clone()),

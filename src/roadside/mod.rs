@@ -2,13 +2,14 @@
 //! guard rails, noise walls, posts, parked cars, trees. In: a network, a seed. Out: a [`Roadside`] in a frame near the roads, metres; the same
 //! network and seed give the same bits.
 //!
-//! `road_surfaces` says where asphalt is, with the areas of `junction_areas` and the corners of `outlines`. `road_ends` lets roads run on at the
+//! `road_surfaces` says where asphalt is, with the areas of `junction_areas`, the corners of `outlines` and a `cell_grid` to look things up in. `road_ends` lets roads run on at the
 //! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground, `relief` how high it is, with the
 //! `noise` of hills and the `verge_shape` of roads. `plots` and `footprint_places` place the `buildings`, whose
 //! `house_plans` say how they and their fences look. `street_lamps`, `signal_places`, `parked_cars` and `trees` place what their names say.
 //! `fixed_objects` are those parts that a car cannot pass.
 
 pub mod buildings;
+mod cell_grid;
 pub mod fixed_objects;
 pub mod footprint_places;
 pub mod guard_rails;

@@ -2,19 +2,20 @@
 //! roads of different heights. In: lines with their widths, outlines of areas. Out: metres. Distances are exact up to 90 m from the
 //! roads. Further away they are estimated from sample points, with an error of about the samples' spacing.
 
-use super::{junction_areas, outlines::contains};
+use super::{
+    cell_grid::{CELL_M, CellGrid, CellTable},
+    junction_areas,
+    outlines::contains,
+};
 use crate::{
     map::network::{EdgeKind, Network},
     space::smoothstep,
 };
-use glam::{DVec3, IVec2, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Maximum distance from a road at which distances are exact, metres.
 const NEAR_M: f32 = 90.0;
-/// Initial side of a grid cell, metres. The side is doubled until there are at most [`MOST_CELLS`].
-const CELL_M: f32 = 16.0;
-const MOST_CELLS: usize = 1 << 20;
 /// Maximum length of a segment, metres. Each segment within reach contributes the height of its nearest point to the ground's height.
 const PIECE_M: f32 = 8.0;
 /// Maximum number of sample points of the roads, for points of the land far from all of them.
@@ -41,16 +42,32 @@ pub const HALF_LANE_M: f32 = 1.6;
 #[derive(Clone, Copy, Debug)]
 struct SurfaceSegment {
     from: Vec3,
-    to: Vec3,
+    along: Vec3,
     half_width_m: f32,
+    /// Horizontal `along`, divided by its squared length, 1/m.
+    share_per_m: Vec2,
 }
 
 impl SurfaceSegment {
+    fn new(from: Vec3, to: Vec3, half_width_m: f32) -> Self {
+        let along = to - from;
+        let flat = along.truncate();
+        Self { from, along, half_width_m, share_per_m: flat / flat.length_squared().max(1e-9) }
+    }
+
+    fn to(&self) -> Vec3 {
+        self.from + self.along
+    }
+
+    fn middle(&self) -> Vec3 {
+        self.from + self.along / 2.0
+    }
+
     /// Returns the squared horizontal distance of a point from the segment's line, m², and the height of the line's nearest point.
     fn beside(&self, point: Vec2) -> (f32, f32) {
-        let (from, along) = (self.from.truncate(), (self.to - self.from).truncate());
-        let share = ((point - from).dot(along) / along.length_squared().max(1e-9)).clamp(0.0, 1.0);
-        (point.distance_squared(from + along * share), self.from.z + (self.to.z - self.from.z) * share)
+        let off = point - self.from.truncate();
+        let share = off.dot(self.share_per_m).clamp(0.0, 1.0);
+        ((off - self.along.truncate() * share).length_squared(), self.from.z + self.along.z * share)
     }
 }
 
@@ -64,10 +81,10 @@ struct CellMean {
 }
 
 impl CellMean {
-    fn of(segments: impl Iterator<Item = SurfaceSegment>) -> Self {
+    fn of(segments: &[SurfaceSegment]) -> Self {
         let mut sum = Self::default();
         for segment in segments {
-            sum.middle += (segment.from + segment.to) / 2.0;
+            sum.middle += segment.middle();
             sum.half_width_m += segment.half_width_m;
             sum.count += 1.0;
         }
@@ -90,7 +107,7 @@ impl SurfaceCollector {
             let n = (pair[0].truncate().distance(pair[1].truncate()) / PIECE_M).ceil().max(1.0);
             let at = |k: f32| pair[0].lerp(pair[1], k / n);
             let cut = (0..n as usize).map(|k| (at(k as f32), at(k as f32 + 1.0)));
-            self.pieces.extend(cut.map(|(from, to)| SurfaceSegment { from, to, half_width_m }));
+            self.pieces.extend(cut.map(|(from, to)| SurfaceSegment::new(from, to, half_width_m)));
         }
     }
 
@@ -114,14 +131,11 @@ pub struct RoadSurfaces {
     centre: Vec2,
     /// Radius around the centre that encloses all segments, m.
     radius_m: f32,
-    low: Vec2,
-    cell_m: f32,
-    columns: i32,
-    rows: i32,
-    /// Index in `members` of each cell's first entry, plus one more index at the end.
-    starts: Vec<u32>,
-    /// Members of all cells: indices of segments, and of areas plus the number of segments.
-    members: Vec<u32>,
+    grid: CellGrid,
+    /// Segments in each cell. A segment may be in several.
+    segments: CellTable<SurfaceSegment>,
+    /// Indices of the areas in each cell.
+    areas_in: CellTable<u32>,
     /// Segments of each cell as one.
     means: Vec<CellMean>,
     /// Sample points of roads, at most one in each square of a lattice.
@@ -153,51 +167,25 @@ impl RoadSurfaces {
 
     /// Sorts the collected surfaces into cells.
     pub fn new(SurfaceCollector { pieces, areas }: SurfaceCollector) -> Self {
-        let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]);
+        let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to()]);
         let low = points().reduce(Vec3::min).unwrap_or_default();
         let high = points().reduce(Vec3::max).unwrap_or_default();
         let level_m = (high.z - low.z < 0.01).then_some(low.z);
         let widest_m = pieces.iter().map(|piece| piece.half_width_m).fold(0.0, f32::max);
         let (low, high) = (low.truncate() - widest_m, high.truncate() + widest_m);
-        let mut cell_m = CELL_M;
-        let count = |cell_m: f32| ((high - low) / cell_m).ceil().max(Vec2::ONE);
-        while count(cell_m).element_product() as usize > MOST_CELLS {
-            cell_m *= 2.0;
-        }
-        let size = count(cell_m);
-        let (columns, rows) = (size.x as i32, size.y as i32);
-        let boxes = pieces.iter().map(|piece| {
-            let (a, b) = (piece.from.truncate(), piece.to.truncate());
-            (a.min(b) - piece.half_width_m, a.max(b) + piece.half_width_m)
-        });
-        let around = |area: &Vec<Vec3>| {
+        let grid = CellGrid::over(low, high);
+        let segments = grid.table(pieces.iter().map(|piece| {
+            let (a, b) = (piece.from.truncate(), piece.to().truncate());
+            ((a.min(b) - piece.half_width_m, a.max(b) + piece.half_width_m), *piece)
+        }));
+        let areas_in = grid.table((0..).zip(&areas).map(|(n, area)| {
             let corners = || area.iter().map(|p| p.truncate());
-            (corners().fold(Vec2::INFINITY, Vec2::min), corners().fold(Vec2::NEG_INFINITY, Vec2::max))
-        };
-        let boxes: Vec<(Vec2, Vec2)> = boxes.chain(areas.iter().map(around)).collect();
-        let mut of_cell: Vec<(u32, u32)> = Vec::new();
-        for (member, (from, to)) in (0u32..).zip(&boxes) {
-            let cell = |p: Vec2| ((p - low) / cell_m).floor().max(Vec2::ZERO).min(size - 1.0).as_ivec2();
-            let (from, to) = (cell(*from), cell(*to));
-            for y in from.y..=to.y {
-                of_cell.extend((from.x..=to.x).map(|x| ((y * columns + x) as u32, member)));
-            }
-        }
-        of_cell.sort_unstable();
-        let mut starts = vec![0u32; (columns * rows) as usize + 1];
-        of_cell.iter().for_each(|(cell, _)| starts[*cell as usize + 1] += 1);
-        for cell in 1..starts.len() {
-            starts[cell] += starts[cell - 1];
-        }
-        let members: Vec<u32> = of_cell.into_iter().map(|(_, member)| member).collect();
-        let segments = |cell: usize| {
-            let members = &members[starts[cell] as usize..starts[cell + 1] as usize];
-            members.iter().filter_map(|member| pieces.get(*member as usize)).copied()
-        };
-        let means = (0..starts.len() - 1).map(|cell| CellMean::of(segments(cell))).collect();
+            ((corners().fold(Vec2::INFINITY, Vec2::min), corners().fold(Vec2::NEG_INFINITY, Vec2::max)), n)
+        }));
+        let means = (0..grid.cells()).map(|cell| CellMean::of(segments.of(cell..cell + 1))).collect();
         let coarse = coarse(&pieces);
         let (centre, radius_m) = circle(&pieces);
-        Self { pieces, areas, centre, radius_m, low, cell_m, columns, rows, starts, members, means, coarse, level_m }
+        Self { pieces, areas, centre, radius_m, grid, segments, areas_in, means, coarse, level_m }
     }
 
     /// Returns the centre of the bounding box of all roads, m.
@@ -217,12 +205,12 @@ impl RoadSurfaces {
 
     /// Returns the height of the highest road, metres; at least 0.
     pub fn highest_m(&self) -> f32 {
-        self.pieces.iter().map(|piece| piece.from.z.max(piece.to.z)).fold(0.0, f32::max)
+        self.pieces.iter().map(|piece| piece.from.z.max(piece.to().z)).fold(0.0, f32::max)
     }
 
     /// Returns the total length of all lines and outlines, metres.
     pub fn length_m(&self) -> f32 {
-        self.pieces.iter().map(|piece| piece.from.distance(piece.to)).sum()
+        self.pieces.iter().map(|piece| piece.along.length()).sum()
     }
 
     /// Returns the distance from the nearest paved surface, metres; 0 inside.
@@ -230,26 +218,25 @@ impl RoadSurfaces {
         let mut best_m = f32::INFINITY;
         // Beyond the circle around all surfaces, none is within NEAR_M: most of the land.
         let may_be_near = point.distance(self.centre) <= self.radius_m + NEAR_M;
-        let rings = if may_be_near { self.rings(NEAR_M) } else { -1 };
+        let rings = if may_be_near { self.grid.rings(NEAR_M) } else { -1 };
+        // An area is in all cells that its box touches.
+        let mut areas = self.grid.around(point, 0..1).flat_map(|cell| self.areas_in.of(cell));
+        if areas.any(|area| contains(&self.areas[*area as usize], point)) {
+            return 0.0;
+        }
         for ring in 0..=rings {
-            // No member of this ring can be nearer than the best one so far.
-            if best_m <= (ring - 1).max(0) as f32 * self.cell_m {
+            // No segment of this ring can be nearer than the best one so far.
+            if best_m <= (ring - 1).max(0) as f32 * self.grid.cell_m {
                 break;
             }
-            for member in self.ring(point, ring).flat_map(|cell| self.members_of(cell)) {
-                match self.pieces.get(member) {
-                    Some(piece) => {
-                        // A root for the nearest ones only.
-                        let (squared_m2, beyond_m) = (piece.beside(point).0, best_m + piece.half_width_m);
-                        if squared_m2 < beyond_m * beyond_m {
-                            best_m = squared_m2.sqrt() - piece.half_width_m;
-                        }
+            for piece in self.grid.around(point, ring..ring + 1).flat_map(|cells| self.segments.of(cells)) {
+                // A root for the nearest ones only.
+                let (squared_m2, beyond_m) = (piece.beside(point).0, best_m + piece.half_width_m);
+                if squared_m2 < beyond_m * beyond_m {
+                    best_m = squared_m2.sqrt() - piece.half_width_m;
+                    if best_m <= 0.0 {
+                        return 0.0;
                     }
-                    None if contains(&self.areas[member - self.pieces.len()], point) => return 0.0,
-                    None => {}
-                }
-                if best_m <= 0.0 {
-                    return 0.0;
                 }
             }
         }
@@ -262,12 +249,8 @@ impl RoadSurfaces {
 
     /// Checks whether a paved surface may be within a distance, m; false only if there is none.
     pub fn may_be_within(&self, point: Vec2, distance_m: f32) -> bool {
-        let (reach, at) = (self.rings(distance_m), self.cell_at(point));
-        let (low, high) = ((at - reach).max(IVec2::ZERO), (at + reach).min(IVec2::new(self.columns, self.rows) - 1));
-        (low.y..=high.y).any(|y| {
-            let row = y * self.columns;
-            low.x <= high.x && self.starts[(row + low.x) as usize] < self.starts[(row + high.x) as usize + 1]
-        })
+        let mut cells = self.grid.around(point, 0..self.grid.rings(distance_m) + 1);
+        cells.any(|cells| !self.segments.of(cells.clone()).is_empty() || !self.areas_in.of(cells).is_empty())
     }
 
     /// Returns the distance from the middle of the nearest lane, m, if each lane were [`HALF_LANE_M`] wide on either side.
@@ -289,17 +272,18 @@ impl RoadSurfaces {
             let near = off_m.clamp(0.0, SHAPED_M) + 0.3;
             ((SHAPED_M + 0.3 - near) / (SHAPED_M * near)).powi(4)
         };
-        for cell in (0..TOGETHER_RINGS).flat_map(|ring| self.ring(point, ring)) {
-            for piece in self.members_of(cell).filter_map(|member| self.pieces.get(member)) {
+        for cells in self.grid.around(point, 0..TOGETHER_RINGS) {
+            for piece in self.segments.of(cells) {
                 let (squared_m2, z_m) = piece.beside(point);
                 let off_m = squared_m2.sqrt() - piece.half_width_m;
                 sums += weighted(shepard(off_m), z_m);
                 lowest_m = lowest_m.min(z_m + (off_m - CUTTING_M).max(0.0));
             }
         }
-        for cell in (TOGETHER_RINGS..=self.rings(SHAPED_M)).flat_map(|ring| self.ring(point, ring)) {
-            let CellMean { middle, half_width_m, count } = self.means[cell];
-            sums += weighted(count * shepard(middle.truncate().distance(point) - half_width_m), middle.z);
+        for cells in self.grid.around(point, TOGETHER_RINGS..self.grid.rings(SHAPED_M) + 1) {
+            for CellMean { middle, half_width_m, count } in self.means[cells].iter().filter(|mean| mean.count > 0.0) {
+                sums += weighted(count * shepard(middle.truncate().distance(point) - half_width_m), middle.z);
+            }
         }
         if sums.y < ENOUGH_WEIGHT {
             // The sample points have small weights: they dominate from about 50 m from the nearest road.
@@ -317,43 +301,15 @@ impl RoadSurfaces {
     pub fn is_on_bridge(&self, at: Vec3) -> bool {
         self.level_m.is_none() && self.height_m(at.truncate()) < at.z - BRIDGE_M
     }
-
-    /// Returns column and row of the cell at a point, which may lie outside the grid.
-    fn cell_at(&self, point: Vec2) -> IVec2 {
-        ((point - self.low) / self.cell_m).floor().as_ivec2()
-    }
-
-    /// Returns the number of rings of cells around a point's cell within which all members up to a distance, m, lie.
-    fn rings(&self, within_m: f32) -> i32 {
-        (within_m / self.cell_m).ceil() as i32
-    }
-
-    /// Returns the grid's cells in the square ring `ring` cells away from the point's cell.
-    fn ring(&self, point: Vec2, ring: i32) -> impl Iterator<Item = usize> + '_ {
-        let at = self.cell_at(point);
-        let row = move |y: i32| {
-            let whole = (y - at.y).abs() == ring;
-            let step = if whole { 1 } else { (2 * ring).max(1) };
-            (at.x - ring..=at.x + ring).step_by(step as usize).map(move |x| (x, y))
-        };
-        let cells = (at.y - ring..=at.y + ring).filter(|y| (0..self.rows).contains(y)).flat_map(row);
-        cells.filter(|(x, _)| (0..self.columns).contains(x)).map(|(x, y)| (y * self.columns + x) as usize)
-    }
-
-    /// Returns the members of a cell. A member may be in several cells.
-    fn members_of(&self, cell: usize) -> impl Iterator<Item = usize> + '_ {
-        let members = self.starts[cell] as usize..self.starts[cell + 1] as usize;
-        self.members[members].iter().map(|member| *member as usize)
-    }
 }
 
 /// Returns the centre of the bounding box of all segments, and the radius around it that encloses them, m.
 fn circle(pieces: &[SurfaceSegment]) -> (Vec2, f32) {
-    let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to]).map(Vec3::truncate);
+    let points = || pieces.iter().flat_map(|piece| [piece.from, piece.to()]).map(Vec3::truncate);
     let low = points().reduce(Vec2::min).unwrap_or_default();
     let centre = (low + points().reduce(Vec2::max).unwrap_or_default()) / 2.0;
     let reach = |piece: &SurfaceSegment| {
-        let ends = [piece.from, piece.to].map(|end| end.truncate().distance(centre));
+        let ends = [piece.from, piece.to()].map(|end| end.truncate().distance(centre));
         ends[0].max(ends[1]) + piece.half_width_m
     };
     (centre, pieces.iter().map(reach).fold(0.0, f32::max))
@@ -365,7 +321,7 @@ fn coarse(pieces: &[SurfaceSegment]) -> Vec<Vec3> {
     loop {
         let mut squares: BTreeMap<[i32; 2], Vec3> = BTreeMap::new();
         for piece in pieces {
-            let middle = (piece.from + piece.to) / 2.0;
+            let middle = piece.middle();
             squares.entry((middle.truncate() / side_m).floor().as_ivec2().to_array()).or_insert(middle);
         }
         if squares.len() <= MOST_COARSE {

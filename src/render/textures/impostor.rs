@@ -99,12 +99,13 @@ fn picture(mesh: &Mesh, layers: &LeafLayers, view: usize) -> Vec<ImpostorTexel> 
         let p = Vec3::from(v.position) - Vec3::Z * extent.middle_m;
         Vec3::new(p.dot(right) * scale, -p.dot(up) * scale, p.dot(towards)) + Vec2::splat(SIZE as f32 / 2.0).extend(0.0)
     };
+    let places: Vec<Vec3> = mesh.vertices.iter().map(place).collect();
     let mut depth = vec![f32::MIN; SIZE * SIZE];
     let mut texels = vec![[0.0; 8]; SIZE * SIZE];
     for t in mesh.indices.chunks_exact(3) {
-        let corner = |k: usize| &mesh.vertices[t[k] as usize];
-        let corners = [corner(0), corner(1), corner(2)];
-        let (a, b, c) = (place(corners[0]), place(corners[1]), place(corners[2]));
+        let corner = |k: usize| t[k] as usize;
+        let corners = [corner(0), corner(1), corner(2)].map(|k| &mesh.vertices[k]);
+        let (a, b, c) = (places[corner(0)], places[corner(1)], places[corner(2)]);
         let area = (b - a).truncate().perp_dot((c - a).truncate());
         if area.abs() < 1e-6 {
             continue;
@@ -212,13 +213,12 @@ fn reduced(full: Vec<ImpostorTexel>) -> Vec<Vec<ImpostorTexel>> {
     }
     plain[0].iter_mut().zip(soft).for_each(|(texel, soft)| texel[0] = soft[0]);
     for texels in &mut plain {
-        let (mut low, mut high) = (0.5, 4.0);
-        for _ in 0..16 {
-            let middle = 0.5 * (low + high);
-            let covered = texels.iter().filter(|t| t[0] * middle > 0.5).count() as f32 / texels.len() as f32;
-            if covered < share { low = middle } else { high = middle }
-        }
-        texels.iter_mut().for_each(|t| t[0] = (t[0] * high).min(1.0));
+        // As many texels cover more than half as the model covers.
+        let covered = (share * texels.len() as f32).round() as usize;
+        let mut covers: Vec<f32> = texels.iter().map(|t| t[0]).collect();
+        let (_, least, _) = covers.select_nth_unstable_by(covered.min(texels.len() - 1), |a, b| b.total_cmp(a));
+        let scale = (0.5 / least.max(1e-6)).clamp(0.5, 4.0);
+        texels.iter_mut().for_each(|t| t[0] = (t[0] * scale).min(1.0));
     }
     plain
 }

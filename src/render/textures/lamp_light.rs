@@ -53,13 +53,14 @@ impl LampLight {
                 }
             }
         }
-        let texel = |(lux, height): &(f32, f32)| {
+        let texel = |(lux, height): &(f32, f32)| match *lux > 0.0 {
             // The height of the lamps that light it, weighted by their light.
-            let height = if *lux > 0.0 { height / lux / rise_m } else { 0.0 };
-            [byte((lux / MOST_LX).sqrt()), byte(height), 0, 255]
+            true => [byte((lux / MOST_LX).sqrt()), byte(height / lux / rise_m), 0, 255],
+            false => [0, 0, 0, 255],
         };
         let place = [low_corner.x, low_corner.y, 1.0 / size_m, low.z];
-        Self { texels: light.iter().flat_map(texel).collect(), side, place, rise_m }
+        let texels: Vec<[u8; 4]> = light.iter().map(texel).collect();
+        Self { texels: texels.into_flattened(), side, place, rise_m }
     }
 
     /// Uploads the picture to the device.

@@ -271,22 +271,19 @@ impl PanelSkin {
     /// of that face.
     pub fn close_seams(&mut self) {
         self.weld();
-        let mut edges: BTreeMap<(PointKey, PointKey), i32> = BTreeMap::new();
         let ends = |face: &BodyFace, k: usize| (face.corners[k].at, face.corners[(k + 1) % 3].at);
-        let keys = |face: &BodyFace, k: usize| {
+        let edge = |face: &BodyFace, k: usize| {
             let (a, b) = ends(face, k);
-            (PointKey::exact(a), PointKey::exact(b))
+            let (a, b) = (PointKey::exact(a), PointKey::exact(b));
+            if a < b { ((a, b), 1) } else { ((b, a), -1) }
         };
-        for face in &self.faces {
-            for k in 0..3 {
-                let (a, b) = keys(face, k);
-                *edges.entry((a.min(b), a.max(b))).or_default() += if a < b { 1 } else { -1 };
-            }
-        }
-        let open = |face: &BodyFace, k: usize| {
-            let (a, b) = keys(face, k);
-            edges.get(&(a.min(b), a.max(b))).is_some_and(|count| *count != 0)
-        };
+        let mut edges: Vec<_> = self.faces.iter().flat_map(|face| [0, 1, 2].map(|k| edge(face, k))).collect();
+        edges.sort_unstable();
+        // Open are those that are not passed as often one way as the other.
+        let sides = edges.chunk_by(|a, b| a.0 == b.0);
+        let open_edges = sides.filter(|sides| sides.iter().map(|(_, way)| way).sum::<i32>() != 0);
+        let open_edges: Vec<_> = open_edges.map(|sides| sides[0].0).collect();
+        let open = |face: &BodyFace, k: usize| open_edges.binary_search(&edge(face, k).0).is_ok();
         let mut loose: BTreeMap<PointKey, Vec3> = BTreeMap::new();
         for face in &self.faces {
             for k in (0..3).filter(|&k| open(face, k)) {

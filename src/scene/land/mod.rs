@@ -12,7 +12,7 @@ use crate::{
     roadside::{land_use_map::BORDER_M, noise, relief::Relief, road_surfaces::RoadSurfaces},
     space::smoothstep,
 };
-use glam::{IVec2, Vec2};
+use glam::{IVec2, Vec2, Vec3};
 use std::collections::BTreeMap;
 
 /// Linear albedo of the meadow.
@@ -96,15 +96,15 @@ fn ground(relief: &Relief, own: &RoadSurfaces) -> Mesh {
     }
     let mut mesh = Mesh::default();
     let mut numbers: BTreeMap<[i32; 2], u32> = BTreeMap::new();
-    let vertex = |mesh: &mut Mesh, point: Vec2, span_m: f32| {
+    let vertex = |mesh: &mut Mesh, point: Vec2| {
         let position = point.extend(relief.height_m(point));
         let (colour, paved) = (colour(relief, point), relief.paved_and_water_m(point));
-        mesh.vertex(Vertex::new(position, relief.normal(point, span_m), colour, paved, Material::Grass))
+        mesh.vertex(Vertex::new(position, Vec3::ZERO, colour, paved, Material::Grass))
     };
     for &(low, side) in &squares {
         for d in [IVec2::ZERO, IVec2::X, IVec2::ONE, IVec2::Y] {
             let at = low + d * side;
-            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at), side as f32 * cell_m * 0.5));
+            numbers.entry(at.to_array()).or_insert_with(|| vertex(&mut mesh, place(at)));
         }
     }
     for &(low, side) in &squares {
@@ -119,13 +119,26 @@ fn ground(relief: &Relief, own: &RoadSurfaces) -> Mesh {
             mesh.indices.extend([rim[0], rim[1], rim[2], rim[0], rim[2], rim[3]]);
             continue;
         }
-        let side_m = side as f32 * cell_m;
-        let middle = vertex(&mut mesh, place(low) + Vec2::splat(side_m / 2.0), side_m * 0.5);
+        let middle = vertex(&mut mesh, place(low) + Vec2::splat(side as f32 * cell_m / 2.0));
         for k in 0..rim.len() {
             mesh.indices.extend([middle, rim[k], rim[(k + 1) % rim.len()]]);
         }
     }
+    smooth(&mut mesh);
     mesh
+}
+
+/// Sets the normal of each vertex to the mean of those of its triangles by their areas: heights beside each vertex would cost four times as much
+/// as the mesh itself.
+fn smooth(mesh: &mut Mesh) {
+    let mut normals = vec![Vec3::ZERO; mesh.vertices.len()];
+    for triangle in mesh.indices.as_chunks::<3>().0 {
+        let [a, b, c] = triangle.map(|index| Vec3::from(mesh.vertices[index as usize].position));
+        triangle.iter().for_each(|index| normals[*index as usize] += (b - a).cross(c - a));
+    }
+    for (vertex, normal) in mesh.vertices.iter_mut().zip(normals) {
+        vertex.normal = normal.normalize_or(Vec3::Z).to_array();
+    }
 }
 
 /// Adds the hills beyond the squares, up to [`RANGES_M`]: rings of quads about the centre, as fine as the outline of the horizon

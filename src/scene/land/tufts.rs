@@ -14,7 +14,7 @@ use crate::{
     space::smoothstep,
 };
 use glam::{Vec2, Vec3};
-use std::f32::consts::TAU;
+use std::f32::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Largest distance of tufts from the asphalt, metres.
 const TUFTS_M: f32 = 45.0;
@@ -67,45 +67,83 @@ pub(in crate::scene) fn sow(roads: &RoadSurfaces, buildings: &Buildings, relief:
     let squares = (roads.length_m() * TUFTS_M).min(4.0 * roads.radius_m() * roads.radius_m()) / MOST_SQUARES;
     let every_m = TUFT_EVERY_M.max(squares.sqrt());
     let reach = ((roads.radius_m() + SHOULDER_M + TUFTS_M) / every_m).ceil() as i32;
-    // The squares of a block of 16 x 16 are checked only if the block is near the road.
+    // The squares of a block of 16 x 16 are checked only if the block is near the road, each of its parts with a look of its own.
     const BLOCK: i32 = 16;
+    const PART: i32 = BLOCK / 4;
     let block_m = BLOCK as f32 * every_m;
     let blocks = reach / BLOCK + 1;
-    let mut places = Vec::new();
+    let mut tufts = Vec::new();
     for (row, column) in (-blocks..blocks).flat_map(|row| (-blocks..blocks).map(move |column| (row, column))) {
         let low = roads.centre() + Vec2::new(column as f32, row as f32) * block_m;
         if roads.middle_m(low + Vec2::splat(block_m / 2.0)) > TUFTS_M + HALF_LANE_M + block_m {
             continue;
         }
+        // Distances in a part of the block differ from that of the part's middle by half its diagonal at most.
+        let part_m = PART as f32 * every_m;
+        let middles = [0, 1, 2, 3].map(|y| [0, 1, 2, 3].map(|x| low + (Vec2::new(x as f32, y as f32) + 0.5) * part_m));
+        let nearest = middles
+            .map(|row| row.map(|middle| roads.middle_m(middle) - part_m * FRAC_1_SQRT_2 - HALF_LANE_M - SHOULDER_M));
         for k in 0..BLOCK * BLOCK {
-            let (luck, turn, size, tone) = (draw(1.0), draw(TAU), draw(1.0), draw(1.0));
+            let (luck, yaw_rad, size, tone) = (draw(1.0), draw(TAU), draw(1.0), draw(1.0));
             let cell = Vec2::new((k % BLOCK) as f32 + draw(1.0), (k / BLOCK) as f32 + draw(1.0));
-            let point = low + cell * every_m;
-            let beyond = roads.middle_m(point) - HALF_LANE_M - SHOULDER_M;
-            let drift = noise::fractal(seed ^ 0x67a5, point / 5.0);
-            let edge = smoothstep(2.6, 0.7, beyond);
-            let far = smoothstep(0.6 * CLOSE_M, 1.8 * CLOSE_M, beyond);
-            let density = (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
-                * (1.0 - 0.80 * far)
-                * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond);
-            if beyond < 0.55 || luck > density || buildings.is_built_on(point) || relief.is_bare(point) {
+            let nearest_m = nearest[(k / BLOCK / PART) as usize][(k % BLOCK / PART) as usize];
+            if luck > density(nearest_m, f32::INFINITY) {
                 continue;
             }
-            let sunk = if beyond < 2.5 { 0.05 } else { 0.0 };
-            let base = super::colour(relief, point);
-            let tint = [0, 1, 2].map(|i| (0.15 + 0.85 * base[i] / super::MEADOW[i]) * (0.86 + 0.28 * tone));
-            places.push(TreePlace {
-                position: point.extend(relief.height_m(point) - sunk),
-                yaw_rad: turn,
-                scale: (0.65 + 0.55 * size + 0.45 * far) * (0.75 + 0.25 * smoothstep(0.6, 2.0, beyond)),
-                tint,
-                kind: 0,
-            });
+            let at = low + cell * every_m;
+            let drift = noise::fractal(seed ^ 0x67a5, at / 5.0);
+            if luck > density(nearest_m, drift) {
+                continue;
+            }
+            let beyond_m = roads.middle_m(at) - HALF_LANE_M - SHOULDER_M;
+            if beyond_m < 0.55 || luck > density(beyond_m, drift) || buildings.is_built_on(at) || relief.is_bare(at) {
+                continue;
+            }
+            tufts.push(Tuft { at, beyond_m, yaw_rad, size, tone });
         }
     }
     // On a long road there are too many: only every `keep`-th tuft stays.
-    let keep = places.len().div_ceil(MOST_TUFTS).max(1);
-    places.into_iter().step_by(keep).collect()
+    let keep = tufts.len().div_ceil(MOST_TUFTS).max(1);
+    tufts.into_iter().step_by(keep).map(|tuft| tuft.place(relief)).collect()
+}
+
+/// Returns the share of the lattice's squares that have a tuft: by the distance from the gravel, metres, and by the drift of grass there.
+fn density(beyond_m: f32, drift: f32) -> f32 {
+    let edge = smoothstep(2.6, 0.7, beyond_m);
+    (0.30 + 0.6 * smoothstep(-0.3, 0.4, drift) + 0.4 * edge)
+        * (1.0 - 0.80 * far(beyond_m))
+        * smoothstep(TUFTS_M, 0.6 * TUFTS_M, beyond_m)
+}
+
+/// Returns how far from the gravel a tuft is, from 0 to 1: far ones are fewer and larger.
+fn far(beyond_m: f32) -> f32 {
+    smoothstep(0.6 * CLOSE_M, 1.8 * CLOSE_M, beyond_m)
+}
+
+/// Tuft beside the road.
+struct Tuft {
+    at: Vec2,
+    /// Distance from the gravel, metres.
+    beyond_m: f32,
+    yaw_rad: f32,
+    /// Size and tone, each from 0 to 1.
+    size: f32,
+    tone: f32,
+}
+
+impl Tuft {
+    fn place(&self, relief: &Relief) -> TreePlace {
+        let Self { at, beyond_m, yaw_rad, size, tone } = *self;
+        let sunk_m = if beyond_m < 2.5 { 0.05 } else { 0.0 };
+        let base = super::colour(relief, at);
+        TreePlace {
+            position: at.extend(relief.height_m(at) - sunk_m),
+            yaw_rad,
+            scale: (0.65 + 0.55 * size + 0.45 * far(beyond_m)) * (0.75 + 0.25 * smoothstep(0.6, 2.0, beyond_m)),
+            tint: [0, 1, 2].map(|i| (0.15 + 0.85 * base[i] / super::MEADOW[i]) * (0.86 + 0.28 * tone)),
+            kind: 0,
+        }
+    }
 }
 
 #[cfg(test)]
