@@ -43,12 +43,12 @@ impl Drive {
         Ok(Self { world: World::of(drive)?, clock: Clock::new(pace) })
     }
 
-    /// Starts a drive with a person as the driver.
+    /// Starts a planned drive with a person as the driver.
     ///
     /// # Errors
     /// The world cannot start, or the scenario has no participant.
-    pub fn by_participant(scenario: &Scenario, pace: Pace) -> Result<Self, WorldError> {
-        if scenario.participant { Self::new(scenario, pace) } else { Err(WorldError::NoParticipant) }
+    pub fn by_participant(drive: PlannedDrive, pace: Pace) -> Result<Self, WorldError> {
+        if drive.scenario().participant { Self::of(drive, pace) } else { Err(WorldError::NoParticipant) }
     }
 
     /// Runs the ticks that are due in one frame. `steer` returns the controls of each tick; `watch` is called with the

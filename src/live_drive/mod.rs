@@ -83,12 +83,13 @@ impl LiveDrive {
     /// # Errors
     /// The world cannot start.
     pub fn new(scenario: &Scenario, pace: Pace, devices: Devices) -> Result<Self, RunError> {
-        let drive = Drive::by_participant(scenario, pace)?;
-        let static_scene = start::static_scene(&drive.world);
-        Ok(Self::with(drive, static_scene, devices))
+        Ok(Self::with(start::start(scenario, pace, true)?, devices))
     }
 
-    fn with(drive: Drive, static_scene: StaticScene, devices: Devices) -> Self {
+    fn with(ReadyDrive { drive, static_scene }: ReadyDrive, devices: Devices) -> Self {
+        let world = &drive.world;
+        let of_world = || StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside());
+        let static_scene = static_scene.unwrap_or_else(of_world);
         let scenario = drive.world.scenario();
         let sound = DriveSound::new(scenario);
         Self {
@@ -116,17 +117,14 @@ impl LiveDrive {
     /// # Errors
     /// The world cannot start; `devices` is unchanged.
     pub fn with_devices(scenario: &Scenario, devices: &mut Option<Devices>) -> Result<Self, RunError> {
-        let drive = Drive::by_participant(scenario, Pace::Paused)?;
-        let static_scene = Some(start::static_scene(&drive.world));
-        Ok(Self::led_from(ReadyDrive { drive, static_scene }, devices.take().unwrap_or_else(Devices::open)))
+        let started = start::start(scenario, Pace::Paused, true)?;
+        Ok(Self::led_from(started, devices.take().unwrap_or_else(Devices::open)))
     }
 
     /// Makes a drive of a session from a drive that has started elsewhere.
     pub fn led_from(started: ReadyDrive, mut devices: Devices) -> Self {
-        let ReadyDrive { drive, static_scene } = started;
         devices.rest();
-        let static_scene = static_scene.unwrap_or_else(|| start::static_scene(&drive.world));
-        Self { led: true, ..Self::with(drive, static_scene, devices) }
+        Self { led: true, ..Self::with(started, devices) }
     }
 
     /// Returns the devices for the time after the drive.

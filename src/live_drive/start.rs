@@ -4,9 +4,9 @@
 
 use crate::{
     drive_loop::{Drive, RunError},
-    scenario::Scenario,
+    scenario::{PlannedDrive, Scenario},
     scene::StaticScene,
-    sim::World,
+    sim::WorldError,
     time::Pace,
     traffic::Interruption,
 };
@@ -51,7 +51,7 @@ impl PendingDrive {
         let (heard, wanted) = (interruption.clone(), scenario.clone());
         let begin = move || {
             heard.obey();
-            let started = start(&wanted, with_static_scene);
+            let started = start(&wanted, Pace::Paused, with_static_scene);
             // There is no receiver if the drive is no longer wanted.
             let _ = to.send(started);
         };
@@ -94,13 +94,14 @@ impl Drop for PendingDrive {
     }
 }
 
-fn start(scenario: &Scenario, with_static_scene: bool) -> Result<ReadyDrive, RunError> {
-    let drive = Drive::by_participant(scenario, Pace::Paused)?;
-    let static_scene = with_static_scene.then(|| static_scene(&drive.world));
+/// Starts a drive with a person as the driver; `with_static_scene` also builds its static scene, while the world starts.
+///
+/// # Errors
+/// The world cannot start, or the scenario has no participant.
+pub fn start(scenario: &Scenario, pace: Pace, with_static_scene: bool) -> Result<ReadyDrive, RunError> {
+    let planned = PlannedDrive::new(scenario).map_err(WorldError::from)?;
+    let static_scene = with_static_scene.then(|| StaticScene::begin(&planned));
+    let drive = Drive::by_participant(planned, pace)?;
+    let static_scene = static_scene.map(|scene| scene.join().expect("a scene of a valid road"));
     Ok(ReadyDrive { drive, static_scene })
-}
-
-/// Builds the static scene of a world.
-pub fn static_scene(world: &World) -> StaticScene {
-    StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside())
 }

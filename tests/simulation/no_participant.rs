@@ -9,7 +9,7 @@ use codrive::{
     record::{self, Table, TableReader},
     replay::Replay,
     rng,
-    scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, DisplaySettings, PlannedDrive, Scenario},
     sim::{EndReason, Snapshot, World},
     time::Pace,
     traffic::{Demand, EGO, Flow, sumo},
@@ -248,7 +248,8 @@ fn a_drive_without_participant_needs_a_demand_and_no_driver() {
         printed.starts_with("participant is false; allowed without a demand: true") && printed.contains("remedy"),
         "{printed}"
     );
-    let printed = Drive::by_participant(&merge(0.0), Pace::Paused).map(drop).expect_err("nobody drives").to_string();
+    let planned = PlannedDrive::new(&merge(0.0)).expect("a shipped map");
+    let printed = Drive::by_participant(planned, Pace::Paused).map(drop).expect_err("nobody drives").to_string();
     assert!(
         printed.starts_with("participant is false: this scenario has no driver") && printed.contains("codrive run"),
         "{printed}"

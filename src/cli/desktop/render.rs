@@ -5,13 +5,16 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     private,
     render::{DrivePictures, MAX_SIDE},
+    scenario::PlannedDrive,
     scene::ViewKind,
+    sim::WorldError,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
 use image::{ImageFormat, RgbaImage};
 use std::{
     io::Cursor,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 pub(super) fn command() -> Command {
@@ -86,9 +89,13 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
     // The picture may lie after the end of the scenario's drive.
     scenario.duration_s = 0.0;
-    let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY])?;
-    let mut pictures = DrivePictures::new(run.world().map(), &scenario).map_err(RunError::from)?;
+    let planned = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+    let (map, on_thread) = (Arc::clone(planned.map()), scenario.clone());
+    // The world starts meanwhile.
+    let pictures = std::thread::spawn(move || DrivePictures::new(&map, &on_thread));
+    let mut run = OfflineDrive::of(planned, [0.0, f64::INFINITY])?;
     run.until(at_s)?;
+    let mut pictures = pictures.join().expect("preparing pictures does not panic").map_err(RunError::from)?;
     let world = run.world();
     let picture = pictures.draw(world, kind, size).map_err(RunError::from)?;
     save(&picture, out)?;
