@@ -29,7 +29,7 @@ impl DrivePictures {
             QualityLevel::Auto => QualityLevel::Medium,
             chosen => chosen,
         };
-        let roadside = LazyRoadside::new(&map.network, scenario.seed, scenario.display.trees as usize);
+        let roadside = LazyRoadside::new(map, scenario.seed, scenario.display.trees as usize);
         let static_scene = StaticScene::of_drive(map, scenario, &roadside);
         let renderer = Renderer::new(&gpu, &static_scene, OFFSCREEN, quality_for(quality, &gpu));
         Ok(Self { gpu, static_scene, renderer })

@@ -144,7 +144,7 @@ impl ReplayedDrive {
         let ReplayHeader { scenario, map, instruments, end } = opened;
         let mut playback = Playback::new(end.seconds());
         playback.seek(options.at_s);
-        let roadside = LazyRoadside::new(&map.network, scenario.seed, scenario.display.trees as usize);
+        let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Self {
             verifier,
             report: ReplayReport::default(),

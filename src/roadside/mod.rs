@@ -3,7 +3,7 @@
 //! network and seed give the same bits.
 //!
 //! `road_surfaces` says where asphalt is, with the areas of `junction_areas`, the corners of `outlines` and a `cell_grid` to look things up in. `road_ends` lets roads run on at the
-//! network's edge. `town` says which streets have pavements, `land_use_map` what a map states of the ground, `relief` how high it is, with the
+//! network's edge; of a large network `near_roads` keeps the part near the path. `town` says which streets have pavements, `land_use_map` what a map states of the ground, `relief` how high it is, with the
 //! `noise` of hills and the `verge_shape` of roads. `plots` and `footprint_places` place the `buildings`, whose
 //! `house_plans` say how they and their fences look. `street_lamps`, `signal_places`, `parked_cars` and `trees` place what their names say.
 //! `fixed_objects` are those parts that a car cannot pass.
@@ -16,6 +16,7 @@ pub mod guard_rails;
 pub mod house_plans;
 pub mod junction_areas;
 pub mod land_use_map;
+mod near_roads;
 pub mod noise;
 pub mod noise_walls;
 pub mod outlines;
@@ -45,8 +46,8 @@ use self::{
     town::Town,
     trees::{Woods, forest},
 };
-use crate::map::network::Network;
-use glam::DVec3;
+use crate::map::{RoadMap, network::Network};
+use glam::{DVec2, DVec3};
 use std::sync::{Arc, OnceLock};
 
 /// Step of the frame's origin, metres: in single precision, a network at most so far from the origin has its places to a tenth of a
@@ -79,13 +80,19 @@ pub struct Roadside {
 }
 
 impl Roadside {
-    /// Finds what stands beside the roads of a network, with at most `most_trees` trees.
-    pub fn of(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
+    /// Finds what stands beside the roads of a network, with at most `most_trees` trees. Of a large network it is the part near the points of a
+    /// path.
+    pub fn of(network: &Arc<Network>, path: &[DVec2], seed: u64, most_trees: usize) -> Self {
+        let is_large = near_roads::is_large(network);
+        let part = is_large.then(|| Arc::new(near_roads::part_near(network, path)));
+        let network = part.as_ref().unwrap_or(network);
         let (low, high) = network.bounds();
         let origin = ((low + high) / 2.0 / ORIGIN_STEP_M).round() * ORIGIN_STEP_M;
         let network = if origin == DVec3::ZERO { Arc::clone(network) } else { Arc::new(network.moved_by(-origin)) };
         let own_surfaces = RoadSurfaces::of(&network);
-        let (longer, dead_ends) = road_ends::running_on(&network, &own_surfaces);
+        // At the edge of a part roads end in the picture alone.
+        let (longer, dead_ends) =
+            if is_large { (None, Vec::new()) } else { road_ends::running_on(&network, &own_surfaces) };
         let longer = longer.map(|net| {
             let surfaces = RoadSurfaces::of(&net);
             (net, surfaces)
@@ -143,15 +150,21 @@ impl Roadside {
 #[derive(Clone, Debug)]
 pub struct LazyRoadside {
     network: Arc<Network>,
+    /// Points along the path if the network is large.
+    path: Vec<DVec2>,
     seed: u64,
     most_trees: usize,
     found: Arc<(OnceLock<Roadside>, OnceLock<FixedObjects>)>,
 }
 
 impl LazyRoadside {
-    /// Returns the roadside of a network with at most `most_trees` trees, not yet found.
-    pub fn new(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        Self { network: Arc::clone(network), seed, most_trees, found: Arc::default() }
+    /// Returns the roadside of a map with at most `most_trees` trees, not yet found.
+    pub fn new(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
+        let points =
+            if near_roads::is_large(&map.network) { map.route.length_m() / near_roads::PATH_STEP_M } else { 0.0 };
+        let path =
+            (0..points.ceil() as usize).map(|k| map.route.point_at(k as f64 * near_roads::PATH_STEP_M)).collect();
+        Self { network: Arc::clone(&map.network), path, seed, most_trees, found: Arc::default() }
     }
 
     /// Checks whether the roadside has been found.
@@ -161,7 +174,7 @@ impl LazyRoadside {
 
     /// Returns the roadside; finds it at the first call.
     pub fn get(&self) -> &Roadside {
-        self.found.0.get_or_init(|| Roadside::of(&self.network, self.seed, self.most_trees))
+        self.found.0.get_or_init(|| Roadside::of(&self.network, &self.path, self.seed, self.most_trees))
     }
 
     /// Returns the objects that a car cannot pass; finds them at the first call.

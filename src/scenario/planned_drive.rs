@@ -118,7 +118,7 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        let roadside = LazyRoadside::new(&map.network, scenario.seed, scenario.display.trees as usize);
+        let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })
     }
 

@@ -23,7 +23,7 @@ const TREES: usize = 600;
 
 fn roadside(name: &str) -> Roadside {
     let network = Network::load(&format!("tests/data/networks/{name}.net.xml")).expect("a network of the tests");
-    Roadside::of(&Arc::new(network), SEED, TREES)
+    Roadside::of(&Arc::new(network), &[], SEED, TREES)
 }
 
 fn scene(roadside: &Roadside) -> StaticScene {

@@ -23,7 +23,7 @@ impl StaticScene {
 
     /// Builds the scene with at most `most_trees` trees, including those on the horizon (for weak machines, long maps).
     pub fn with_trees(map: &RoadMap, seed: u64, most_trees: usize) -> Self {
-        Self::beside(&Roadside::of(&map.network, seed, most_trees), place(map), most_trees)
+        Self::beside(LazyRoadside::new(map, seed, most_trees).get(), place(map), most_trees)
     }
 
     /// Builds the scene of a drive: with the trees of its scenario, and with a line along its path if the scenario asks for one.
@@ -47,7 +47,7 @@ impl StaticScene {
 
     /// Builds the scene around all roads of a network, with at most `most_trees` trees.
     pub fn of_network(network: &Arc<Network>, seed: u64, most_trees: usize) -> Self {
-        Self::beside(&Roadside::of(network, seed, most_trees), None, most_trees)
+        Self::beside(&Roadside::of(network, &[], seed, most_trees), None, most_trees)
     }
 
     /// Builds the scene with this roadside, whose town has this name.

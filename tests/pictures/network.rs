@@ -166,7 +166,7 @@ fn guidance_on_the_road_is_a_blue_line_along_the_path() {
     let map = RoadMap::load_along("tests/data/networks/grid-signals.net.xml", &["A1B1", "B1C1"]).expect("a path");
     let display = DisplaySettings { guidance: GuidanceView::Road, trees: 0, ..DisplaySettings::default() };
     let scenario = Scenario { display, ..Scenario::default() };
-    let guided = StaticScene::of_drive(&map, &scenario, &LazyRoadside::new(&map.network, scenario.seed, 0));
+    let guided = StaticScene::of_drive(&map, &scenario, &LazyRoadside::new(&map, scenario.seed, 0));
     let guided = StaticScene { buildings: Mesh::default(), ..guided };
     let mut renderer = Renderer::new(gpu(), &guided, OFFSCREEN, Quality::LOW);
     let image = render_to_image(gpu(), &mut renderer, &from_above(), [600, 600]).expect("a picture");

@@ -60,6 +60,18 @@ impl Surroundings {
         outlines.flatten().chain(self.trees.iter().map(|tree| &tree.position))
     }
 
+    /// Returns all land, and the buildings, trees and signs at the places for which `is_near` is true.
+    #[must_use]
+    pub fn within(&self, is_near: impl Fn(DVec2) -> bool) -> Self {
+        let has_near_corner = |building: &&Footprint| building.outline.iter().any(|corner| is_near(*corner));
+        Self {
+            buildings: self.buildings.iter().filter(has_near_corner).cloned().collect(),
+            areas: self.areas.clone(),
+            trees: self.trees.iter().filter(|tree| is_near(tree.position)).cloned().collect(),
+            signs: self.signs.iter().filter(|sign| is_near(sign.position)).cloned().collect(),
+        }
+    }
+
     /// Shifts all coordinates by `by`, metres.
     pub(super) fn move_by(&mut self, by: DVec2) {
         let buildings = self.buildings.iter_mut().flat_map(|of| &mut of.outline);
