@@ -1,12 +1,13 @@
 //! SUMO on a road network: a step with a thousand vehicles, and the reading of a network of ten thousand edges. In: SUMO's
 //! netgenerate, which makes grids of junctions with signals. Out: [`SumoTimes`], the step alone and with all vehicles and
-//! signals read; and [`NetworkLoading`].
+//! signals read; [`NetworkLoading`]; and scenarios on such grids and among a thousand vehicles in a town, to be drawn.
 
 use super::{TimeStatistics, now, simulation::SumoTimes};
 use crate::{
     idm::IdmParams,
-    map::network::{EdgeKind, Network},
+    map::network::{EdgeKind, LaneId, Network},
     rng,
+    scenario::Scenario,
     temporary::TemporaryFolder,
     traffic::{
         Demand, DemandSetup, Traffic, TrafficDrivers, TrafficError,
@@ -31,6 +32,11 @@ const PAIRS: usize = 400;
 /// Number of pairs in each ratio.
 const BLOCK: usize = 20;
 
+/// Options of netgenerate for grids of 98 and of 10,200 edges of two lanes, with signals.
+const SMALL_GRID: [&str; 8] =
+    ["--grid.x-number", "5", "--grid.y-number", "6", "--grid.length", "100", "-j", "traffic_light"];
+const LARGE_GRID: [&str; 6] = ["--grid.number", "51", "--grid.length", "100", "-j", "traffic_light"];
+
 /// Time to read a network.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NetworkLoading {
@@ -48,7 +54,7 @@ pub struct NetworkLoading {
 /// SUMO's netgenerate is missing.
 pub fn network_loading() -> Result<NetworkLoading, TrafficError> {
     in_folder(|folder| {
-        let file = netgenerate(folder, &["--grid.number", "51", "--grid.length", "100", "-j", "traffic_light"])?;
+        let file = netgenerate(folder, &LARGE_GRID)?;
         let start = now();
         let network = Network::load(&file.to_string_lossy()).map_err(|error| TrafficError::Setup(error.to_string()))?;
         let seconds = start.elapsed().as_secs_f64();
@@ -86,6 +92,65 @@ fn netgenerate(folder: &Path, options: &[&str]) -> Result<PathBuf, TrafficError>
         .output()
         .map_err(|error| failed(error.to_string()))?;
     if made.status.success() { Ok(net_file) } else { Err(failed(String::from_utf8_lossy(&made.stderr).into_owned())) }
+}
+
+/// Returns a drive along a few edges of a grid with 98 edges, or with 10,200. The network is written to `folder`.
+///
+/// # Errors
+/// SUMO's netgenerate is missing.
+pub(super) fn drive_on_grid(folder: &Path, is_large: bool, scenario: &Scenario) -> Result<Scenario, TrafficError> {
+    let folder = folder.join(if is_large { "large" } else { "small" });
+    fs::create_dir_all(&folder).map_err(|error| TrafficError::Setup(format!("{}: {error}", folder.display())))?;
+    let (file, path) = if is_large {
+        (netgenerate(&folder, &LARGE_GRID)?, "AA0AA1 AA1AA2 AA2AA3 AA3AA4")
+    } else {
+        (netgenerate(&folder, &SMALL_GRID)?, "A0A1 A1A2 A2A3 A3A4")
+    };
+    Ok(Scenario { map: file.to_string_lossy().into_owned(), path: path.into(), ..on_network(scenario) })
+}
+
+/// Returns a drive through the town among a thousand vehicles, which start at random places; their ways are written to `folder`.
+///
+/// # Errors
+/// The town cannot be read, or the folder cannot be written.
+pub(super) fn drive_in_full_town(folder: &Path, scenario: &Scenario) -> Result<Scenario, TrafficError> {
+    const VEHICLES: usize = 1000;
+    const MOST_EDGES: usize = 12;
+    let failed = |error: &dyn std::fmt::Display| TrafficError::Setup(error.to_string());
+    let network = Network::load("town").map_err(|error| failed(&error))?;
+    let admits = |lane: &LaneId| network.is_driven(*lane) && network.lane(*lane).admits_cars();
+    let lanes: Vec<LaneId> =
+        network.lane_ids().filter(|lane| network.edge_of(*lane).kind.is_street() && admits(lane)).collect();
+    let mut stream = rng::stream(1, "bench");
+    let mut trips = String::from("<routes>\n<vType id=\"car\" carFollowModel=\"Krauss\"/>\n");
+    for k in 0..VEHICLES {
+        // A walk at random: not every street leads to every other one.
+        let mut lane = lanes[stream.index(lanes.len())];
+        let mut edges = vec![network.edge_of(lane).id.as_str()];
+        while edges.len() < MOST_EDGES {
+            let beside = network.edge_of(lane).lanes().filter(admits);
+            let ways = beside.flat_map(|lane| network.connections_from(lane)).filter(|way| !way.is_turnaround());
+            let onwards: Vec<LaneId> = ways.map(|way| way.to).filter(admits).collect();
+            let Some(next) = (!onwards.is_empty()).then(|| onwards[stream.index(onwards.len())]) else { break };
+            lane = next;
+            edges.push(network.edge_of(lane).id.as_str());
+        }
+        writeln!(
+            trips,
+            "<vehicle id=\"v{k}\" type=\"car\" depart=\"0\" departLane=\"random\" departPos=\"random_free\"><route edges=\"{}\"/></vehicle>",
+            edges.join(" ")
+        )
+        .expect("a String takes all text");
+    }
+    let file = folder.join("full-town.rou.xml");
+    fs::write(&file, trips + "</routes>\n").map_err(|error| failed(&error))?;
+    let demand = Demand { files: vec![file], ..Demand::default() };
+    Ok(Scenario { map: "town".into(), demand, ..on_network(scenario) })
+}
+
+/// Returns the default scenario with the picture of this one.
+fn on_network(scenario: &Scenario) -> Scenario {
+    Scenario { display: scenario.display.clone(), ..Scenario::default() }
 }
 
 fn measure(setup: &DemandSetup) -> Result<(SumoTimes, f64), TrafficError> {

@@ -188,15 +188,14 @@ fn report_text(
         let grown = drive.grown_mb.map_or(String::new(), |mb| format!("; memory {mb:+.1} MB"));
         lines.push(format!(
             "{:.0} s of driving at {}x{}: median {median:.2} ms, 99 % below {p99:.2}, longest {max:.2}; {} of {} frames above \
-             twice the median{grown}",
+             three times the median{grown}",
             drive.seconds, drive.size[0], drive.size[1], drive.hitches, drive.times.samples
         ));
     }
     for row in growth {
         lines.push(format!(
-            "{:<9} {:>4}x{:<4} 40 vehicles and 5000 trees on ring-641, relative to 22 and 1000 on ring-250: {:.2} over \
-             {:.2} ms, ratio {:.2}",
-            row.view, row.size[0], row.size[1], row.large_ms, row.small_ms, row.ratio
+            "{:<9} {:>4}x{:<4} {}, relative to {}: {:.2} over {:.2} ms, ratio {:.2}",
+            row.view, row.size[0], row.size[1], row.places[0], row.places[1], row.large_ms, row.small_ms, row.ratio
         ));
     }
     if let Some(sumo) = &simulation.sumo_step {
