@@ -143,5 +143,5 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         // Tinted glass absorbs 45 % of the light behind it, a lamp's cover 5 %, in addition to the mirrored share.
         alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
     }
-    return vec4f(through_air(light, in.world), alpha);
+    return vec4f(through_air_over(light, in.world, alpha), alpha);
 }

@@ -146,6 +146,12 @@ fn fresnel(normal: vec3f, view: vec3f, f0: f32) -> f32 {
 
 // Adds the air between a surface and the eye: far land fades into the horizon.
 fn through_air(colour: vec3f, world: vec3f) -> vec3f {
+    return through_air_over(colour, world, 1.0);
+}
+
+// Adds the air between the eye and a surface that hides this share of the picture behind it. That picture already contains the light of its own
+// air, so that the surface adds its share alone: a pane in thick fog is as bright as the fog.
+fn through_air_over(colour: vec3f, world: vec3f, hidden: f32) -> vec3f {
     if FROM_ABOVE {
         return colour;
     }
@@ -162,5 +168,5 @@ fn through_air(colour: vec3f, world: vec3f) -> vec3f {
         // In thick fog they would be visible, but there its light is known (`Fog` in `render/sky/atmosphere.rs`).
         veil = mix(veil, air.fog.rgb * ((1.0 + 2.0 * way.z) / 3.0), air.fog.w);
     }
-    return mix(veil, colour, left);
+    return mix(hidden * veil, colour, left);
 }

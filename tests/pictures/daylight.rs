@@ -1,7 +1,7 @@
 //! Tests of light and passes by numbers: a grey card in daylight as the literature gives it, shadows that stay on the ground, lamps, and no
 //! new resources while driving. In: small scenes and cameras for each question. Out: properties of the pixels.
 
-use super::place::*;
+use super::{pixels::difference, place::*};
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, sky::atmosphere::Sky},
     scene::{Camera, CarModel, Lens, Mesh, StaticScene, Vertex, View, ViewKind, ViewOptions},
@@ -219,6 +219,32 @@ fn black_walls_in_fog_fade_as_koschmieders_law_says() {
     let up = 0.06;
     let above = light_at(&image, &view, walls[3] + Vec3::Z * up * AWAY_M[3], 2).dot(LUMINANCE);
     assert!((above / light[3] - (1.0 + 2.0 * up)).abs() < 0.05, "{above} above, {} on the wall", light[3]);
+}
+
+#[test]
+fn a_car_200_m_away_in_fog_of_60_m_cannot_be_told_from_the_fog() {
+    // Of its contrast 2 % to the power of 200 over 60 is left, two millionths (Koschmieder 1924).
+    let options = ViewOptions { visibility_m: 60.0, ..ViewOptions::default() };
+    let pose = on_lane(60.0, 0.0);
+    let mut with = view(&snapshot(vec![car(1, pose)]), ViewKind::Chase, &options);
+    // A long lens shows the car so large that it has panes to look through. A metre above the windows it looks down a little.
+    let middle = pose.position.as_vec2().extend(1.0);
+    let forward = (pose.forward().as_vec2().extend(-0.005)).normalize();
+    let lens = Lens::Perspective { fov_x_rad: 0.02 };
+    with.camera = Camera { eye: middle - forward * 200.0, forward, up: Vec3::Z, lens };
+    let clear = View { visibility_m: 30_000.0, ..with.clone() };
+    for fine in [false, true] {
+        let quality = Quality { fine, ..Quality::LOW };
+        let mut renderer = Renderer::new(gpu(), static_scene(false), OFFSCREEN, quality);
+        let mut differing = |with: &View, least: u8| {
+            let without = View { cars: Vec::new(), ..with.clone() };
+            let [with, without] = [with, &without].map(|view| draw_with(&mut renderer, view, [320, 180]));
+            with.pixels().zip(without.pixels()).filter(|(a, b)| difference(a, b) > least).count()
+        };
+        assert!(differing(&clear, 20) > 3000, "the car is in the picture");
+        // One of the picture's 256 levels, for rounding.
+        assert_eq!(differing(&with, 1), 0, "pixels of the car in fog, fine: {fine}");
+    }
 }
 
 #[test]
