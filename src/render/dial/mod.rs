@@ -32,9 +32,9 @@ pub mod layout {
     /// Inner ends of numbered, half and other ticks.
     pub const MARKS_INNER: (f32, f32, f32) = (0.720, 0.752, 0.774);
     /// Tip and root of the needle: it spans from between numerals and ticks to the band and hides no numeral.
-    pub const NEEDLE: (f32, f32) = (0.822, 0.630);
-    /// Radius of the numerals' outer corners, and the height of numerals on scales below 100 and from 100 up.
-    pub const NUMERALS: (f32, f32, f32) = (0.612, 0.102, 0.088);
+    pub const NEEDLE: (f32, f32) = (0.822, 0.650);
+    /// Radius of the numerals' outer edges, and the height of numerals on scales below 100 and from 100 up: three digits have room outside the hub.
+    pub const NUMERALS: (f32, f32, f32) = (0.626, 0.102, 0.078);
     /// Edge of the hub, which carries number and unit.
     pub const HUB: f32 = 0.43;
     /// Height of a number below 100 and of one with three digits, and the distance of its middle above the centre.
@@ -199,8 +199,9 @@ fn paint_fixed(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palette
     let brush = DialBrush { painter, centre: rect.center(), radius: rect.width() / 2.0 };
     face(&brush, palette);
     groove(&brush, dial);
-    scale(&brush, dial, palette);
+    // The hub's shadow must not darken the numerals.
     hub(&brush, dial, palette);
+    scale(&brush, dial, palette);
 }
 
 /// Paints the moving parts over them. Needle and red line end at the hub and lie over the ticks.
@@ -255,10 +256,30 @@ fn band(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     }
 }
 
-fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
-    let (major, half, minor) = layout::MARKS_INNER;
+/// Numeral of the scale. Lengths are shares of the instrument's radius.
+struct ScaleNumeral {
+    text: String,
+    angle_rad: f32,
+    /// Distance of its middle from the centre.
+    radius: f32,
+    height: f32,
+}
+
+/// Returns the numerals of a dial, each as close to its tick as its width and height allow.
+fn numerals(dial: &DialView) -> impl Iterator<Item = ScaleNumeral> + '_ {
     let (ends, two_digits, three_digits) = layout::NUMERALS;
     let height = if dial.full_scale >= 100.0 { three_digits } else { two_digits };
+    dial.marks().filter(|mark| mark.numbered).map(move |mark| {
+        let text = format!("{:.0}", mark.value);
+        let (sin, cos) = mark.angle_rad.sin_cos();
+        let (pen, width) = (lettering::PEN, lettering::set(&text).width);
+        let extent = ((width + pen) * sin.abs() + (1.0 + pen) * cos.abs()) / 2.0;
+        ScaleNumeral { text, angle_rad: mark.angle_rad, radius: ends - extent * height, height }
+    })
+}
+
+fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
+    let (major, half, minor) = layout::MARKS_INNER;
     for mark in dial.marks() {
         let (inner, width, light) = match mark {
             _ if mark.numbered => (major, 0.022, 1.0),
@@ -267,14 +288,9 @@ fn scale(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
         };
         let colour = shade(palette.scale, light, 255);
         brush.radial(mark.angle_rad, (layout::MARKS, inner), brush.at_least_px(width, 1.0), colour);
-        if mark.numbered {
-            let text = format!("{:.0}", mark.value);
-            // Each numeral is as close to its tick as its width and height allow.
-            let (sin, cos) = mark.angle_rad.sin_cos();
-            let (pen, width) = (lettering::PEN, lettering::set(&text).width);
-            let extent = ((width + pen) * sin.abs() + (1.0 + pen) * cos.abs()) / 2.0;
-            brush.text(&text, brush.at(mark.angle_rad, ends - extent * height), height, opaque(palette.scale));
-        }
+    }
+    for numeral in numerals(dial) {
+        brush.text(&numeral.text, brush.at(numeral.angle_rad, numeral.radius), numeral.height, opaque(palette.scale));
     }
 }
 
@@ -287,6 +303,9 @@ fn target_line(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.radial(angle, (outer, inner), width, opaque(palette.target));
 }
 
+/// Width of the needle's dark edge, as a share of the instrument's radius.
+const NEEDLE_EDGE: f32 = 0.014;
+
 /// Draws the needle: a wedge between the numerals and the band, with a dark edge that separates it from the ticks.
 fn needle(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let angle = dial.needle_rad();
@@ -296,7 +315,7 @@ fn needle(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
         let (from, to) = (brush.at(angle, layout::NEEDLE.1 - grow), brush.at(angle, layout::NEEDLE.0 + grow));
         vec![from - across * root, to - across * tip, to + across * tip, from + across * root]
     };
-    brush.polygon(blade(0.014), EDGE);
+    brush.polygon(blade(NEEDLE_EDGE), EDGE);
     brush.polygon(blade(0.0), opaque(palette.needle));
 }
 
@@ -371,4 +390,28 @@ fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.polygon(vec![*tip, neck + across, neck - across], colour);
     let (height, down) = layout::GUIDANCE_DISTANCE;
     brush.text(&guidance.distance, brush.below(down), height, colour);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{hud::SpeedometerScale, units::SpeedUnit};
+    use glam::Vec2;
+
+    #[test]
+    fn every_numeral_lies_between_the_hub_and_the_needle() {
+        for full in [10.0, 15.0, 50.0, 80.0, 100.0, 120.0, 140.0, 160.0, 200.0, 240.0] {
+            let dial = DialView::new(0.0, None, SpeedUnit::Kmh, SpeedometerScale::up_to(full), false);
+            for ScaleNumeral { text, angle_rad, radius, height } in numerals(&dial) {
+                let middle = Vec2::from_angle(angle_rad - std::f32::consts::FRAC_PI_2) * radius;
+                let ink = lettering::set(&text).strokes.into_iter().flatten();
+                let away = ink.map(|point| (middle + Vec2::from(point) * height).length()).collect::<Vec<f32>>();
+                let [nearest, furthest] =
+                    [away.iter().fold(1.0, |a: f32, b| a.min(*b)), away.iter().fold(0.0, |a: f32, b| a.max(*b))];
+                let pen = lettering::PEN * height / 2.0;
+                assert!(nearest - pen > layout::HUB, "{text} of {full}: {nearest}");
+                assert!(furthest + pen < layout::NEEDLE.1 - NEEDLE_EDGE, "{text} of {full}: {furthest}");
+            }
+        }
+    }
 }
