@@ -4,7 +4,7 @@
 
 use super::{
     body_profile::{self, BodyLines},
-    materials::{ARCH_RADIUS_M, BRAKE, CHROME, DARK, GLOSS, LampLevel, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
+    materials::{ARCH_RADIUS_M, CHROME, DARK, GLOSS, HIGH_BRAKE, LampLevel, PAINT, TRIM, WHEEL_RADIUS_M, WHEELBASE_M},
     number_plate,
 };
 use crate::scene::{
@@ -156,7 +156,9 @@ fn middle(lines: &BodyLines, level: LampLevel) -> TriangleList {
     }
     let lamp_x = lines.rear_glass[1] + 0.03;
     let lamp_z = body_profile::at(lines, lamp_x).top_z - 0.003;
-    parts.cuboid(Vec3::new(lamp_x, 0.0, lamp_z), Vec3::new(0.018, 0.15, 0.009), BRAKE);
+    // The housing hides the lamp from ahead: no red light may show through the windscreen.
+    parts.cuboid(Vec3::new(lamp_x, 0.0, lamp_z), Vec3::new(0.018, 0.151, 0.010), GLOSS);
+    parts.cuboid(Vec3::new(lamp_x - 0.019, 0.0, lamp_z), Vec3::new(0.002, 0.15, 0.009), HIGH_BRAKE);
     if !near {
         return parts;
     }

@@ -23,6 +23,9 @@ pub(in crate::scene) const CHROME: SurfaceFinish = SurfaceFinish::grey(Material:
 /// Brake lamp: its red; green and blue hold the share of the lamp's light given while running and while braking.
 pub(in crate::scene) const BRAKE: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.30, 0.25, 1.0]);
 
+/// Third brake lamp, which is no tail lamp: dark unless the vehicle brakes.
+pub(in crate::scene) const HIGH_BRAKE: SurfaceFinish = SurfaceFinish::new(Material::BrakeLamp, [0.30, 0.0, 1.0]);
+
 /// Level of detail of a car.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::scene) enum LampLevel {

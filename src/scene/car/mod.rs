@@ -421,6 +421,15 @@ mod tests {
             assert!(brake.iter().any(|p| p.y > 0.4) && brake.iter().any(|p| p.y < -0.4), "left and right");
             assert!(brake.iter().any(|p| p.z > 1.3 && p.y.abs() < 0.1), "the third, high");
             let low: Vec<Vec3> = brake.into_iter().filter(|p| p.z < 1.0).collect();
+            // The third stop lamp is lit by the brakes alone (UN Regulation 48, 6.7). The low ones are rear position lamps, too; green has
+            // the share of that light.
+            let running = |is_high: bool| {
+                let of = |v: &&crate::scene::Vertex| {
+                    v.material == Material::BrakeLamp as u32 && (v.position[2] > 1.0) == is_high
+                };
+                body.vertices.iter().filter(of).map(|v| v.colour[1]).fold(0.0, f32::max)
+            };
+            assert!(running(true) == 0.0 && running(false) > 0.0, "{} {}", running(true), running(false));
             let head: Vec<Vec3> = middle(Material::HeadLamp).into_iter().filter(|p| p.x > 0.0).collect();
             // UN Regulation 48, 06 series: pairs are at least 0.6 m apart (6.7.4.1, 6.10.4.1) and begin at most 0.4 m from the
             // car's side (6.2.4.1, 6.10.4.1: these stop lamps are rear position lamps, too); stop lamps are at a height of
