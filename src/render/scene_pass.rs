@@ -388,7 +388,8 @@ fn frame(scene: &SceneInputs) -> Frame {
         lamps: [
             if view.headlamps.is_empty() { 0.0 } else { HEAD_LAMP },
             if view.kind == ViewKind::Birdseye { sky.lamps_in_plans() } else { 1.0 },
-            sky.one_lux,
+            // Exposed for the moon: what lamps light would be white, and the programs of road and land leave their light out.
+            if frustum.from_above() { 0.0 } else { sky.one_lux },
             scene.meshes.lamp_rise_m,
         ],
         motion: view.velocity_mps.extend(view.rain_mmph).to_array(),

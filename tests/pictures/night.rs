@@ -147,3 +147,16 @@ fn sheeting_returns_light_to_the_eye_as_signs_do() {
     let times = sheeting / matt;
     assert!((5.0 * std::f32::consts::PI..50.0 * std::f32::consts::PI).contains(&times), "{sheeting} of {matt} lx");
 }
+
+#[test]
+fn a_picture_from_above_is_exposed_for_the_moon_and_shows_no_lamplight() {
+    // A car in the ego's beam, and one whose beam lights the ego.
+    let cars = [10.0, -10.0].map(|front_m| on_lane(front_m, 0.0));
+    let cars = cars.iter().zip(1..).map(|(pose, id)| car(id, *pose)).collect();
+    let lit = view(&snapshot(cars), ViewKind::Birdseye, &ViewOptions::default().at_hour(22.0));
+    assert_eq!(lit.headlamps.len(), 3);
+    let mut dark = lit.clone();
+    dark.headlamps.iter_mut().for_each(|lamps| lamps.position += Vec3::X * 5000.0);
+    let [lit, dark] = [lit, dark].map(|view| draw(&view, false, SIZE));
+    assert_eq!(lit, dark);
+}
