@@ -16,8 +16,9 @@ use crate::{
 use glam::{Vec2, Vec3};
 use std::f32::consts::{PI, SQRT_2, TAU};
 
-/// Distance between plate and lettering, metres: at 80 m the depth buffer still tells them apart.
-const RAISED_M: f32 = 0.015;
+/// Distance between two layers of a plate, metres. Positions 10 km from the scene's origin are rounded to half a millimetre, and the depth buffer
+/// must still tell the layers apart. A larger distance would shift the lettering over the plate's edge for those who see it from the side.
+const RAISED_M: f32 = 0.003;
 /// Tolerance for omitted points of letters, as a share of their height.
 const COARSE: f32 = 0.02;
 
@@ -379,6 +380,24 @@ mod tests {
                 let is_within = |p: [f32; 3]| p[1].abs() <= bound[0] && p[2].abs() <= bound[1];
                 assert!(corners.iter().all(|corner| is_within(corner.position)), "{kind:?}: {corners:?} {size:?}");
             }
+        }
+    }
+
+    #[test]
+    fn names_stay_on_their_plates_seen_from_75_degrees_aside() {
+        // From there a plate is a quarter as wide as from in front, and its name can hardly be read.
+        let slope = 75f32.to_radians().tan();
+        let names = [
+            SignKind::StreetName("Field Lane"),
+            SignKind::PlaceName("Île-Saint-Gély"),
+            SignKind::ExitBoard(Some("Bad Königshofen Ågård")),
+        ];
+        for kind in names {
+            let size = size_m(kind, false);
+            let mesh = plate(kind, size, false).into_mesh(0.3);
+            let furthest = mesh.vertices.iter().map(|v| v.position[1].abs() + v.position[0].max(0.0) * slope);
+            let furthest_m = furthest.fold(0.0, f32::max);
+            assert!(furthest_m <= size.half_width_m + 1e-4, "{kind:?}: {furthest_m} of {} m", size.half_width_m);
         }
     }
 
