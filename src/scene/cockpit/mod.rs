@@ -83,6 +83,9 @@ impl Cockpit {
     }
 }
 
+/// Distance by which the wings' rear ends fall, so that they lie below the doors' tops, metres.
+const UNDER_DOOR_M: f32 = 0.008;
+
 fn bonnet() -> Mesh {
     let lines = STYLES[0];
     let mut shell = BodyParts::new(lines, LampLevel::Near).shell;
@@ -90,7 +93,7 @@ fn bonnet() -> Mesh {
     let seen = |p: Vec3| p.z > 0.60 && (p.x > CABIN_FRONT_M || (p.x > DOOR_M && p.z < 0.93));
     let mut sheet = shell.take(|face| face.corners.iter().all(|c| seen(c.flat)));
     for corner in sheet.faces.iter_mut().flat_map(|face| &mut face.corners) {
-        corner.at.z -= dip_m(corner.flat);
+        corner.at.z -= dip_m(corner.flat) + if corner.flat.x < CABIN_FRONT_M - 0.05 { UNDER_DOOR_M } else { 0.0 };
     }
     sheet.smooth(0.95);
     let mut mesh = sheet.mesh();
@@ -129,8 +132,11 @@ fn seal(parts: &mut TriangleList) {
     let ring = |i: usize| {
         let y = 0.84 - 1.68 * i as f32 / (PLACES - 1) as f32;
         // High enough to close the gap between bonnet and dashboard, and thinning out beside the pillars.
-        let thin = body_profile::smooth((0.84 - y.abs()) / 0.10);
-        let at = on_shelf((0.012, -0.046 + 0.008 * thin), y);
+        let thin = body_profile::smooth((0.84 - y.abs()) / 0.04);
+        // The bonnet's edge rises and bows backwards towards the wings, and so does the seal over it.
+        let aside = body_profile::smooth((y.abs() - 0.55) / 0.15);
+        let dip_m = dip_m(Vec3::new(CABIN_FRONT_M, y, 0.0));
+        let at = on_shelf((0.012 + 0.014 * aside, -0.004 - dip_m), y);
         (0..8)
             .map(|k| Vec2::from_angle(TAU * k as f32 / 8.0))
             .map(|o| at + Vec3::new(-0.022 * o.x, 0.0, (0.002 + 0.013 * thin) * o.y))
@@ -223,7 +229,11 @@ fn scuttle() -> PanelSkin {
     ];
     let place = |(back, up): (f32, f32), column: usize| {
         // Narrower and deeper where it continues under the bonnet and the wings.
-        let (width, up) = if back < 0.0 { (1.52, up - 0.004) } else { (1.70, up) };
+        let (width, up) = match back {
+            back if back < -0.1 => (1.52, up - 0.004),
+            back if back < 0.0 => (1.64, up - 0.004),
+            _ => (1.70, up),
+        };
         on_shelf((back, up), width * (column as f32 / COLUMNS as f32 - 0.5))
     };
     let mut skin = PanelSkin::default();
