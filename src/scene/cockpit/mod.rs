@@ -422,6 +422,47 @@ mod tests {
     }
 
     #[test]
+    fn below_the_bonnets_seal_is_neither_paint_nor_road() {
+        let cockpit = Cockpit::new();
+        let eye = ViewOptions::default().eye;
+        // Triangles as the driver sees them: to the left and down at 1 m, and nearness.
+        let mut seen: Vec<(bool, [Vec3; 3])> = Vec::new();
+        for mesh in [&cockpit.bonnet, &cockpit.shelf] {
+            for (corners, face) in faces(mesh) {
+                let from_eye = corners.map(|corner| Vec3::from(corner.position) - eye);
+                if from_eye.iter().all(|p| p.x > 0.2) && face.dot(from_eye[0]) < 0.0 {
+                    let is_paint = corners[0].material == Material::Paint as u32;
+                    seen.push((is_paint, from_eye.map(|p| Vec3::new(p.y / p.x, -p.z / p.x, 1.0 / p.x))));
+                }
+            }
+        }
+        // From the picture's middle to its left edge, 0.6 m aside at 1 m, in steps of 5 pixels of 1920; down to its lower edge, 0.34 m, in steps
+        // of 2.
+        for column in 0..190u16 {
+            let left = 0.0032 * f32::from(column);
+            let here: Vec<_> =
+                seen.iter().filter(|(_, t)| t.iter().any(|p| p.x <= left) && t.iter().any(|p| p.x >= left)).collect();
+            let nearest = |down: f32| {
+                let hits = here.iter().filter_map(|(is_paint, [a, b, c])| {
+                    let at = Vec2::new(left, down);
+                    let side =
+                        |from: &Vec3, to: &Vec3| (to.truncate() - from.truncate()).perp_dot(at - from.truncate());
+                    let shares = [side(b, c), side(c, a), side(a, b)];
+                    let whole: f32 = shares.iter().sum();
+                    let is_inside = whole != 0.0 && shares.iter().all(|share| share / whole >= -1e-5);
+                    is_inside.then(|| ((shares[0] * a.z + shares[1] * b.z + shares[2] * c.z) / whole, *is_paint))
+                });
+                hits.max_by(|one, other| one.0.total_cmp(&other.0)).map(|(_, is_paint)| is_paint)
+            };
+            let all: Vec<Option<bool>> = (0..140u16).map(|row| nearest(0.16 + 0.0013 * f32::from(row))).collect();
+            let below: Vec<_> =
+                all.iter().skip_while(|hit| hit.is_none()).skip_while(|hit| **hit == Some(true)).collect();
+            let wrong = below.iter().position(|hit| **hit != Some(false));
+            assert_eq!(wrong, None, "{left} to the left, {} rows: {below:?}", below.len());
+        }
+    }
+
+    #[test]
     fn shelf_and_cabin_have_no_coat() {
         let Cockpit { bonnet, shelf, cabin, wheel, .. } = Cockpit::new();
         assert_eq!([bonnet, shelf, cabin, wheel].map(|mesh| has_coat(&mesh)), [true, false, false, true]);
