@@ -12,7 +12,7 @@ use crate::{
             self, BOARD_M, BOARDS_M, BRICKS, FenceKind, FencePiece, GroundFloor, HousePlan, PLASTERS, POST_M, RoofPlan,
             TRIMS, WindowKind,
         },
-        plots::{DRIVE_M, DRIVE_UP_M, Plot, PlotKind},
+        plots::{Plot, PlotKind},
     },
     scene::{Mesh, colours::shade},
 };
@@ -44,7 +44,7 @@ const TILES: [[f32; 3]; house_plans::TILES] =
 const TRIM: [[f32; 3]; TRIMS] = [[0.62, 0.61, 0.58], [0.16, 0.095, 0.055], [0.30, 0.30, 0.30], [0.55, 0.50, 0.42]];
 /// Rise of a dormer's roof, metres.
 const RISE_M: f32 = 0.6;
-const STONE: [f32; 3] = [0.34, 0.33, 0.31];
+pub(super) const STONE: [f32; 3] = [0.34, 0.33, 0.31];
 /// Distances of the sides of a garden wall's coping from the pavement, metres.
 const COPING_M: [f32; 2] = [0.12, 0.40];
 const DARK_METAL: [f32; 3] = [0.06, 0.062, 0.066];
@@ -306,24 +306,9 @@ fn downpipe(shell: &mut Shell, look: &Look) {
     shell.plain_box(Vec3::new(x, -0.14, -PLINTH_M - 0.2), Vec3::new(x + 0.1, -0.04, look.facade.height_m()), [0.15; 3]);
 }
 
-/// Adds the path to the door, the drive, and a hedge, a wall or a fence along the pavement.
+/// Adds a hedge, a wall or a fence along the pavement.
 fn front_garden(shell: &mut Shell, plot: &Plot, plan: &HousePlan, look: &Look) {
-    let x = plan.door_m(plot);
     let (edge, foot) = (-plot.garden_m, -PLINTH_M - 0.35);
-    shell.plain_box(
-        Vec3::new(x - 0.65, edge, foot),
-        Vec3::new(x + 0.65, -0.85, -PLINTH_M + DRIVE_UP_M),
-        shade(STONE, 0.8),
-    );
-    if let Some(side) = plot.drive {
-        let (near, far) = (plot.width_m / 2.0 + 0.4, plot.width_m / 2.0 + 3.2);
-        let [left, right] = if side > 0.0 { [near, far] } else { [-far, -near] };
-        shell.plain_box(
-            Vec3::new(left, edge, foot),
-            Vec3::new(right, DRIVE_M, -PLINTH_M + DRIVE_UP_M),
-            shade(STONE, 0.7),
-        );
-    }
     for &FencePiece { kind, left_m, right_m } in &plan.fence {
         let span = |[low_y, high_y]: [f32; 2], top: f32| {
             (Vec3::new(left_m, edge + low_y, foot), Vec3::new(right_m, edge + high_y, -PLINTH_M + top))

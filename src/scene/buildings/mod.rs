@@ -1,10 +1,11 @@
 //! Buildings as meshes. In: their places, the ground. Out: one mesh in world axes, and parked cars. Metres.
 //!
-//! `houses` builds those on plots and `blocks` those of any outline, both from the parts of `shell`. Windows, doors, bricks and tiles are drawn
-//! by `building.wgsl`, from the numbers of `facade` in each vertex.
+//! `houses` builds those on plots and `blocks` those of any outline, both from the parts of `shell`; `garden_ways` adds paths and drives.
+//! Windows, doors, bricks and tiles are drawn by `building.wgsl`, from the numbers of `facade` in each vertex.
 
 mod blocks;
 mod facade;
+mod garden_ways;
 mod houses;
 mod shell;
 
@@ -52,6 +53,7 @@ pub(super) fn mesh(buildings: &Buildings, relief: &Relief) -> Mesh {
     }));
     let mut mesh = Mesh::default();
     models.iter().for_each(|(model, turn, at)| mesh.append_placed(model, *turn, *at));
+    mesh.append(&garden_ways::mesh(&buildings.plots, relief));
     mesh
 }
 
