@@ -2,13 +2,16 @@
 //! pavements with kerbs, rails on ballast. In: a lane of the network. Out: ribbons.
 
 use super::{
+    junctions,
     layer::{ASPHALT, KERB, Layer, PAVING, SHOULDER, plain_asphalt},
+    name_signs,
     strips::{Column, Ground, Paver},
     verge::{SurfacePoint, VergePaver},
 };
 use crate::{
     map::network::{EdgeKind, JunctionId, Lane, LaneId, Marking, Network, Side, TurnDirection},
     roadside::{
+        junction_areas::JunctionArea,
         outlines::{cleaned, contains},
         road_surfaces::points,
     },
@@ -99,6 +102,9 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
     let verges = verges.with_pavement(is_in_town && !lane.is_footway());
     let line = LaneLine::new(lane);
     let kind = edge.kind;
+    // The middle of a roundabout has no pavement: no path leads there.
+    let inner_side = if net.is_left_hand() { -1.0 } else { 1.0 };
+    let is_on_island = |side: f64| side == inner_side && name_signs::is_in_roundabout(net, lane.edge);
     if kind == EdgeKind::WalkingArea {
         return walking_area(lane, shared.lanes.contains(&id), paver, verges);
     }
@@ -151,6 +157,7 @@ pub(super) fn pave(net: &Network, id: LaneId, shared: &SharedAreas, paver: &mut 
             let columns = columns.map(|(at, share)| Column::tarred(side * at, Layer::Street, tone(share)));
             paver.ribbon(&rows, &surface_point, ordered(columns), Ground::Tarred, start);
             if through.is_none() {
+                let verges = if is_on_island(side) { verges.with_pavement(false) } else { verges };
                 verges.pave(paver, &rows, &surface_point, half_m + SHOULDER, side > 0.0);
             }
         } else {
@@ -242,6 +249,25 @@ fn border(
         section(at_m, at_m + gap_m / 2.0, false);
         section(at_m + gap_m / 2.0, at_m + period_m - gap_m / 2.0, true);
         section(at_m + period_m - gap_m / 2.0, at_m + period_m, false);
+    }
+}
+
+/// Paves the wedges between a lane of a street and the areas of the junctions at its ends.
+pub(super) fn pave_ends(net: &Network, id: LaneId, areas: &BTreeMap<JunctionId, &JunctionArea>, paver: &mut Paver) {
+    let (lane, edge) = (net.lane(id), net.edge_of(id));
+    if !edge.kind.is_street() || !net.is_driven(id) || lane.is_railway() {
+        return;
+    }
+    for (junction, s_m, forwards) in [(edge.to, lane.length_m, 1.0), (edge.from, 0.0, -1.0)] {
+        let Some(area) = junction.and_then(|junction| areas.get(&junction)) else { continue };
+        // With the shoulder of a street's outermost lane.
+        let half_m = |side: Side| lane.half_width_m() + if net.neighbour(id, side).is_none() { SHOULDER } else { 0.0 };
+        let [right, left] =
+            [Side::Right, Side::Left].map(|side| if side == Side::Left { half_m(side) } else { -half_m(side) });
+        let at = |offset_m: f64| lane.line.pose(s_m, offset_m).position.as_vec3();
+        let ahead = Vec2::from_angle(lane.line.pose(s_m, 0.0).yaw_rad as f32) * forwards;
+        let edges = if forwards > 0.0 { [at(right), at(left)] } else { [at(left), at(right)] };
+        junctions::pave_up_to(area, edges, ahead, paver);
     }
 }
 

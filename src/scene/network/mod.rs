@@ -50,8 +50,10 @@ pub(super) fn road(net: &Network, town: &Town, surfaces: &RoadSurfaces, relief: 
     let areas = junction_areas::areas(net);
     areas.iter().for_each(|area| junctions::pave(area, &mut paver, verges));
     let shared = lanes::shared_areas(net);
+    let area_of = areas.iter().map(|area| (area.junction, area)).collect();
     for lane in net.lane_ids() {
         lanes::pave(net, lane, &shared, &mut paver, verges);
+        lanes::pave_ends(net, lane, &area_of, &mut paver);
     }
     gores::pave(net, &mut paver);
     paint::stop_lines(net, &mut paver);

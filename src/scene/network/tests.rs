@@ -78,36 +78,70 @@ fn distances_are_those_of_all_lanes_and_junctions() {
     }
 }
 
+/// Returns the heights of a mesh at a point, metres. Triangles larger than 64 m are left out.
+fn heights(mesh: &Mesh) -> impl Fn(Vec2) -> Vec<f32> {
+    // Triangles, sorted into squares of 8 m.
+    let mut squares: std::collections::BTreeMap<[i32; 2], Vec<[Vec3; 3]>> = Default::default();
+    for (corners, _) in faces(mesh) {
+        let corners = corners.map(|corner| Vec3::from(corner.position));
+        let square = |p: Vec3| (p.truncate() / 8.0).floor().as_ivec2();
+        let low = square(corners[0].min(corners[1]).min(corners[2]));
+        let high = square(corners[0].max(corners[1]).max(corners[2]));
+        if (high - low).max_element() > 8 {
+            continue;
+        }
+        for x in low.x..=high.x {
+            (low.y..=high.y).for_each(|y| squares.entry([x, y]).or_default().push(corners));
+        }
+    }
+    move |point: Vec2| {
+        let square = (point / 8.0).floor().as_ivec2().to_array();
+        let here = squares.get(&square).into_iter().flatten();
+        let height_m = |[a, b, c]: &[Vec3; 3]| {
+            let [u, v, w] = [a, b, c].map(|p| p.truncate() - point);
+            let (wa, wb, wc) = (v.perp_dot(w), w.perp_dot(u), u.perp_dot(v));
+            let all = wa + wb + wc;
+            let inside = [wa, wb, wc].iter().all(|weight| weight * all.signum() >= -1e-4);
+            (inside && all.abs() > 1e-6).then(|| (wa * a.z + wb * b.z + wc * c.z) / all)
+        };
+        here.filter_map(height_m).collect()
+    }
+}
+
+#[test]
+fn asphalt_goes_on_below_the_step_from_a_junction_to_its_lanes() {
+    // The area of a junction lies 6 mm below the lanes. Who looks along the road from the junction sees below the edge of a lane.
+    for name in ["town", "town-left", "roundabout", "spider", "random-3", "grid-signals"] {
+        let net = network(name);
+        let scene = StaticScene::of_network(&net, 1, 0);
+        let heights_m = heights(&scene.road);
+        let areas = junction_areas::areas(&net);
+        let mut seen = 0;
+        for id in net.lane_ids().filter(|id| net.is_driven(*id) && net.edge_of(*id).kind.is_street()) {
+            let (lane, edge) = (net.lane(id), net.edge_of(id));
+            for (junction, s_m) in [(edge.to, lane.length_m - 0.02), (edge.from, 0.02)] {
+                if !areas.iter().any(|area| Some(area.junction) == junction) {
+                    continue;
+                }
+                for share in [-0.9, -0.5, 0.0, 0.5, 0.9] {
+                    let at = lane.line.pose(s_m, share * lane.half_width_m()).position.as_vec3();
+                    let is_below = |height_m: &f32| (0.006..0.013).contains(&(at.z - height_m));
+                    assert!(heights_m(at.truncate()).iter().any(is_below), "{name}: below {at} of {}", lane.id);
+                    seen += 1;
+                }
+            }
+        }
+        assert!(seen > 50, "{name}: {seen}");
+    }
+}
+
 #[test]
 fn the_land_follows_roads_and_never_covers_one() {
     for name in ["hill", "town", "ramps"] {
         let net = network(name);
         let static_scene = StaticScene::of_network(&net, 1, 0);
         check(&static_scene.road, name);
-        // The land's triangles, sorted into squares of 8 m.
-        let mut squares: std::collections::BTreeMap<[i32; 2], Vec<[Vec3; 3]>> = Default::default();
-        for (corners, _) in faces(&static_scene.land) {
-            let corners = corners.map(|corner| Vec3::from(corner.position));
-            let square = |p: Vec3| (p.truncate() / 8.0).floor().as_ivec2();
-            let low = square(corners[0].min(corners[1]).min(corners[2]));
-            let high = square(corners[0].max(corners[1]).max(corners[2]));
-            if (high - low).max_element() > 8 {
-                continue;
-            }
-            for x in low.x..=high.x {
-                (low.y..=high.y).for_each(|y| squares.entry([x, y]).or_default().push(corners));
-            }
-        }
-        let height_m = |point: Vec2| {
-            let square = (point / 8.0).floor().as_ivec2().to_array();
-            squares.get(&square)?.iter().find_map(|[a, b, c]| {
-                let [u, v, w] = [a, b, c].map(|p| p.truncate() - point);
-                let (wa, wb, wc) = (v.perp_dot(w), w.perp_dot(u), u.perp_dot(v));
-                let all = wa + wb + wc;
-                let inside = [wa, wb, wc].iter().all(|weight| weight * all.signum() >= -1e-4);
-                (inside && all.abs() > 1e-6).then(|| (wa * a.z + wb * b.z + wc * c.z) / all)
-            })
-        };
+        let heights_m = heights(&static_scene.land);
         let mut seen = 0;
         for id in net.lane_ids().filter(|id| net.edge_of(*id).kind.is_street()) {
             let lane = net.lane(id);
@@ -115,7 +149,7 @@ fn the_land_follows_roads_and_never_covers_one() {
             while s_m < lane.length_m {
                 for offset_m in [-1.0, 0.0, 1.0] {
                     let road = lane.line.pose(s_m, offset_m * lane.half_width_m()).position.as_vec3();
-                    let land_m = height_m(road.truncate()).expect("there is land under every road");
+                    let land_m = heights_m(road.truncate()).into_iter().next().expect("there is land under every road");
                     assert!(land_m < road.z - 0.01, "{name}: land at {land_m} m on {} at {s_m} m, {road}", lane.id);
                     seen += 1;
                 }
