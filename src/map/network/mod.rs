@@ -2,8 +2,8 @@
 //! file's text. Out: a [`Network`], immutable once read and shared behind an [`Arc`](std::sync::Arc); its parts are referred to by index.
 //! Metres, m/s, seconds; world axes as in [`crate::space`], heights included.
 //!
-//! `read` reads a network and `write` writes it; `part` cuts a piece out of it. `edge`, `junction`, `connection` and `signal` are its data; `signal_states` holds what
-//! its signals show. `centre_line` is the geometry of a lane; `grid` and `locate` find the lane at a point. `marking`
+//! `read` reads a network and `write` writes it; `part` cuts a piece out of it. `edge`, `junction`, `connection` and `signal` are its data;
+//! `signal_states` holds what its signals show. `centre_line` is the geometry of a lane; `grid` and `locate` find the lane at a point. `marking`
 //! derives the markings between them, `gore` the paved wedges between roads that part or meet, and `census` counts the parts of a network.
 
 mod census;

@@ -36,7 +36,7 @@ impl Network {
         let edges = KeptIndices::of(self.edges.iter().map(has_street));
         let lanes = KeptIndices::of(self.lanes.iter().map(|lane| edges.get(lane.edge.index()).is_some()));
         let mut touched: Vec<bool> = (0..self.junctions.len()).map(|k| is_kept(JunctionId::from_index(k))).collect();
-        for (_, edge) in self.edges.iter().enumerate().filter(|(k, _)| edges.get(*k).is_some()) {
+        for edge in self.edges.iter().filter(|edge| has_street(edge)) {
             [edge.from, edge.to].into_iter().flatten().for_each(|junction| touched[junction.index()] = true);
         }
         let junctions = KeptIndices::of(touched.into_iter());

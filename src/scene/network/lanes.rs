@@ -262,8 +262,7 @@ pub(super) fn pave_ends(net: &Network, id: LaneId, areas: &BTreeMap<JunctionId, 
         let Some(area) = junction.and_then(|junction| areas.get(&junction)) else { continue };
         // With the shoulder of a street's outermost lane.
         let half_m = |side: Side| lane.half_width_m() + if net.neighbour(id, side).is_none() { SHOULDER } else { 0.0 };
-        let [right, left] =
-            [Side::Right, Side::Left].map(|side| if side == Side::Left { half_m(side) } else { -half_m(side) });
+        let (right, left) = (-half_m(Side::Right), half_m(Side::Left));
         let at = |offset_m: f64| lane.line.pose(s_m, offset_m).position.as_vec3();
         let ahead = Vec2::from_angle(lane.line.pose(s_m, 0.0).yaw_rad as f32) * forwards;
         let edges = if forwards > 0.0 { [at(right), at(left)] } else { [at(left), at(right)] };

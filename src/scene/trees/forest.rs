@@ -29,12 +29,7 @@ pub(in crate::scene) fn places(trees: &[Tree], relief: &Relief) -> Vec<TreePlace
 /// Returns the unit normals of the ground around trees, averaged over the width of a crown.
 pub(in crate::scene) fn grounds(places: &[TreePlace], relief: &Relief) -> Vec<Vec3> {
     const SPAN_M: f32 = 1.5;
-    let normal = |place: &TreePlace| {
-        let at = place.position.truncate();
-        let rise = |d: Vec2| (relief.height_m(at + d) - relief.height_m(at - d)) / (2.0 * SPAN_M);
-        Vec3::new(-rise(Vec2::X * SPAN_M), -rise(Vec2::Y * SPAN_M), 1.0).normalize()
-    };
-    places.iter().map(normal).collect()
+    places.iter().map(|place| relief.normal(place.position.truncate(), SPAN_M)).collect()
 }
 
 /// Places woods on the surrounding hills, in drifts with open land between them; none if the static scene has no trees at all.
