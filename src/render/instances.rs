@@ -107,6 +107,24 @@ pub struct SceneContents<'a> {
     pub spray: &'a [SprayPuff],
 }
 
+/// Choice of the objects that a pass draws, and of their detail. Places and radii are metres.
+pub trait Visibility {
+    /// Returns the place from which distances count.
+    fn eye(&self) -> Vec3;
+
+    /// Checks whether any part of a sphere may be seen.
+    fn sees(&self, centre: Vec3, radius_m: f32) -> bool;
+
+    /// Returns the detail of a car that may be seen, by a smaller sphere that stands for its size; `None` if that is outside the picture.
+    fn car_detail(&self, centre: Vec3, radius_m: f32) -> Option<CarDetail>;
+
+    /// Returns the levels of a tree, none if it is not seen.
+    fn tree_levels(&self, centre: Vec3, radius_m: f32) -> DetailShares;
+
+    /// Checks whether a tuft of grass is drawn.
+    fn shows_grass(&self, centre: Vec3, radius_m: f32) -> bool;
+}
+
 /// Instance buffer that is refilled for every picture. It grows when a picture holds more than any before it.
 #[derive(Debug)]
 pub struct InstanceCollector {
@@ -128,28 +146,27 @@ impl InstanceCollector {
         }
     }
 
-    /// Collects the visible objects and writes them to the device: cars for which `seen(centre, radius_m)` gives a
-    /// detail, trees for which `levels` does, the nearest to `eye` first, and tufts for which `grass` is true.
-    #[expect(clippy::too_many_arguments, reason = "what a pass sees of each kind of thing")]
+    /// Collects the visible objects and writes them to the device, the trees nearest to the eye first.
     pub fn gather<'a>(
         &mut self,
         (device, queue): (&wgpu::Device, &CountedQueue),
         models: &ModelMeshes,
-        cars: impl Iterator<Item = &'a CarInstance> + Clone,
+        cars: impl Iterator<Item = &'a CarInstance>,
         around: SceneContents,
-        seen: impl Fn(Vec3, f32) -> Option<CarDetail>,
-        levels: impl Fn(Vec3, f32) -> DetailShares,
-        eye: Vec3,
-        grass: impl Fn(Vec3, f32) -> bool,
+        visible: &impl Visibility,
     ) -> InstanceBatches {
         self.instances.clear();
         self.instances.push(Instance::new(Affine3A::IDENTITY, [1.0; 3], 0.0));
-        let level_of = |car: &CarInstance| {
-            let size = car.scale.max_element();
-            seen(car.position, REACH_M * size)?;
-            Some(seen(car.position, DETAIL_M * size).unwrap_or(CarDetail::Far) as usize)
-        };
-        let at = |level: usize| cars.clone().filter(move |car| level_of(car) == Some(level));
+        let eye = visible.eye();
+        // A full town has a thousand vehicles, of which few are in the picture.
+        let cars: Vec<(&CarInstance, CarDetail)> = cars
+            .filter_map(|car| {
+                let size = car.scale.max_element();
+                let detail = || visible.car_detail(car.position, DETAIL_M * size).unwrap_or(CarDetail::Far);
+                visible.sees(car.position, REACH_M * size).then(|| (car, detail()))
+            })
+            .collect();
+        let at = |level: usize| cars.iter().filter(move |(_, of)| *of as usize == level).map(|(car, _)| *car);
         let seat = around.inside;
         let cabin = seat.filter(|seat| seat.steering_wheel_rad.is_some());
         let inside = [
@@ -180,15 +197,15 @@ impl InstanceCollector {
             let way = eye - lamp.position;
             way.length_squared() < LAMPS_M * LAMPS_M
                 && way.dot(lamp.facing) > 0.0
-                && seen(lamp.position, lamp.radius_m).is_some()
+                && visible.sees(lamp.position, lamp.radius_m)
         });
         let lamps = self.fill(|list| list.extend(lit.map(lit_lamp)));
-        let puffs = around.spray.iter().filter(|puff| seen(puff.position, puff.radius_m).is_some());
+        let puffs = around.spray.iter().filter(|puff| visible.sees(puff.position, puff.radius_m));
         let spray = self.fill(|list| list.extend(puffs.map(spray_puff)));
         let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
-        let wanted = |(tuft, _): &(&BoundingSphere, &DrawnTree)| grass(tuft.centre, tuft.radius_m);
+        let wanted = |(tuft, _): &(&BoundingSphere, &DrawnTree)| visible.shows_grass(tuft.centre, tuft.radius_m);
         let tufts = self.fill(|list| list.extend(tufts.filter(wanted).map(|(_, drawn)| drawn.instance)));
-        let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, levels, eye));
+        let trees = around.forest.map_or(Vec::new(), |forest| self.trees(forest, visible));
         let roots = self.roots(around.forest, eye);
         if (self.instances.len() * size_of::<Instance>()) as u64 > self.buffer.size() {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
@@ -220,23 +237,15 @@ impl InstanceCollector {
     }
 
     /// Adds the trees' instances by kind and level, the nearest first.
-    fn trees(
-        &mut self,
-        forest: &PlacedTrees,
-        levels: impl Fn(Vec3, f32) -> DetailShares,
-        eye: Vec3,
-    ) -> Vec<[Range<u32>; LEVELS]> {
+    fn trees(&mut self, forest: &PlacedTrees, visible: &impl Visibility) -> Vec<[Range<u32>; LEVELS]> {
         let mut found = std::mem::take(&mut self.found);
         found.clear();
         for (number, tree) in (0..).zip(&forest.trees.0) {
-            let of = if tree.distant {
-                distant(levels(tree.centre, tree.radius_m))
-            } else {
-                levels(tree.centre, tree.radius_m)
-            };
+            let levels = visible.tree_levels(tree.centre, tree.radius_m);
+            let of = if tree.distant { distant(levels) } else { levels };
             for (detail, share) in of.into_iter().flatten() {
                 let bin = tree.kind as usize * LEVELS + detail as usize;
-                found.push((bin, tree.centre.distance_squared(eye), number, share));
+                found.push((bin, tree.centre.distance_squared(visible.eye()), number, share));
             }
         }
         found.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));

@@ -25,6 +25,7 @@ pub mod sky;
 pub mod static_meshes;
 pub mod textures;
 pub mod view_projection;
+pub mod wall_horizon;
 
 pub use auto_quality::{quality_for, renderer_that_keeps_up};
 pub use device::cost::FrameCost;

@@ -20,6 +20,8 @@ pub struct ModelMesh {
     pub centre: Vec3,
     /// Radius of the bounding sphere, m.
     pub radius_m: f32,
+    /// Lowest and highest corner of the bounding box, in the mesh's own frame, m.
+    pub bounds: [Vec3; 2],
 }
 
 /// A mesh in world axes, cut into pieces; only those in the picture are drawn.
@@ -80,7 +82,8 @@ impl ModelMeshes {
             vertices.extend_from_slice(&mesh.vertices);
             indices.extend_from_slice(&mesh.indices);
             let (centre, radius_m) = mesh.bounding_sphere();
-            ModelMesh { indices: first..indices.len() as u32, first_vertex, centre, radius_m }
+            let bounds = mesh.bounds().into();
+            ModelMesh { indices: first..indices.len() as u32, first_vertex, centre, radius_m, bounds }
         };
         let mut ground = |mesh: &Mesh, most| GroundMesh(pieces(mesh, most).iter().map(&mut add).collect());
         let [road, land, posts] =
@@ -225,17 +228,17 @@ impl ModelMesh {
 }
 
 impl GroundMesh {
-    /// Draws the pieces for which `seen(centre, radius_m)` is true; the first instance is the world itself.
-    pub fn draw(&self, pass: &mut CountedPass, seen: impl Fn(Vec3, f32) -> bool) {
-        for piece in self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)) {
+    /// Draws the pieces for which `seen` is true; the first instance is the world itself.
+    pub fn draw(&self, pass: &mut CountedPass, seen: impl Fn(&ModelMesh) -> bool) {
+        for piece in self.0.iter().filter(|piece| seen(piece)) {
             piece.draw(pass, 0..1);
         }
     }
 
     /// Draws the pieces as [`GroundMesh::draw`] does, in the order of their distance from the eye: near ones hide pixels of far ones, which are
     /// then not shaded.
-    pub fn draw_nearest_first(&self, pass: &mut CountedPass, eye: Vec3, seen: impl Fn(Vec3, f32) -> bool) {
-        let mut near: Vec<&ModelMesh> = self.0.iter().filter(|piece| seen(piece.centre, piece.radius_m)).collect();
+    pub fn draw_nearest_first(&self, pass: &mut CountedPass, eye: Vec3, seen: impl Fn(&ModelMesh) -> bool) {
+        let mut near: Vec<&ModelMesh> = self.0.iter().filter(|piece| seen(piece)).collect();
         let nearest_m = |piece: &ModelMesh| piece.centre.distance(eye) - piece.radius_m;
         near.sort_by(|a, b| nearest_m(a).total_cmp(&nearest_m(b)));
         near.into_iter().for_each(|piece| piece.draw(pass, 0..1));

@@ -11,9 +11,10 @@ use super::{
         targets::{RenderTargets, uniform_buffer},
     },
     headlamps::beams,
-    instances::{InstanceCollector, SceneContents},
-    level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
+    instances::{InstanceCollector, SceneContents, Visibility},
+    level_of_detail::{CarDetail, DetailShares, InstanceBatches, TreeDetail},
     materials::{AFAR_M, MaterialPipelines, MaterialsDesc, PipelineWeather},
+    models::ModelMesh,
     quality::Quality,
     shadow::ShadowLookup,
     sky::{
@@ -22,6 +23,7 @@ use super::{
     },
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
+    wall_horizon::WallHorizon,
 };
 use crate::scene::{View, ViewKind, WiperMotion};
 use glam::Vec3;
@@ -251,9 +253,16 @@ impl ScenePass {
         let SceneInputs { materials, meshes, frustum, .. } = *scene;
         let frame = frame(scene);
         meshes.queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
-        let batches = self.gather(scene, ego);
+        let visible = PictureVisibility {
+            frustum,
+            horizon: WallHorizon::new(frustum, &meshes.walls),
+            grass_m: self.grass_m,
+            detail: self.detail,
+            samples: self.samples,
+        };
+        let batches = self.gather(scene, ego, &visible);
         let models = &meshes.models;
-        let seen = |centre: Vec3, radius_m: f32| frustum.sees(centre, radius_m);
+        let seen = |piece: &ModelMesh| visible.sees_piece(piece);
         let instances = &self.instances;
         let clouds = &self.clouds;
         let mut pass = self.targets.begin(encoder, self.label, stamps);
@@ -338,8 +347,8 @@ impl ScenePass {
     }
 
     /// Collects the cars, trees and tufts of grass in the picture.
-    fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility) -> InstanceBatches {
-        let SceneInputs { meshes, view, frustum, .. } = *scene;
+    fn gather(&mut self, scene: &SceneInputs, ego: EgoVisibility, visible: &PictureVisibility) -> InstanceBatches {
+        let SceneInputs { meshes, view, .. } = *scene;
         let cars =
             view.cars.iter().chain(&meshes.parked_cars).filter(|car| ego == EgoVisibility::Outside || !car.is_ego);
         let inside = view.seat.as_ref().filter(|_| ego == EgoVisibility::Inside);
@@ -348,17 +357,50 @@ impl ScenePass {
             &meshes.models,
             cars,
             SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps, spray: &view.spray },
-            |centre, radius_m| CarDetail::seen(frustum, centre, radius_m),
-            |centre, radius_m| match frustum.sees(centre, radius_m) {
-                true => TreeDetail::shares(frustum.pixels(centre, radius_m) * self.detail, self.samples),
-                false => Default::default(),
-            },
-            frustum.camera.eye,
-            |centre, radius_m| {
-                frustum.camera.eye.distance_squared(centre) < self.grass_m * self.grass_m
-                    && frustum.sees(centre, radius_m)
-            },
+            visible,
         )
+    }
+}
+
+/// Objects that a camera shows: those in its picture which walls do not hide.
+struct PictureVisibility<'a> {
+    frustum: &'a ViewFrustum,
+    horizon: WallHorizon,
+    grass_m: f32,
+    detail: f32,
+    samples: u32,
+}
+
+impl PictureVisibility<'_> {
+    /// Checks whether any part of a static mesh may be seen.
+    fn sees_piece(&self, piece: &ModelMesh) -> bool {
+        let [low, high] = piece.bounds;
+        self.frustum.sees(piece.centre, piece.radius_m) && !self.horizon.hides(low, high)
+    }
+}
+
+impl Visibility for PictureVisibility<'_> {
+    fn eye(&self) -> Vec3 {
+        self.frustum.camera.eye
+    }
+
+    fn sees(&self, centre: Vec3, radius_m: f32) -> bool {
+        self.frustum.sees(centre, radius_m) && !self.horizon.hides(centre - radius_m, centre + radius_m)
+    }
+
+    fn car_detail(&self, centre: Vec3, radius_m: f32) -> Option<CarDetail> {
+        CarDetail::seen(self.frustum, centre, radius_m)
+    }
+
+    fn tree_levels(&self, centre: Vec3, radius_m: f32) -> DetailShares {
+        match self.sees(centre, radius_m) {
+            true => TreeDetail::shares(self.frustum.pixels(centre, radius_m) * self.detail, self.samples),
+            false => Default::default(),
+        }
+    }
+
+    fn shows_grass(&self, centre: Vec3, radius_m: f32) -> bool {
+        self.eye().distance_squared(centre) < self.grass_m * self.grass_m && self.sees(centre, radius_m)
     }
 }
 

@@ -7,6 +7,7 @@ use super::{
     models::ModelMeshes,
     sky::clouds,
     textures::{impostor, lamp_light::LampLight, leaf_textures, noise_texture},
+    wall_horizon::UprightWall,
 };
 use crate::scene::{CarInstance, StaticScene};
 
@@ -27,6 +28,8 @@ pub struct StaticMeshes {
     pub leaves: wgpu::TextureView,
     /// Pictures of far trees.
     pub far_trees: wgpu::TextureView,
+    /// Walls that hide what is behind them.
+    pub walls: Vec<UprightWall>,
     /// Cars parked beside houses.
     pub parked_cars: Vec<CarInstance>,
     /// Street lamps' light on the ground.
@@ -58,6 +61,7 @@ impl StaticMeshes {
             grain: noise_texture::upload(device, queue, &grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),
+            walls: UprightWall::of_mesh(&static_scene.buildings),
             parked_cars: static_scene.parked_cars.clone(),
             lamp_place: lamp_light.place,
             lamp_rise_m: lamp_light.rise_m,

@@ -18,8 +18,9 @@ use super::{
         targets::uniform_buffer,
         timing::{PassTimings, TimedPass},
     },
-    instances::{InstanceCollector, SceneContents},
-    level_of_detail::{CarDetail, InstanceBatches, TreeDetail},
+    instances::{InstanceCollector, SceneContents, Visibility},
+    level_of_detail::{CarDetail, DetailShares, InstanceBatches, TreeDetail},
+    models::ModelMesh,
     quality::Quality,
     static_meshes::StaticMeshes,
     view_projection::ViewFrustum,
@@ -329,6 +330,35 @@ impl ShadowPass {
     }
 }
 
+/// What casts shadows into a map, at one level of detail.
+struct ShadowVisibility {
+    cover: ShadowCover,
+    car: CarDetail,
+    tree: TreeDetail,
+}
+
+impl Visibility for ShadowVisibility {
+    fn eye(&self) -> Vec3 {
+        self.cover.centre
+    }
+
+    fn sees(&self, centre: Vec3, radius_m: f32) -> bool {
+        self.cover.touches(centre, radius_m)
+    }
+
+    fn car_detail(&self, _: Vec3, _: f32) -> Option<CarDetail> {
+        Some(self.car)
+    }
+
+    fn tree_levels(&self, centre: Vec3, radius_m: f32) -> DetailShares {
+        [self.sees(centre, radius_m).then_some((self.tree, 1.0)), None]
+    }
+
+    fn shows_grass(&self, _: Vec3, _: f32) -> bool {
+        false
+    }
+}
+
 impl ShadowLayer {
     fn gather(
         &mut self,
@@ -358,10 +388,7 @@ impl ShadowLayer {
             &meshes.models,
             cars.iter().chain(parked),
             around,
-            |centre, radius_m| cover.touches(centre, radius_m).then_some(car),
-            |centre, radius_m| [cover.touches(centre, radius_m).then_some((detail, 1.0)), None],
-            cover.centre,
-            |_, _| false,
+            &ShadowVisibility { cover, car, tree: detail },
         )
     }
 
@@ -394,7 +421,7 @@ impl ShadowLayer {
         meshes.models.draw_uncoated(&mut pass, batches);
         meshes.models.draw_cars(&mut pass, batches);
         if let Some(cover) = work.buildings {
-            let touches = |centre: Vec3, radius_m: f32| cover.touches(centre, radius_m);
+            let touches = |piece: &ModelMesh| cover.touches(piece.centre, piece.radius_m);
             meshes.models.buildings.iter().for_each(|part| part.draw(&mut pass, touches));
         }
         meshes.models.draw_tree_shades(&mut pass, &batches.trees);
