@@ -16,18 +16,23 @@ use crate::{
 use glam::{Quat, Vec3};
 use std::f64::consts::TAU;
 
-/// Returns the parts of a vehicle between two ticks, the front one first.
+/// Distance from the ego beyond which a vehicle stands level at the height that the traffic gives, metres. The search for the road under
+/// four wheels of each of a town's vehicles took a tenth of a frame; on a hill of 8 % a car's ends are 0.2 m off, a pixel of 1280.
+const LEVEL_M: f64 = 180.0;
+
+/// Returns the parts of a vehicle between two ticks, the front one first; `ego` is the ego's place in the scene.
 pub(super) fn traffic_parts(
     car: &VehicleSnapshot,
     fraction: f32,
     colour: [f32; 3],
+    ego: Vec3,
     static_scene: &StaticScene,
 ) -> impl Iterator<Item = CarInstance> {
     let share = f64::from(fraction);
     let pose = car.pose_before.lerp(&car.pose, share);
     let bent = car.articulation_before.zip(car.articulation).map(|(before, now)| before.lerp(&now, share));
     let parts = car.body.parts(&pose, bent.or(car.articulation));
-    parts.enumerate().map(move |(k, part)| traffic_part(car, (k, part), fraction, colour, static_scene))
+    parts.enumerate().map(move |(k, part)| traffic_part(car, (k, part), fraction, (colour, ego), static_scene))
 }
 
 /// Returns the body and the drawn parts of each vehicle, the ego's first. `cars` are the parts of all of them, in the same order.
@@ -49,7 +54,7 @@ fn traffic_part(
     car: &VehicleSnapshot,
     (part, VehiclePart { pose, length_m }): (usize, VehiclePart),
     fraction: f32,
-    colour: [f32; 3],
+    (colour, ego): ([f32; 3], Vec3),
     static_scene: &StaticScene,
 ) -> CarInstance {
     let pose = Pose { position: pose.position - static_scene.origin.truncate(), ..pose };
@@ -62,7 +67,10 @@ fn traffic_part(
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
     let bend_per_m = if part == 0 { bend_per_m(car) } else { 0.0 };
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
-    let (road_m, normal) = road_under(pose, height_m, &shape.hubs, static_scene);
+    let (road_m, normal) = match pose.position.distance(ego.truncate().as_dvec2()) < LEVEL_M {
+        true => road_under(pose, height_m, &shape.hubs, static_scene),
+        false => (height_m as f32, Vec3::Z),
+    };
     let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
     let foot_m =
         if car.body.kind == VehicleKind::Pedestrian { road_m + kerb_m(pose, height_m, static_scene) } else { road_m };

@@ -35,7 +35,7 @@ pub fn view(
     let ego = EgoAt::new(snapshot, fraction, static_scene.origin);
     let mut cars = vec![ego.instance(options.paint(EGO, kind))];
     for car in &snapshot.cars {
-        cars.extend(traffic_parts(car, fraction, options.paint(car.id, kind), static_scene));
+        cars.extend(traffic_parts(car, fraction, options.paint(car.id, kind), ego.position, static_scene));
     }
     let full = options.cockpit == CockpitView::Full;
     let seat = (options.cockpit != CockpitView::Off && kind == ViewKind::Driver).then(|| {
