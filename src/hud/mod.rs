@@ -19,6 +19,7 @@ pub use speedometer::Speedometer;
 pub use spoken_guidance::SpokenGuidance;
 
 use crate::{controls::Indicator, map::NextManoeuvre, units::SpeedUnit};
+use std::sync::Arc;
 
 /// Content of the speedometer in one frame. Speeds are in the dial's unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,8 @@ pub struct DialView {
     pub main_beam: bool,
     /// Guidance to the next manoeuvre of the path.
     pub guidance: Option<DialGuidance>,
+    /// Text above the dial.
+    pub message: Option<Arc<str>>,
 }
 
 /// Advice as the dial shows it, in the dial's unit.
@@ -107,6 +110,7 @@ impl DialView {
             indicator: Indicator::Off,
             main_beam: false,
             guidance: None,
+            message: None,
         }
         .agreeing()
     }
@@ -119,6 +123,11 @@ impl DialView {
     /// Returns this dial with the telltale of the main beam lit or dark.
     pub fn with_main_beam(self, main_beam: bool) -> Self {
         Self { main_beam, ..self }
+    }
+
+    /// Returns this dial with a text above it.
+    pub fn saying(self, message: Option<Arc<str>>) -> Self {
+        Self { message, ..self }
     }
 
     /// Returns this dial with guidance to the next manoeuvre.

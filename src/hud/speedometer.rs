@@ -52,6 +52,7 @@ impl Speedometer {
             .indicating(snapshot.ego_indicator.lit_at(snapshot.tick.seconds()))
             .with_main_beam(snapshot.ego_main_beam)
             .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
+            .saying(snapshot.message.clone())
             .steadied(&mut self.filter)
     }
 }

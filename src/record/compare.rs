@@ -162,7 +162,7 @@ impl TableComparison {
                 let row = AdviceRow { advice, speed_mps, shown_frame: None, shown_wall_s: None };
                 self.advice.compare(ADVICE, &row, &mut self.found)?;
             }
-            if let Some(row) = EventRow::of(event) {
+            if let Some(row) = EventRow::of(event, &scenario.events) {
                 // Marks, pauses and notes lie between the world's events.
                 while self.events.has_row()? && self.events.is_by_hand() {
                     self.events.skip();

@@ -167,7 +167,7 @@ impl Recorder {
                 let speed_mps = snapshot.ego_before.speed_mps;
                 self.unseen.push(AdviceRow { advice, speed_mps, shown_frame: None, shown_wall_s: None });
             }
-            self.batch.events.extend(EventRow::of(event));
+            self.batch.events.extend(EventRow::of(event, &scenario.events));
         }
         self.observer.tick(world, &mut self.batch.network);
         self.batch.advised.extend(AdvisedRow::all(world));

@@ -1,4 +1,4 @@
-//! What the walls of buildings hide. In: upright walls of a scene, a camera. Out: an answer for each box whether walls hide it wholly, so
+//! Walls of buildings that hide things behind them. In: upright walls of a scene, a camera. Out: an answer for each box whether walls hide it wholly, so
 //! that it need not be drawn; in a town they hide most of its vehicles and houses.
 
 use super::view_projection::ViewFrustum;
@@ -43,7 +43,7 @@ impl UprightWall {
 
 /// Highest walls around a camera, in strips of its picture and by distance.
 ///
-/// A point of the ground plan has the coordinates (u, z): z metres ahead of the camera, u·z metres to its right. A straight wall is straight
+/// A point of the ground plan has the coordinates (u, z): z metres ahead of the camera, u times z metres to its right. A straight wall is straight
 /// over u in 1/z, too, and its height over the camera divided by z is what it hides.
 #[derive(Debug)]
 pub struct WallHorizon {

@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked [`Scenario`], or an error with
 //! file, line, column, value and the allowed values.
 
-use super::{AdvisedVehicles, Scenario, colour, sumo_config};
+use super::{AdvisedVehicles, Scenario, ScriptedEvent, colour, sumo_config};
 use crate::{
     map,
     policy::{self, Hold},
@@ -112,7 +112,15 @@ pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
 }
 
 impl Settings for Scenario {
-    fn check(&self) -> Result<(), (&'static str, String)> {
+    fn check(&self) -> Result<(), (String, String)> {
+        self.check_relations().map_err(|(key, message)| (key.into(), message))?;
+        ScriptedEvent::check_all(&self.events)
+    }
+}
+
+impl Scenario {
+    /// Checks relations between settings.
+    fn check_relations(&self) -> Result<(), (&'static str, String)> {
         if !is_whole_ticks(self.step_s) {
             return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
         }
@@ -161,9 +169,7 @@ impl Settings for Scenario {
         }
         Ok(())
     }
-}
 
-impl Scenario {
     /// Checks that the settings are possible with this number of vehicles; `None` if they enter and leave.
     ///
     /// # Errors

@@ -9,6 +9,7 @@ mod files;
 mod load;
 mod logged_traffic;
 mod planned_drive;
+pub mod scripted_event;
 pub mod sound;
 mod sumo_config;
 
@@ -18,6 +19,7 @@ pub use files::NamedFiles;
 pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};
+pub use scripted_event::ScriptedEvent;
 pub use sound::SoundLevels;
 
 use crate::{
@@ -59,6 +61,10 @@ flat_settings! {
             #[schemars(skip)]
             #[serde(skip_serializing_if = "Demand::is_empty")]
             demand: Demand = Demand::default(),
+            /// Events: triggers, and what then happens on the road
+            #[schemars(skip)]
+            #[serde(rename = "event", skip_serializing_if = "Vec::is_empty")]
+            events: Vec<ScriptedEvent> = Vec::new(),
             /// Drivers of the other vehicles: ring-study (all alike, with the model `idm`), people as they were measured (safe-followers,
             /// gap-closers), or a population's FILE.toml
             traffic_drivers: String = traffic::RING_STUDY.into(),

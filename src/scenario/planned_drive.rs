@@ -1,7 +1,9 @@
 //! A scenario with its road: all that a drive is started from. In: a [`Scenario`] as written. Out: a [`PlannedDrive`]: the road, loaded
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
-use super::{AdvisedBody, AdvisedVehicles, Scenario, logged_traffic::LoggedTraffic};
+use super::{
+    AdvisedBody, AdvisedVehicles, Scenario, ScriptedEvent, logged_traffic::LoggedTraffic, scripted_event::DrivenRoad,
+};
 use crate::{
     map::{MapError, RoadMap},
     policy::PolicySource,
@@ -118,6 +120,12 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
+        let road = DrivenRoad {
+            length_m: map.route.length_m(),
+            is_open: fixed_vehicles.is_none(),
+            duration_s: scenario.duration_s,
+        };
+        ScriptedEvent::check_on(&scenario.events, &road).map_err(|message| fault(("event", message)))?;
         let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })
     }

@@ -29,11 +29,12 @@ pub struct SettingsError {
 
 /// Struct of settings that is read from a file and changed by flags.
 pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
-    /// Checks relations between settings, each of which is already within its limits. The error holds the key at fault and a message.
+    /// Checks relations between settings, each of which is already within its limits, and lists. The error holds the path of the key at fault,
+    /// and a message.
     ///
     /// # Errors
     /// The settings contradict each other.
-    fn check(&self) -> Result<(), (&'static str, String)>;
+    fn check(&self) -> Result<(), (String, String)>;
 }
 
 /// Reads settings from a file; missing settings keep their default.
@@ -65,7 +66,7 @@ pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError
             return Err(wrong(&field.path, fault));
         }
     }
-    settings.check().map_err(|(key, fault)| wrong(key, fault))?;
+    settings.check().map_err(|(key, fault)| wrong(&key, fault))?;
     Ok(settings)
 }
 
@@ -91,6 +92,6 @@ pub fn changed<T: Settings>(base: &T, changes: &[(Field, Value)]) -> Result<T, S
         let key = at_fault.map_or_else(String::new, |(field, _)| field.path.clone());
         SettingsError { key, message: error.to_string() }
     })?;
-    settings.check().map_err(|(key, message)| SettingsError { key: key.to_owned(), message })?;
+    settings.check().map_err(|(key, message)| SettingsError { key, message })?;
     Ok(settings)
 }

@@ -104,8 +104,72 @@ pub enum EventKind {
         /// Ego's front bumper along the route, metres.
         s_m: f64,
     },
+    /// An event of the scenario begins, is seen, ends, or is not carried out.
+    Scripted {
+        /// Number of the event in the scenario, from 0.
+        event: u16,
+        /// Vehicle of the traffic that acts.
+        vehicle: Option<VehicleId>,
+        stage: EventStage,
+    },
     /// The drive is over.
     Ended(EndReason),
+}
+
+/// Stage of an event of the scenario.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EventStage {
+    /// The trigger came true.
+    Triggered,
+    /// The tick is the first that shows an action of the event.
+    Onset,
+    /// All actions are over.
+    Ended,
+    /// The event, or one of its actions, is not carried out.
+    NotDone(NotDone),
+}
+
+/// Reason why an event, or an action of it, is not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotDone {
+    /// The draw of its probability was against it.
+    ByChance,
+    /// There is no such vehicle now.
+    NoVehicle,
+    /// The vehicle has a driver of its own, as advised vehicles have.
+    OwnDriver,
+    /// Another event moves the vehicle.
+    OtherEvent,
+    /// The traffic engine refuses the order.
+    Refused,
+    /// The vehicle has left the road before the end.
+    HasLeft,
+}
+
+impl EventStage {
+    /// Returns the kind of event in recordings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Triggered => "event_triggered",
+            Self::Onset => "event_onset",
+            Self::Ended => "event_ended",
+            Self::NotDone(_) => "event_not_done",
+        }
+    }
+}
+
+impl NotDone {
+    /// Returns the reason in words, as in recordings and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ByChance => "not drawn",
+            Self::NoVehicle => "no such vehicle",
+            Self::OwnDriver => "the vehicle has a driver of its own",
+            Self::OtherEvent => "another event moves the vehicle",
+            Self::Refused => "refused by the traffic",
+            Self::HasLeft => "the vehicle has left",
+        }
+    }
 }
 
 /// Reason for the end of a drive.

@@ -164,6 +164,7 @@ impl SummaryAccumulator {
             | EventKind::WithinLimit
             | EventKind::Indicator(_)
             | EventKind::MainBeam(_)
+            | EventKind::Scripted { .. }
             | EventKind::PutBack { .. } => {}
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {

@@ -16,6 +16,7 @@ mod derived_state;
 mod detour;
 mod driving_order;
 mod ego_insertion;
+mod event_script;
 mod hand_over;
 mod light_agent;
 mod light_body;
@@ -28,6 +29,8 @@ mod persons_ahead;
 mod put_back;
 mod road_rules;
 mod sham;
+mod speed_control;
+mod step_way;
 mod time_to_collision;
 mod touchable;
 mod traffic_coupling;
@@ -54,6 +57,7 @@ use crate::{
 };
 use advice::DriveAdvice;
 use driving_order::DrivingOrder;
+use event_script::{EventScript, ScriptView};
 use observer::Observer;
 use std::{
     collections::BTreeSet,
@@ -83,6 +87,7 @@ pub struct World {
     touchable: Touchable,
     /// Order of the vehicles of a closed route, in which light agents find their leaders.
     order: DrivingOrder,
+    script: EventScript,
     /// The engine has made the step that the next tick begins.
     is_prepared: bool,
     ended: Option<EndReason>,
@@ -135,6 +140,7 @@ impl World {
         };
         traffic.first_view(observer.view_mut());
         let mut world = Self {
+            script: EventScript::new(&drive),
             ego_params: agent::car_params(scenario),
             drive,
             traffic,
@@ -200,7 +206,9 @@ impl World {
         agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
             self.is_prepared = false;
+            self.show_events();
             agents_mut(&mut self.observer, &mut self.others).for_each(Agent::begin_step);
+            self.observer.events_mut().extend(self.script.take_events());
             self.traffic.begin_step(self.observer.view());
         }
         let fraction = (within + ticks) as f64 / step_ticks as f64;
@@ -238,9 +246,26 @@ impl World {
         agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.ask_policy(&self.drive));
         let (all, step_ticks) = (self.observer.view(), self.drive.scenario().step_ticks());
         self.others.iter_mut().for_each(|agent| agent.choose_motion(all, step_ticks));
-        self.traffic.ask(self.observer.participant().into_iter().chain(&self.others))?;
+        let others = &self.others;
+        let seen = ScriptView {
+            view: all,
+            map: self.drive.map(),
+            own: self.observer.participant().map(|participant| &participant.image),
+            agents: &|id| others.iter().any(|agent| agent.id() == id),
+        };
+        self.script.step(&seen, &mut self.traffic);
+        self.traffic.ask(self.observer.participant().into_iter().chain(&self.others), self.script.motions())?;
         self.is_prepared = true;
         Ok(())
+    }
+
+    /// Shows the participant what events of the scenario show in the step that begins.
+    fn show_events(&mut self) {
+        if let Some(participant) = self.observer.participant_mut() {
+            let shown = self.script.shown(participant.view.tick);
+            participant.view.message = shown.message;
+            participant.hides_advice = shown.hides_advice;
+        }
     }
 
     /// Returns true if the next tick begins a step of the traffic engine.

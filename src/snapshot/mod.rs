@@ -15,6 +15,7 @@ use crate::{
     time::Tick,
     traffic::{Articulation, EGO, VehicleBody, VehicleId, VehicleKind, VehicleLamps, VehiclePart},
 };
+use std::sync::Arc;
 
 /// A vehicle of the traffic at one tick, interpolated between two steps of the engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,6 +108,8 @@ pub struct Snapshot {
     pub leader: Option<Leader>,
     /// Advice in force, if there is any.
     pub advice: Option<Advice>,
+    /// Text that an event shows the participant.
+    pub message: Option<Arc<str>>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
     pub mean_speed_mps: f64,
 }
@@ -226,6 +229,9 @@ impl Snapshot {
         if let Some(advice) = self.advice {
             put("target", 0, advice.target_mps);
             put("issue time", 0, advice.issued.seconds());
+        }
+        if let Some(message) = &self.message {
+            put("message", 0, rng::fnv_1a(HASH_START, message.as_bytes()) as f64);
         }
     }
 }

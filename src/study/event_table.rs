@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 45] = [
+const WORDS: [[&str; 3]; 49] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -173,6 +173,22 @@ const WORDS: [[&str; 3]; 45] = [
         "main_beam",
         "the main beam was switched on or off",
         "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Main-beam",
+    ],
+    [
+        "event_triggered",
+        "the trigger of an event of the scenario came true",
+        "Experiment-structure, Label/Event-triggered",
+    ],
+    [
+        "event_onset",
+        "the first tick that shows an action of an event of the scenario",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Event-onset",
+    ],
+    ["event_ended", "all actions of an event of the scenario are over", "Experiment-structure, Label/Event-ended"],
+    [
+        "event_not_done",
+        "an event of the scenario, or one of its actions, was not carried out",
+        "Experiment-structure, Omitted-action, Label/Event-not-done",
     ],
     ["wheel profile", "profile of the steering wheel in use from now on", "Experiment-control, Label/Wheel-profile"],
     ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],

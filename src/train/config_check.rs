@@ -12,7 +12,13 @@ use crate::{
 };
 
 impl Settings for TrainConfig {
-    fn check(&self) -> Result<(), (&'static str, String)> {
+    fn check(&self) -> Result<(), (String, String)> {
+        self.check_relations().map_err(|(key, message)| (key.into(), message))
+    }
+}
+
+impl TrainConfig {
+    fn check_relations(&self) -> Result<(), (&'static str, String)> {
         if !is_whole_ticks(self.ring.step_s) {
             return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.ring.step_s)));
         }

@@ -186,7 +186,7 @@ fn a_policys_driver_inputs_must_be_provided_by_its_estimator() {
     assert_eq!(encoded().check(), Ok(()));
     let (key, why) = refused(TrainConfig { network: seeing("speed,latent_1,reaction"), ..encoded() });
     assert_eq!(
-        (key, why.as_str()),
+        (key.as_str(), why.as_str()),
         (
             "sees",
             "sees names `reaction`, which this estimator does not estimate; allowed inputs of the driver: latent_1, \
@@ -203,7 +203,7 @@ fn a_policys_driver_inputs_must_be_provided_by_its_estimator() {
     let none = StudentConfig { estimator_rounds: 0, ..encoded().student };
     let (key, why) = refused(TrainConfig { student: none, ..encoded() });
     assert_eq!(
-        (key, why.as_str()),
+        (key.as_str(), why.as_str()),
         ("estimator_rounds", "estimator_rounds is 0; allowed: at least 1 if sees names latents")
     );
 }

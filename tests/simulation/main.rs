@@ -6,6 +6,7 @@ mod agents_network;
 mod driver;
 mod ego;
 mod episode;
+mod events;
 mod fixed_objects;
 mod hills;
 mod lanes_beside;

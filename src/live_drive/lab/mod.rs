@@ -251,7 +251,7 @@ impl LabDevices {
             }
             _ => None,
         });
-        let events = world.events().iter().filter_map(EventRow::of).collect();
+        let events = world.events().iter().filter_map(|event| EventRow::of(event, &world.scenario().events)).collect();
         self.ticks.push(TickRows { ego: EgoRow::of(snapshot, &controls.sane(), None, 0), advice, events });
     }
 

@@ -2,7 +2,8 @@
 
 use crate::{
     record::table::{ColumnValue, TableColumn, column, number},
-    sim::{Event, EventKind},
+    scenario::ScriptedEvent,
+    sim::{Event, EventKind, EventStage},
     time::Tick,
 };
 
@@ -30,7 +31,7 @@ pub const PUT_BACK: &str = "put_back";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 18] = [
+    const KINDS_OF_WORLD: [&str; 22] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -48,6 +49,10 @@ impl EventRow {
         "indicator",
         "main_beam",
         PUT_BACK,
+        "event_triggered",
+        "event_onset",
+        "event_ended",
+        "event_not_done",
         "ended",
     ];
 
@@ -56,8 +61,8 @@ impl EventRow {
         Self::KINDS_OF_WORLD.contains(&kind)
     }
 
-    /// Returns the row of an event of the world; `None` for advice, which has its own table.
-    pub fn of(event: &Event) -> Option<Self> {
+    /// Returns the row of an event of the world, in a drive with these events of the scenario; `None` for advice, which has its own table.
+    pub fn of(event: &Event, scripted: &[ScriptedEvent]) -> Option<Self> {
         let row = |kind: &str, detail: String, car: Option<u32>, value: Option<f64>| {
             Some(Self { tick: event.tick, kind: kind.into(), detail, car, value, angle_rad: None })
         };
@@ -88,6 +93,14 @@ impl EventRow {
             EventKind::WithinLimit => row("within_limit", String::new(), None, None),
             EventKind::NearMiss { car, time_s } => row("near_miss", String::new(), Some(car.0), Some(time_s)),
             EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
+            EventKind::Scripted { event, vehicle, stage } => {
+                let name = scripted.get(usize::from(event)).map_or("", |event| event.name.as_str());
+                let detail = match stage {
+                    EventStage::NotDone(why) => format!("{name}: {}", why.name()),
+                    _ => name.to_owned(),
+                };
+                row(stage.name(), detail, vehicle.map(|id| id.0), None)
+            }
             EventKind::Ended(reason) => row("ended", reason.name().into(), None, None),
         }
     }
@@ -100,7 +113,8 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "event",
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
-         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, put_back, ended, mark, note, pause, ...",
+         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, put_back, \
+         event_triggered, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

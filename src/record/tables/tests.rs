@@ -7,7 +7,8 @@ use crate::{
     map::network::{LanePosition, Network},
     policy::{Action, Advice, DriverEstimate, DriverTraits, ObservedDriver},
     roadside::fixed_objects::FixedObjectKind,
-    sim::{EndReason, Event, EventKind, Leader, Snapshot, VehicleSnapshot},
+    scenario::Scenario,
+    sim::{EndReason, Event, EventKind, EventStage, Leader, NotDone, Snapshot, VehicleSnapshot},
     space::Pose,
     traffic::VehicleId,
 };
@@ -253,7 +254,9 @@ fn rows_of_cars_advice_and_events_have_their_values() {
     ];
     is(ADVICE, &advice, &expected);
 
-    let at = |kind| EventRow::of(&Event { tick: Tick(5), kind });
+    let brakes = "[[event]]\nname = \"brakes\"\ntrigger = { time_s = 1 }\nactions = [{ brake = { vehicle = \"leader\", decel_mps2 = 4 } }]\n";
+    let scripted = Scenario::from_toml(brakes, "x").expect("a scenario").events;
+    let at = |kind| EventRow::of(&Event { tick: Tick(5), kind }, &scripted);
     assert!(at(EventKind::Advice(ADVISED)).is_none(), "advice has its own table");
     let contact = EventKind::Contact {
         car: VehicleId(3),
@@ -278,6 +281,14 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         (EventKind::Indicator(Indicator::Left), ["indicator", "left", "-", "-"]),
         (EventKind::MainBeam(true), ["main_beam", "on", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
+        (
+            EventKind::Scripted { event: 0, vehicle: Some(VehicleId(3)), stage: EventStage::Onset },
+            ["event_onset", "brakes", "3", "-"],
+        ),
+        (
+            EventKind::Scripted { event: 0, vehicle: None, stage: EventStage::NotDone(NotDone::NoVehicle) },
+            ["event_not_done", "brakes: no such vehicle", "-", "-"],
+        ),
         (EventKind::Ended(EndReason::Duration), ["ended", "duration", "-", "-"]),
     ] {
         let [event, detail, car, value] = expected;

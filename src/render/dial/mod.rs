@@ -49,6 +49,8 @@ pub mod layout {
     pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
+    /// Height of the text of an event, and the distance of its middle above the centre.
+    pub const MESSAGE: (f32, f32) = (0.15, 1.22);
     /// Height of the distance below the arrow, and the distance of its middle below the centre.
     pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.855);
 }
@@ -214,6 +216,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     indicator(&brush, dial, palette);
     main_beam(&brush, dial, palette);
     guidance(&brush, dial, palette);
+    message(&brush, dial, palette);
 }
 
 /// Dark edge that separates needle and red line from the parts below.
@@ -390,6 +393,19 @@ fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.polygon(vec![*tip, neck + across, neck - across], colour);
     let (height, down) = layout::GUIDANCE_DISTANCE;
     brush.text(&guidance.distance, brush.below(down), height, colour);
+}
+
+/// Draws the text of an event above the dial, on a dark plate within the picture.
+fn message(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
+    let Some(text) = &dial.message else { return };
+    let (height, up) = layout::MESSAGE;
+    let size = vec2(lettering::set(text).width, 1.0) * height * brush.radius;
+    let plate = size + vec2(1.2, 1.0) * height * brush.radius;
+    let room = brush.painter.clip_rect();
+    let most = (room.right() - plate.x / 2.0).max(room.center().x);
+    let middle = pos2(brush.centre.x.min(most), brush.below(-up).y);
+    brush.painter.rect_filled(Rect::from_center_size(middle, plate), 0.3 * plate.y, black(200));
+    brush.text(text, middle, height, opaque(palette.needle));
 }
 
 #[cfg(test)]

@@ -330,7 +330,7 @@ impl ShadowPass {
     }
 }
 
-/// What casts shadows into a map, at one level of detail.
+/// Objects that cast shadows into a map, at one level of detail.
 struct ShadowVisibility {
     cover: ShadowCover,
     car: CarDetail,

@@ -23,6 +23,7 @@ use crate::{
     driver::{DriverParams, SimulatedDriver},
     ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle, ObstacleId, water_mm},
     map::RoadMap,
+    policy::Advice,
     rng,
     scenario::{AdvisedBody, PlannedDrive, Scenario},
     sim::{Event, EventKind, Snapshot, VehicleSnapshot},
@@ -57,6 +58,8 @@ pub struct Agent {
     /// `None` for the participant's vehicle, which is controlled from outside.
     pub(super) driver: Option<SimulatedDriver>,
     pub(super) controls: Controls,
+    /// True while an event of the scenario hides the advice.
+    pub(super) hides_advice: bool,
     /// True if the next tick puts the vehicle back on its lane.
     pub(super) wants_back: bool,
     /// World seen from this vehicle, which is its ego.
@@ -128,6 +131,7 @@ impl Agent {
             control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
             driver: None,
             controls: Controls::default(),
+            hides_advice: false,
             wants_back: false,
             view,
             image,
@@ -208,10 +212,14 @@ impl Agent {
     /// Begins a step: shows or withdraws advice as the policy decided.
     pub(super) fn begin_step(&mut self) {
         let tick = self.view.tick;
-        if let Some(advice) = self.advice.issue() {
+        let issued = self.advice.issue();
+        let standing = self.advice.standing().filter(|_| !self.hides_advice);
+        // Advice that was hidden appears anew.
+        let again = standing.filter(|_| self.view.advice.is_none()).map(|advice| Advice { issued: tick, ..advice });
+        if let Some(advice) = issued.filter(|_| !self.hides_advice).or(again) {
             self.view.advice = Some(advice);
             self.events.push(Event { tick, kind: EventKind::Advice(advice) });
-        } else if self.view.advice.is_some() && self.advice.standing().is_none() {
+        } else if self.view.advice.is_some() && standing.is_none() {
             self.view.advice = None;
             self.events.push(Event { tick, kind: EventKind::AdviceWithheld });
         }

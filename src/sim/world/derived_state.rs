@@ -27,6 +27,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         signals: SignalStates::default(),
         leader: None,
         advice: None,
+        message: None,
         mean_speed_mps: 0.0,
     }
 }

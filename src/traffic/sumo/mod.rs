@@ -331,7 +331,7 @@ impl Traffic for SumoTraffic {
             }
         }
         if let Some(people) = &mut self.people {
-            people.command(&self.shim, &self.state.vehicles, reports, &mut self.commands)?;
+            people.command(&self.shim, &self.state.vehicles, (reports, &self.motions), &mut self.commands)?;
         }
         let stepped = self.shim.step(&self.commands, self.step_s);
         self.commands.clear();

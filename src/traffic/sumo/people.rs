@@ -13,8 +13,8 @@ use super::{
 use crate::{
     map::network::Network,
     traffic::{
-        CarFollowing, Departure, HARDEST_MPS2, Leader, TrafficDriver, TrafficDrivers, TrafficError, VehicleId,
-        VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
+        CarFollowing, Departure, HARDEST_MPS2, LaneMotion, Leader, TrafficDriver, TrafficDrivers, TrafficError,
+        VehicleId, VehicleKind, VehicleReport, VehicleState, motion::chosen_mps, noise::DriverNoise,
     },
 };
 
@@ -71,12 +71,12 @@ impl People {
         self.persons.retain(|person| person.id != id);
     }
 
-    /// Adds the commands for the next step of all cars that are not reported.
+    /// Adds the commands for the next step of all cars that are neither reported nor moved from outside.
     pub fn command(
         &mut self,
         shim: &Shim,
         vehicles: &[VehicleState],
-        reports: &[VehicleReport],
+        (reports, motions): (&[VehicleReport], &[LaneMotion]),
         commands: &mut Vec<RawCommand>,
     ) -> Result<(), TrafficError> {
         let mut vehicles = vehicles.iter().peekable();
@@ -84,7 +84,8 @@ impl People {
             while vehicles.next_if(|vehicle| vehicle.id < *id).is_some() {}
             let Some(vehicle) = vehicles.next_if(|vehicle| vehicle.id == *id) else { continue };
             let from_mps = noise.push(vehicle.speed_mps);
-            if reports.binary_search_by_key(id, |report| report.id).is_ok() {
+            let is_moved = motions.binary_search_by_key(id, |motion| motion.id).is_ok();
+            if is_moved || reports.binary_search_by_key(id, |report| report.id).is_ok() {
                 continue;
             }
             if from_mps != vehicle.speed_mps {

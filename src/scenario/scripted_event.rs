@@ -1,0 +1,443 @@
+//! Events of a scenario: what happens on the road, and when. In: the lists `[[event]]` of a scenario file. Out: checked [`ScriptedEvent`]s, each a
+//! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
+
+use crate::toml_text::did_you_mean;
+use serde::{Deserialize, Serialize};
+
+/// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
+pub type EventFault = (String, String);
+
+/// Largest number of events of a scenario, and of actions of an event.
+const MOST_EVENTS: usize = 200;
+const MOST_ACTIONS: usize = 20;
+/// Longest name and longest text for the participant, letters: the text is read at a glance, beside the speedometer.
+const NAME_LETTERS: usize = 40;
+const TEXT_LETTERS: usize = 60;
+/// Latest time and longest duration, s, and farthest place, m.
+const LATEST_S: f64 = 604_800.0;
+const FARTHEST_M: f64 = 1_000_000.0;
+/// Highest speed, m/s, and strongest acceleration and braking, m/s2: the bound of all vehicles of the traffic.
+const FASTEST_MPS: f64 = 70.0;
+const HARDEST_MPS2: f64 = crate::traffic::HARDEST_MPS2;
+
+/// An event of a scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScriptedEvent {
+    /// Name, unique in the scenario; the recording has it.
+    pub name: String,
+    /// Condition at which the event begins.
+    pub trigger: Trigger,
+    /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
+    #[serde(default = "certain", skip_serializing_if = "is_certain")]
+    pub probability: f64,
+    /// True for an event that begins anew each time its trigger comes true, false for one that begins once.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub repeats: bool,
+    /// Actions, which begin together.
+    pub actions: Vec<Action>,
+}
+
+fn certain() -> f64 {
+    1.0
+}
+
+fn is_certain(probability: &f64) -> bool {
+    *probability >= 1.0
+}
+
+/// Condition at which an event begins, evaluated at each step of the traffic.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Trigger {
+    /// Time since the start of the drive, s.
+    TimeS(f64),
+    /// Place on the ego's route that its front has reached, m; on a closed route anew in each lap.
+    PlaceM(f64),
+    /// Speed of the ego above this, m/s.
+    SpeedAboveMps(f64),
+    /// Speed of the ego below this, m/s.
+    SpeedBelowMps(f64),
+    /// Distance from the ego's front to a vehicle ahead.
+    Distance {
+        to: VehicleName,
+        /// Distance, m.
+        below_m: f64,
+    },
+    /// Time gap to a vehicle ahead: the distance over the ego's speed.
+    TimeGap {
+        to: VehicleName,
+        /// Time gap, s.
+        below_s: f64,
+    },
+    /// Time to collision with a vehicle ahead: the distance over the closing speed.
+    TimeToCollision {
+        to: VehicleName,
+        /// Time to collision, s.
+        below_s: f64,
+    },
+    /// End of another event, and a delay.
+    After {
+        /// Name of the other event.
+        event: String,
+        /// Delay after its end, s.
+        #[serde(default)]
+        delay_s: f64,
+    },
+    /// Change of the advice on the speedometer.
+    AdviceChanges,
+    /// Brake of the ego pressed.
+    EgoBrakes,
+    /// One or more of these conditions.
+    Any(Vec<Trigger>),
+    /// All of these conditions at once.
+    All(Vec<Trigger>),
+}
+
+/// Name of a vehicle of the traffic: `leader` or `follower` of the ego when the event begins, a number, or its name in the demand.
+pub type VehicleName = String;
+
+/// Vehicle ahead of the ego, and the one behind it.
+pub const LEADER: &str = "leader";
+/// Vehicle behind the ego.
+pub const FOLLOWER: &str = "follower";
+
+/// Action of an event.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Action {
+    /// A vehicle brakes evenly.
+    Brake {
+        vehicle: VehicleName,
+        /// Deceleration, m/s2.
+        decel_mps2: f64,
+        /// Speed at the end of braking, m/s.
+        #[serde(default)]
+        to_mps: f64,
+        /// Time for which it keeps that speed, s.
+        #[serde(default)]
+        keep_s: f64,
+    },
+    /// A vehicle accelerates evenly, as far as the vehicle ahead of it allows.
+    Accelerate {
+        vehicle: VehicleName,
+        /// Acceleration, m/s2.
+        accel_mps2: f64,
+        /// Speed at the end, m/s.
+        to_mps: f64,
+        /// Time for which it keeps that speed, s.
+        #[serde(default)]
+        keep_s: f64,
+    },
+    /// A vehicle changes lanes as soon as there is room.
+    ChangeLane {
+        vehicle: VehicleName,
+        /// Number of lanes, positive to the left.
+        to_the_left: i32,
+        /// Time in which the change has to begin, s.
+        #[serde(default = "usual_change_s")]
+        within_s: f64,
+    },
+    /// A text appears above the participant's speedometer.
+    Message {
+        text: String,
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// The advice of the participant's speedometer disappears.
+    HideAdvice {
+        /// Duration, s.
+        for_s: f64,
+    },
+}
+
+fn usual_change_s() -> f64 {
+    5.0
+}
+
+impl Action {
+    /// Returns the vehicle that acts; `None` for an action on the participant.
+    pub fn vehicle(&self) -> Option<&VehicleName> {
+        match self {
+            Self::Brake { vehicle, .. } | Self::Accelerate { vehicle, .. } | Self::ChangeLane { vehicle, .. } => {
+                Some(vehicle)
+            }
+            Self::Message { .. } | Self::HideAdvice { .. } => None,
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match self {
+            Self::Brake { decel_mps2, to_mps, keep_s, .. } => {
+                within("decel_mps2", *decel_mps2, [0.1, HARDEST_MPS2])?;
+                within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
+                within("keep_s", *keep_s, [0.0, LATEST_S])?;
+            }
+            Self::Accelerate { accel_mps2, to_mps, keep_s, .. } => {
+                within("accel_mps2", *accel_mps2, [0.1, HARDEST_MPS2])?;
+                within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
+                within("keep_s", *keep_s, [0.0, LATEST_S])?;
+            }
+            Self::ChangeLane { to_the_left, within_s, .. } => {
+                if *to_the_left == 0 || to_the_left.abs() > 10 {
+                    return Err(format!("to_the_left is {to_the_left}; allowed: -10 to 10, but for 0"));
+                }
+                within("within_s", *within_s, [0.1, 600.0])?;
+            }
+            Self::Message { text, for_s } => {
+                let letters = text.chars().count();
+                if text.trim().is_empty() || letters > TEXT_LETTERS {
+                    return Err(format!("text has {letters} letters; allowed: 1 to {TEXT_LETTERS}"));
+                }
+                within("for_s", *for_s, [0.1, LATEST_S])?;
+            }
+            Self::HideAdvice { for_s } => within("for_s", *for_s, [0.1, LATEST_S])?,
+        }
+        self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
+    }
+}
+
+/// Road of a drive, as far as events depend on it.
+#[derive(Clone, Copy, Debug)]
+pub struct DrivenRoad {
+    /// Length of the ego's route, m.
+    pub length_m: f64,
+    /// True where vehicles enter and leave.
+    pub is_open: bool,
+    /// Length of the drive, s; 0 without an end.
+    pub duration_s: f64,
+}
+
+impl Trigger {
+    /// Returns the reason why this trigger cannot come true on a road; `None` if it can.
+    fn unreachable(&self, road: &DrivenRoad) -> Option<String> {
+        match self {
+            Self::TimeS(time_s) if road.duration_s > 0.0 && *time_s >= road.duration_s => {
+                Some(format!("time_s is {time_s}, and the drive ends at {} s", road.duration_s))
+            }
+            Self::PlaceM(place_m) if *place_m >= road.length_m => {
+                Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.length_m))
+            }
+            Self::All(list) => list.iter().find_map(|trigger| trigger.unreachable(road)),
+            Self::Any(list) => {
+                let whys: Option<Vec<String>> = list.iter().map(|trigger| trigger.unreachable(road)).collect();
+                whys.map(|whys| whys.join("; "))
+            }
+            _ => None,
+        }
+    }
+
+    /// Returns the names of the events after which this trigger can come true.
+    pub fn events_before(&self) -> Vec<&str> {
+        match self {
+            Self::After { event, .. } => vec![event],
+            Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::events_before).collect(),
+            _ => vec![],
+        }
+    }
+
+    /// Returns the vehicles that the trigger looks at.
+    pub fn vehicles(&self) -> Vec<&VehicleName> {
+        match self {
+            Self::Distance { to, .. } | Self::TimeGap { to, .. } | Self::TimeToCollision { to, .. } => vec![to],
+            Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::vehicles).collect(),
+            _ => vec![],
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        match self {
+            Self::TimeS(time_s) => within("time_s", *time_s, [0.0, LATEST_S]),
+            Self::PlaceM(place_m) => within("place_m", *place_m, [0.0, FARTHEST_M]),
+            Self::SpeedAboveMps(speed_mps) => within("speed_above_mps", *speed_mps, [0.0, FASTEST_MPS]),
+            Self::SpeedBelowMps(speed_mps) => within("speed_below_mps", *speed_mps, [0.0, FASTEST_MPS]),
+            Self::Distance { to, below_m } => {
+                within("below_m", *below_m, [0.1, FARTHEST_M]).and_then(|()| check_vehicle("to", to))
+            }
+            Self::TimeGap { to, below_s } | Self::TimeToCollision { to, below_s } => {
+                within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_vehicle("to", to))
+            }
+            Self::After { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
+            Self::AdviceChanges | Self::EgoBrakes => Ok(()),
+            Self::Any(list) | Self::All(list) if list.is_empty() => {
+                Err("a list of conditions is empty; allowed: one or more".into())
+            }
+            Self::Any(list) | Self::All(list) => list.iter().try_for_each(Self::check),
+        }
+    }
+}
+
+impl ScriptedEvent {
+    /// Checks the events of a scenario: each alone, that names are unique, and that none waits for itself.
+    ///
+    /// # Errors
+    /// The first fault: the path of the setting, and a message with value and remedy.
+    pub fn check_all(events: &[Self]) -> Result<(), EventFault> {
+        if events.len() > MOST_EVENTS {
+            let message = format!("{} events; allowed: at most {MOST_EVENTS}", events.len());
+            return Err((format!("event.{MOST_EVENTS}"), message));
+        }
+        for (k, event) in events.iter().enumerate() {
+            let fault = |part: &str, message: String| {
+                Err((format!("event.{k}.{part}"), format!("event \"{}\": {message}", event.name)))
+            };
+            let letters = event.name.chars().count();
+            if event.name.trim().is_empty() || letters > NAME_LETTERS {
+                return fault("name", format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}"));
+            }
+            if events[..k].iter().any(|other| other.name == event.name) {
+                return fault("name", "another event has this name; allowed: one for each".into());
+            }
+            if let Err(message) = event.trigger.check() {
+                return fault("trigger", message);
+            }
+            if let Err(message) = within("probability", event.probability, [0.0, 1.0]) {
+                return fault("probability", message);
+            }
+            if event.actions.is_empty() || event.actions.len() > MOST_ACTIONS {
+                return fault("actions", format!("{} actions; allowed: 1 to {MOST_ACTIONS}", event.actions.len()));
+            }
+            for (n, action) in event.actions.iter().enumerate() {
+                if let Err(message) = action.check() {
+                    return fault(&format!("actions.{n}"), message);
+                }
+                let same = |other: &&Action| other.vehicle().is_some() && other.vehicle() == action.vehicle();
+                if let Some(of) = event.actions[..n].iter().find(same).and_then(|_| action.vehicle()) {
+                    let message = format!(
+                        "two actions for the vehicle {of}; allowed: one at a time\n  remedy: a second event with trigger = {{ after = {{ event = \"{}\" }} }}",
+                        event.name
+                    );
+                    return fault(&format!("actions.{n}"), message);
+                }
+            }
+            for before in event.trigger.events_before() {
+                let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
+                if !names.contains(&before) {
+                    let nearest = did_you_mean(before, &names);
+                    return fault("trigger", format!("no event has the name \"{before}\"{nearest}"));
+                }
+                if Self::waits_for(events, before, &event.name) {
+                    let message = format!("it waits for \"{before}\", which waits for it; neither can begin");
+                    return fault("trigger", message);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that each event can begin on the road of its drive, and that its actions are possible there.
+    ///
+    /// # Errors
+    /// The first fault, with value and remedy.
+    pub fn check_on(events: &[Self], road: &DrivenRoad) -> Result<(), String> {
+        for event in events {
+            if let Some(why) = event.trigger.unreachable(road) {
+                return Err(format!("event \"{}\" can never begin: {why}", event.name));
+            }
+            let changes = |action: &Action| matches!(action, Action::ChangeLane { .. });
+            if !road.is_open && event.actions.iter().any(changes) {
+                return Err(format!(
+                    "event \"{}\": change_lane; allowed: on a network, as vehicles of a closed route keep their lane\n  \
+                     remedy: a path or a [demand]",
+                    event.name
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks whether an event can begin only after another has ended.
+    fn waits_for(events: &[Self], name: &str, other: &str) -> bool {
+        let (mut known, mut todo) = (vec![name], vec![name]);
+        while let Some(name) = todo.pop() {
+            if name == other {
+                return true;
+            }
+            let event = events.iter().find(|event| event.name == name);
+            for before in event.into_iter().flat_map(|event| event.trigger.events_before()) {
+                if !known.contains(&before) {
+                    known.push(before);
+                    todo.push(before);
+                }
+            }
+        }
+        false
+    }
+}
+
+fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
+    match (low..=high).contains(&value) {
+        true => Ok(()),
+        false => Err(format!("{what} is {value}; allowed: {low} to {high}")),
+    }
+}
+
+fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
+    match name.trim().is_empty() || name.parse() == Ok(crate::traffic::EGO.0) {
+        true => Err(format!(
+            "{what} is \"{name}\"; allowed: {LEADER}, {FOLLOWER}, the number of another vehicle, or its name in the demand"
+        )),
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scenario::Scenario;
+
+    const BRAKES: &str = "[[event]]\nname = \"brakes\"\ntrigger = { time_s = 30 }\nactions = [{ brake = { vehicle = \"leader\", decel_mps2 = 4 } }]\n";
+
+    fn fault(text: &str) -> String {
+        Scenario::from_toml(text, "trial.toml").unwrap_err().message
+    }
+
+    #[test]
+    fn events_read_back_from_the_text_of_a_scenario() {
+        let text = format!(
+            "{BRAKES}[[event]]\nname = \"word\"\nprobability = 0.5\nrepeats = true\n\
+             trigger = {{ all = [\"ego_brakes\", {{ after = {{ event = \"brakes\", delay_s = 2 }} }}, {{ distance = {{ to = \"7\", below_m = 25 }} }}] }}\n\
+             actions = [{{ message = {{ text = \"Well done\", for_s = 3 }} }}, {{ change_lane = {{ vehicle = \"bus\", to_the_left = -1 }} }}]\n"
+        );
+        let scenario = Scenario::from_toml(&text, "trial.toml").unwrap_or_else(|fault| panic!("{fault}"));
+        assert_eq!(scenario.events.len(), 2);
+        assert_eq!((scenario.events[0].probability, scenario.events[1].repeats), (1.0, true));
+        assert_eq!(Scenario::from_toml(&scenario.to_toml(), "x").unwrap(), scenario);
+    }
+
+    #[test]
+    fn a_fault_names_line_value_and_what_is_allowed() {
+        let change = |from: &str, to: &str| fault(&BRAKES.replace(from, to));
+        let cases = [
+            ("= 4 }", "= 40 }", ["trial.toml:4", "decel_mps2 is 40; allowed: 0.1 to 9"]),
+            ("time_s = 30", "time_s = -1", ["trial.toml:3", "time_s is -1; allowed: 0 to 604800"]),
+            ("time_s", "tim_s", ["trial.toml:3", "time_s"]),
+            ("\"leader\"", "\"0\"", ["trial.toml:4", "vehicle is \"0\""]),
+            ("\"brakes\"", "\"\"", ["trial.toml:2", "0 letters"]),
+            ("brake = {", "break = {", ["trial.toml:4", "brake"]),
+        ];
+        for (from, to, words) in cases {
+            let fault = change(from, to);
+            assert!(words.iter().all(|word| fault.contains(word)), "{to}: {fault}");
+        }
+        assert!(
+            fault(&format!("{BRAKES}{BRAKES}")).contains("trial.toml:6"),
+            "{}",
+            fault(&format!("{BRAKES}{BRAKES}"))
+        );
+    }
+
+    #[test]
+    fn events_that_wait_for_each_other_and_for_unknown_ones_are_faults() {
+        let after = |name: &str, before: &str| {
+            BRAKES
+                .replace("\"brakes\"", &format!("\"{name}\""))
+                .replace("time_s = 30", &format!("after = {{ event = \"{before}\" }}"))
+        };
+        let circle = fault(&(after("a", "b") + &after("b", "c") + &after("c", "a")));
+        assert!(circle.contains("trial.toml:3") && circle.contains("neither can begin"), "{circle}");
+        assert!(fault(&after("a", "a")).contains("neither can begin"));
+        let unknown = fault(&(BRAKES.to_owned() + &after("b", "brake")));
+        assert!(unknown.contains("trial.toml:7") && unknown.contains("did you mean brakes?"), "{unknown}");
+        assert!(Scenario::from_toml(&(BRAKES.to_owned() + &after("b", "brakes") + &after("c", "b")), "x").is_ok());
+    }
+}

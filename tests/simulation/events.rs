@@ -1,0 +1,205 @@
+//! Events of scenarios: vehicles of the traffic brake, accelerate and change lanes at their triggers, texts appear, advice disappears; all is recorded
+//! and replayed to the bit.
+
+use crate::world::one_at_a_time;
+use codrive::{
+    drive_loop::offline::OfflineDrive,
+    record::{self, Table, TableReader},
+    replay::Replay,
+    scenario::{PlannedDrive, Scenario},
+    sim::{Event, EventKind, EventStage, NotDone, World},
+    traffic::VehicleId,
+};
+
+/// Drives a scenario by its simulated driver for `seconds`; `look` sees the world at each step's end. Returns the events of the scenario: number, vehicle,
+/// tick, stage.
+fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec<(u16, Option<u32>, u64, EventStage)> {
+    let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap_or_else(|error| panic!("{error}"));
+    let mut seen = Vec::new();
+    let steps = (seconds / 0.01).round() as usize;
+    for k in 1..=steps {
+        run.until(k as f64 * 0.01).expect("the traffic goes on");
+        seen.extend(run.world().events().iter().filter_map(|Event { tick, kind }| match kind {
+            EventKind::Scripted { event, vehicle, stage } => Some((*event, vehicle.map(|id| id.0), tick.0, *stage)),
+            _ => None,
+        }));
+        if k % 10 == 0 {
+            look(run.world());
+        }
+    }
+    seen
+}
+
+fn scenario(text: &str) -> Scenario {
+    Scenario::from_toml(text, "events.toml").unwrap_or_else(|fault| panic!("{fault}"))
+}
+
+const RING: &str = "traffic = \"native\"\nwarm_up_s = 60\nidm = { noise = 0 }\npolicy = \"none\"\ntrees = 0\n";
+
+/// Returns the speed of a vehicle, m/s.
+fn speed_mps(world: &World, id: u32) -> f64 {
+    world.snapshot().vehicle(VehicleId(id)).expect("on the ring").speed_mps
+}
+
+#[test]
+fn the_leader_brakes_evenly_stands_and_drives_on() {
+    // On the ring with even gaps after a minute all have the same speed: 3.7 m/s or so. It brakes with 2 m/s² and stands for 3 s.
+    let text = format!(
+        "{RING}[[event]]\nname = \"stop\"\ntrigger = {{ time_s = 2 }}\nactions = [{{ brake = {{ vehicle = \"leader\", decel_mps2 = 2, keep_s = 3 }} }}]\n"
+    );
+    let mut speeds = Vec::new();
+    let stages = drive(&scenario(&text), 12.0, |world| speeds.push(speed_mps(world, 1)));
+    let [
+        (0, None, 200, EventStage::Triggered),
+        (0, Some(1), 201, EventStage::Onset),
+        (0, None, end, EventStage::Ended),
+    ] = stages[..]
+    else {
+        panic!("{stages:?}")
+    };
+    let before_mps = speeds[19];
+    assert!(before_mps > 2.0, "{before_mps}");
+    // Steps of 0.1 s: 0.2 m/s less in each.
+    for k in 1..=5 {
+        assert!((speeds[19 + k] - (before_mps - 0.2 * k as f64)).abs() < 1e-9, "step {k}: {speeds:?}");
+    }
+    let braking_steps = (before_mps / 0.2).ceil() as u64;
+    assert_eq!(end, 200 + 10 * braking_steps + 300, "it stands for 3 s from the end of braking on");
+    let standing = speeds[19..].iter().filter(|speed| **speed == 0.0).count();
+    assert!((30..=32).contains(&standing), "{standing} steps");
+    assert!(*speeds.last().expect("speeds") > 0.5, "{speeds:?}");
+}
+
+#[test]
+fn the_follower_accelerates_only_as_far_as_the_ego_allows() {
+    let text = format!(
+        "{RING}[[event]]\nname = \"push\"\ntrigger = {{ time_s = 1 }}\nactions = [{{ accelerate = {{ vehicle = \"follower\", accel_mps2 = 3, to_mps = 20, keep_s = 1 }} }}]\n"
+    );
+    let mut fastest_mps = 0.0_f64;
+    let stages = drive(&scenario(&text), 20.0, |world| {
+        fastest_mps = fastest_mps.max(speed_mps(world, 21));
+        let (ego, behind) = (world.snapshot(), world.snapshot().vehicle(VehicleId(21)).expect("on the ring"));
+        let gap_m = (ego.ego_s_m - behind.s_m.expect("on the ring")).rem_euclid(world.map().route.length_m()) - 5.0;
+        assert!(gap_m > 0.2, "{gap_m} m behind the ego");
+    });
+    assert_eq!(stages[1], (0, Some(21), 101, EventStage::Onset));
+    assert!(fastest_mps > 3.8, "{fastest_mps}: faster than all others");
+    assert_eq!(stages.len(), 2, "20 m/s are never reached: {stages:?}");
+}
+
+#[test]
+fn events_follow_each_other_repeat_and_are_drawn_by_chance() {
+    let word = |name: &str, rest: &str| {
+        format!(
+            "[[event]]\nname = \"{name}\"\nactions = [{{ message = {{ text = \"{name}\", for_s = 0.5 }} }}]\n{rest}\n"
+        )
+    };
+    let text = RING.to_owned()
+        + &word("first", "trigger = { any = [{ time_s = 1 }, { speed_above_mps = 60 }] }")
+        + &word("second", "trigger = { after = { event = \"first\", delay_s = 0.7 } }")
+        + &word("never", "trigger = { all = [{ time_s = 1 }, { speed_above_mps = 60 }] }")
+        + &word("unlikely", "trigger = { time_s = 1 }\nprobability = 0")
+        + &word("lap", "trigger = { place_m = 100 }\nrepeats = true");
+    let mut shown = Vec::new();
+    let mut laps = 0;
+    let mut before_m = f64::INFINITY;
+    let stages = drive(&scenario(&text), 150.0, |world| {
+        shown.push(world.snapshot().message.clone());
+        let here_m = world.snapshot().ego_s_m;
+        laps += usize::from(before_m < 100.0 && here_m >= 100.0);
+        before_m = here_m;
+    });
+    let of = |event: u16| {
+        stages.iter().filter(move |stage| stage.0 == event).map(|stage| (stage.2, stage.3)).collect::<Vec<_>>()
+    };
+    use EventStage::{Ended, NotDone as Not, Onset, Triggered};
+    assert_eq!(of(0), [(100, Triggered), (101, Onset), (150, Ended)]);
+    assert_eq!(of(1), [(220, Triggered), (221, Onset), (270, Ended)]);
+    assert_eq!(of(2), []);
+    assert_eq!(of(3), [(100, Not(NotDone::ByChance))]);
+    assert!(laps >= 2 && of(4).len() == 3 * laps, "{laps} laps: {:?}", of(4));
+    // Steps end at 0.1 s, 0.2 s, …: the text is there from 1.01 to 1.5 s.
+    let texts =
+        |range: std::ops::Range<usize>| shown[range].iter().filter(|text| text.as_deref() == Some("first")).count();
+    assert_eq!([texts(0..10), texts(10..15), texts(15..40)], [0, 5, 0]);
+}
+
+#[test]
+fn hidden_advice_appears_again() {
+    let text = format!(
+        "{}policy = \"constant\"\npolicy_speed_mps = 4\n[[event]]\nname = \"hide\"\ntrigger = {{ time_s = 5 }}\nactions = [{{ hide_advice = {{ for_s = 2 }} }}]\n",
+        RING.replace("policy = \"none\"\n", "")
+    );
+    let mut advised = Vec::new();
+    drive(&scenario(&text), 10.0, |world| advised.push(world.snapshot().advice.map(|advice| advice.target_mps)));
+    assert_eq!([advised[48], advised[52], advised[68], advised[72]], [Some(4.0), None, None, Some(4.0)]);
+}
+
+#[test]
+fn an_event_without_its_vehicle_is_recorded_as_not_done() {
+    let text = format!(
+        "{RING}[[event]]\nname = \"ghost\"\ntrigger = {{ time_s = 1 }}\nactions = [{{ brake = {{ vehicle = \"99\", decel_mps2 = 2 }} }}]\n\
+         [[event]]\nname = \"one\"\ntrigger = {{ time_s = 2 }}\nactions = [{{ brake = {{ vehicle = \"5\", decel_mps2 = 2, keep_s = 5 }} }}]\n\
+         [[event]]\nname = \"two\"\ntrigger = {{ time_s = 3 }}\nactions = [{{ brake = {{ vehicle = \"5\", decel_mps2 = 2 }} }}]\n"
+    );
+    let stages = drive(&scenario(&text), 4.0, |_| ());
+    assert!(stages.contains(&(0, None, 100, EventStage::NotDone(NotDone::NoVehicle))), "{stages:?}");
+    assert!(stages.contains(&(2, Some(5), 300, EventStage::NotDone(NotDone::OtherEvent))), "{stages:?}");
+}
+
+#[test]
+fn what_cannot_happen_on_a_road_is_said_before_the_drive() {
+    let fault = |trigger: &str, action: &str| {
+        let text = format!("{RING}[[event]]\nname = \"e\"\ntrigger = {trigger}\nactions = [{action}]\n");
+        PlannedDrive::new(&scenario(&text)).map(drop).expect_err("it cannot happen").to_string()
+    };
+    let word = "{ message = { text = \"a\", for_s = 1 } }";
+    assert!(fault("{ time_s = 400 }", word).contains("can never begin: time_s is 400, and the drive ends at 300 s"));
+    assert!(fault("{ place_m = 260 }", word).contains("place_m is 260, and the route is 250.0 m long"));
+    let lane = fault("{ time_s = 1 }", "{ change_lane = { vehicle = \"leader\", to_the_left = 1 } }");
+    assert!(lane.contains("change_lane; allowed: on a network"), "{lane}");
+}
+
+#[test]
+fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
+    let _alone = one_at_a_time();
+    let text = "map = \"motorway\"\npolicy = \"none\"\ntrees = 0\nwarm_up_s = 60\n\
+         [[event]]\nname = \"brake\"\ntrigger = { all = [{ time_s = 3 }, { distance = { to = \"leader\", below_m = 500 } }] }\n\
+         actions = [{ brake = { vehicle = \"leader\", decel_mps2 = 6, to_mps = 5, keep_s = 1 } }]\n\
+         [[event]]\nname = \"aside\"\ntrigger = { after = { event = \"brake\" } }\n\
+         actions = [{ change_lane = { vehicle = \"leader\", to_the_left = 1 } }, { message = { text = \"Mind the gap\", for_s = 2 } }]\n";
+    let scenario = scenario(text);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("drive");
+    let mut run = OfflineDrive::new(&scenario, [0.0, f64::INFINITY]).unwrap_or_else(|error| panic!("{error}"));
+    run.record(&path).expect("a recording");
+    let (mut speeds, mut lanes, mut acting) = (Vec::new(), Vec::new(), None);
+    for k in 1..=400 {
+        run.until(f64::from(k) * 0.1).expect("SUMO goes on");
+        let world = run.world();
+        let vehicle = acting.and_then(|id| world.snapshot().vehicle(id));
+        speeds.extend(vehicle.map(|car| car.speed_mps));
+        lanes.extend(vehicle.and_then(|car| car.lane).map(|at| at.lane));
+        acting = acting.or_else(|| world.snapshot().leader.filter(|_| k >= 30).map(|leader| leader.id));
+    }
+    drop(run);
+    record::recover(&path).expect("it is recovered");
+    let events = TableReader::parquet(&Table::Events.parquet(&path)).expect("a table");
+    let (kinds, details) = (events.words("event"), events.words("detail"));
+    let of: Vec<(&str, &str)> = kinds
+        .iter()
+        .zip(&details)
+        .filter(|(kind, _)| kind.starts_with("event_"))
+        .map(|(a, b)| (a.as_str(), b.as_str()))
+        .collect();
+    assert_eq!(of[..3], [("event_triggered", "brake"), ("event_onset", "brake"), ("event_ended", "brake")], "{of:?}");
+    assert_eq!(of[3..5], [("event_triggered", "aside"), ("event_onset", "aside")], "{of:?}");
+    // 0.6 m/s less in each step of 0.1 s, though the model brakes with 1.5 m/s² when it is comfortable.
+    let hardest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
+    assert!((hardest - 0.6).abs() < 1e-6, "{hardest}");
+    assert!(speeds.iter().filter(|speed| (**speed - 5.0).abs() < 1e-6).count() >= 10, "a second at 5 m/s: {speeds:?}");
+    assert!(lanes.windows(2).any(|pair| pair[0] != pair[1]), "{lanes:?}");
+    let mut replay = Replay::open(&path).expect("it can be driven");
+    replay.advance(u64::MAX).expect("SUMO goes on");
+    assert!(replay.report().is_proven() && replay.report().ticks == 4000, "{:?}", replay.report());
+}
