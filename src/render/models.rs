@@ -45,6 +45,8 @@ pub struct ModelMeshes {
     indices: wgpu::Buffer,
     /// Road with its markings.
     pub road: GroundMesh,
+    /// Line along the ego's path.
+    pub route_line: ModelMesh,
     /// Meadow and far ground.
     pub land: GroundMesh,
     /// Reflector posts, and the supports of signals.
@@ -90,6 +92,7 @@ impl ModelMeshes {
             [&static_scene.road, &static_scene.land, &static_scene.posts].map(|mesh| ground(mesh, PIECE));
         let parts = [true, false].map(|walls| part_of(&static_scene.buildings, walls));
         let buildings = parts.each_ref().map(|part| ground(part, BUILT_PIECE));
+        let route_line = add(&static_scene.route_line);
         let tuft = add(&static_scene.tuft);
         let lamp = add(&static_scene.lit_lamp);
         let bodies = static_scene.cars.iter().map(|car| {
@@ -123,6 +126,7 @@ impl ModelMeshes {
             vertices: buffer("vertices", bytemuck::cast_slice(&vertices), wgpu::BufferUsages::VERTEX),
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             road,
+            route_line,
             land,
             posts,
             buildings,
@@ -224,6 +228,13 @@ impl ModelMesh {
         if !range.is_empty() && !self.indices.is_empty() {
             pass.draw_indexed(self.indices.clone(), self.first_vertex, range);
         }
+    }
+
+    /// Draws some of the mesh's indices once, in world axes.
+    pub fn draw_part(&self, pass: &mut CountedPass, part: Range<u32>) {
+        let Range { start, end } = part;
+        let indices = self.indices.start + start..(self.indices.start + end).min(self.indices.end);
+        Self { indices, ..self.clone() }.draw(pass, 0..1);
     }
 }
 

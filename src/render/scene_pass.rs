@@ -4,7 +4,7 @@
 
 use super::{
     device::{
-        cost::PassCost,
+        cost::{CountedPass, PassCost},
         layout::Frame,
         pipeline::PipelineBuilder,
         shader::ShaderFault,
@@ -265,6 +265,10 @@ impl ScenePass {
         let seen = |piece: &ModelMesh| visible.sees_piece(piece);
         let instances = &self.instances;
         let clouds = &self.clouds;
+        let draw_road = |pass: &mut CountedPass| {
+            models.road.draw(pass, seen);
+            models.route_line.draw_part(pass, scene.view.route_line.clone());
+        };
         let mut pass = self.targets.begin(encoder, self.label, stamps);
         let pass = &mut pass;
         pass.set_bind_group(0, &self.group, &[]);
@@ -290,7 +294,7 @@ impl ScenePass {
         if let Some(rain) = rain {
             // Before all objects: through a wet road one would see their feet and foundations below it.
             pass.set_pipeline(&rain.road_depth);
-            models.road.draw(pass, seen);
+            draw_road(pass);
         }
         // Near objects first, so that hidden pixels are not shaded; the sky last, where nothing else is.
         pass.set_pipeline(&materials.bodies.uncoated);
@@ -315,7 +319,7 @@ impl ScenePass {
         pass.set_pipeline(&materials.plants.grass);
         models.tuft.draw(pass, batches.tufts.clone());
         pass.set_pipeline(&materials.ground.road[which]);
-        models.road.draw(pass, seen);
+        draw_road(pass);
         let afar = from_above && frustum.pixels(frustum.camera.eye, AFAR_M) <= 1.0;
         pass.set_pipeline(&materials.ground.land[usize::from(afar)]);
         models.land.draw(pass, seen);

@@ -147,6 +147,8 @@ pub struct StaticScene {
     pub origin: DVec3,
     /// Road: asphalt, lines, shoulder; world axes.
     pub road: Mesh,
+    /// Line on the road along the ego's path, in the order of the path; empty without one. World axes.
+    pub route_line: Mesh,
     /// Meadow and far ground; world axes.
     pub land: Mesh,
     /// Tree models, foot at the origin.
@@ -301,6 +303,8 @@ pub struct View {
     pub mirror: Option<Camera>,
     /// All vehicles, the ego first.
     pub cars: Vec<CarInstance>,
+    /// Indices of the visible part of [`StaticScene::route_line`].
+    pub route_line: std::ops::Range<u32>,
     /// Lit lamps of signals, and indicators of vehicles.
     pub lamps: Vec<LitLamp>,
     /// Headlamps, the ego's first; empty while they are off.

@@ -1,7 +1,7 @@
 //! Static part of the scene, built once per map. In: a map, or a network alone, and a seed. Out: a [`StaticScene`].
 
 use super::{
-    CarModel, Cockpit, StaticScene, buildings,
+    CarModel, Cockpit, Mesh, StaticScene, buildings,
     car::{self, wheel},
     land::{self, tufts},
     network::{self, barriers, guard_rails, noise_walls, posts, sign_kind::SignedRoads, signals, street_lamps},
@@ -33,7 +33,7 @@ impl StaticScene {
         // A car that leaves the road then need not wait for them.
         roadside.fixed_objects();
         if scenario.display.guidance == GuidanceView::Road {
-            scene.road.append(&network::route_line(&map.route, scene.origin));
+            scene.route_line = network::route_line(&map.route, scene.origin);
         }
         scene
     }
@@ -93,6 +93,7 @@ impl StaticScene {
         Self {
             origin: *origin,
             road,
+            route_line: Mesh::default(),
             land,
             trees,
             trees_mid,

@@ -34,7 +34,7 @@ mod tests;
 pub(super) mod triangulation;
 mod verge;
 
-pub(super) use route_line::route_line;
+pub(super) use route_line::{route_line, visible_part};
 
 use self::strips::Paver;
 use super::Mesh;

@@ -1,4 +1,5 @@
-//! Line on the road that leads along the ego's path. In: a [`Route`]. Out: one mesh in world axes, a little above the road's paint.
+//! Line on the road that leads along the ego's path. In: a [`Route`]. Out: one mesh in world axes, a little above the road's paint, and the
+//! part of it that a picture shows.
 
 use super::layer::Layer;
 use crate::{
@@ -6,6 +7,7 @@ use crate::{
     scene::{Material, Mesh, Vertex},
 };
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::ops::Range;
 
 /// Width of the line, metres: a third of a car's track, so that the lane's paint stays visible on either side.
 const WIDTH_M: f64 = 0.5;
@@ -13,6 +15,14 @@ const WIDTH_M: f64 = 0.5;
 const ABOVE_M: f64 = 0.006;
 /// Distance between two rows of the line's corners, metres.
 const ROW_M: f64 = 2.0;
+/// Length of the line that is visible, metres: the next turn in a town. A path may cross itself and return on the other side of a road, so that
+/// the line of a later part would lead astray.
+const AHEAD_M: f64 = 200.0;
+/// Distance of the line's begin behind the ego's front bumper, metres: the line begins below the ego, so that neither mirrors nor the chase view
+/// show where it ends.
+const BEHIND_M: f64 = 4.0;
+/// Indices of the two triangles between two rows.
+const ROW_INDICES: u32 = 6;
 /// Linear albedo of the line: a blue that no marking has.
 const COLOUR: [f32; 3] = [0.025, 0.14, 0.42];
 
@@ -43,6 +53,14 @@ pub fn route_line(route: &Route, origin: DVec3) -> Mesh {
     mesh
 }
 
+/// Returns the indices of the visible part of a line for an ego with its front bumper at `s_m` along the route.
+pub fn visible_part(line: &Mesh, s_m: f64) -> Range<u32> {
+    let rows = line.indices.len() as u32 / ROW_INDICES;
+    // A negative or too large place is one at the route's begin or end.
+    let row = |s_m: f64| ((s_m / ROW_M) as u32).min(rows) * ROW_INDICES;
+    row(s_m - BEHIND_M)..row(s_m + AHEAD_M)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -70,5 +88,28 @@ mod tests {
             assert!((b - a).cross(c - a).z > 0.0);
         }
         assert_eq!(route_line(&RoadMap::load("ring-250").expect("a map").route, origin).triangles(), 0);
+    }
+    #[test]
+    fn a_picture_shows_the_line_from_the_ego_to_200_m_ahead() {
+        // The path of the town crosses itself.
+        let route = RoadMap::load("town").expect("a shipped map").route;
+        let line = route_line(&route, DVec3::ZERO);
+        let shown = |s_m: f64| {
+            let part = visible_part(&line, s_m);
+            let places = line.indices[part.start as usize..part.end as usize].iter();
+            let places = places.map(|index| f64::from(line.vertices[*index as usize].uv[0] - UV_SHIFT.x));
+            places.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), s_m| (least.min(s_m), most.max(s_m)))
+        };
+        for s_m in [100.0, 1001.0, 2000.5] {
+            let (start_m, end_m) = shown(s_m);
+            // The car is 5 m long and rows are 2 m apart.
+            assert!(start_m > s_m - 6.5 && start_m < s_m - 3.0, "{s_m}: from {start_m}");
+            assert!((end_m - s_m - 200.0).abs() < 2.1, "{s_m}: to {end_m}");
+        }
+        assert_eq!(shown(1.0).0, 0.0, "at the begin");
+        let length_m = route.length_m();
+        assert!((shown(length_m - 50.0).1 - length_m).abs() < 0.01, "at the end");
+        assert!(visible_part(&line, length_m + 100.0).is_empty(), "beyond the end");
+        assert!(visible_part(&Mesh::default(), 10.0).is_empty(), "without a line");
     }
 }
