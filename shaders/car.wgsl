@@ -131,9 +131,10 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
         // Lamps: green and blue of a brake lamp's colour are its shares as tail lamp and as brake lamp, those of a head lamp by day and dipped.
-        let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w);
+        let is_on = step(0.0, in.paint.w);
+        let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w) * is_on;
         light += select(0.0, glow * frame.lamps.y, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
-        let head = max(DAYLIGHT * in.colour.g, frame.lamps.x * in.colour.b) * frame.lamps.y;
+        let head = max(DAYLIGHT * in.colour.g, frame.lamps.x * in.colour.b) * is_on * frame.lamps.y;
         light += select(0.0, head, material == HEAD_LAMP) * vec3f(0.95, 0.98, 1.0);
         light += select(vec3f(0.0), in.paint.rgb * frame.lamps.y, material == SIGNAL_LAMP);
         // The windows of a far body are opaque. They are as bright as near ones, with a dim cabin and some of the land beyond it.

@@ -8,7 +8,7 @@ struct Surface {
     @location(2) colour: vec3f,
     @location(3) uv: vec2f,
     @location(4) @interpolate(flat) material: u32,
-    // Paint or tint; brake lamps in w.
+    // Paint or tint; brake lamps in w, -1 if all lamps are dark.
     @location(5) @interpolate(flat) paint: vec4f,
     // Height above the foot of the instance, metres.
     @location(6) height: f32,
@@ -48,8 +48,9 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     out.colour = corner.colour;
     out.uv = corner.uv;
     out.material = corner.material;
-    let number = floor(at.colour_brake.w);
-    out.paint = vec4f(at.colour_brake.rgb, 2.0 * (at.colour_brake.w - number));
+    let coded = abs(at.colour_brake.w);
+    let number = floor(coded);
+    out.paint = vec4f(at.colour_brake.rgb, select(2.0 * (coded - number), -1.0, at.colour_brake.w < 0.0));
     // Keeps only the signs of the plate's number (`scene/car/number_plate.rs`).
     let signs = floor(corner.uv.y / 16.0);
     let sign = floor((number + 0.5) / max(corner.uv.x, 1.0));

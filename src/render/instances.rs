@@ -292,6 +292,8 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 fn body(car: &CarInstance) -> Instance {
     // Integer part: the number on the plates; fraction: half of the lamps' light (`mesh.wgsl`).
     let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
+    // Negative: all lamps are dark.
+    let plate_brake = if car.is_parked { -plate_brake } else { plate_brake };
     Instance::new(
         Affine3A::from_scale_rotation_translation(car.scale, car.rotation, car.position),
         car.colour,
@@ -356,22 +358,26 @@ fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
 mod tests {
     use super::*;
 
+    const CAR: CarInstance = CarInstance {
+        position: Vec3::ZERO,
+        rotation: Quat::IDENTITY,
+        colour: [1.0; 3],
+        brake: 0.0,
+        scale: Vec3::ONE,
+        wheel_scale: Vec3::ONE,
+        hubs: [Vec3::ZERO; 4],
+        steer_rad: 0.0,
+        spin_rad: 0.3,
+        style: 0,
+        plate: 1234,
+        is_parked: false,
+        is_ego: false,
+    };
+
     #[test]
     fn wheels_roll_forwards_and_show_their_outer_side() {
-        let car = CarInstance {
-            position: Vec3::ZERO,
-            rotation: Quat::IDENTITY,
-            colour: [1.0; 3],
-            brake: 0.0,
-            scale: Vec3::ONE,
-            wheel_scale: Vec3::ONE,
-            hubs: [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3)),
-            steer_rad: 0.0,
-            spin_rad: 0.3,
-            style: 0,
-            plate: 1234,
-            is_ego: false,
-        };
+        let hubs = [(1.4, 0.8), (1.4, -0.8), (-1.4, 0.8), (-1.4, -0.8)].map(|(x, y)| Vec3::new(x, y, 0.3));
+        let car = CarInstance { hubs, ..CAR };
         for (wheel, hub) in wheels(&car).zip(car.hubs) {
             let column = |i: usize| Vec3::from(wheel.rows.map(|row| row[i]));
             assert!((wheel.origin() - hub).length() < 1e-6);
@@ -382,5 +388,13 @@ mod tests {
         let axle = Vec3::from(steered[0].rows.map(|row| row[1]));
         assert!(axle.x < -0.3, "steering left turns the left wheel's outer side backwards: {axle}");
         assert_eq!(steered[2].rows[0][1], 0.0, "the rear wheels stay");
+    }
+    #[test]
+    fn a_parked_car_has_its_number_and_the_sign_of_dark_lamps() {
+        let of = |is_parked: bool| {
+            let car = CarInstance { is_parked, ..CAR };
+            body(&car).colour_brake[3]
+        };
+        assert_eq!((of(false), of(true)), (1234.0, -1234.0));
     }
 }

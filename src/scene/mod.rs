@@ -223,6 +223,8 @@ pub struct CarInstance {
     pub style: usize,
     /// Number on its plates, see [`car::number_plate`].
     pub plate: u16,
+    /// True for a car without a driver beside a house: all its lamps are dark.
+    pub is_parked: bool,
     /// True for the participant's own car, which is not drawn in the driver's view or the mirror, because the eye is inside it.
     pub is_ego: bool,
 }

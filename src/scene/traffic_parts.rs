@@ -87,6 +87,7 @@ fn traffic_part(
         spin_rad: spin as f32,
         style: shape.style.unwrap_or_else(|| style(car.id)).min(static_scene.cars.len().saturating_sub(1)),
         plate: number_plate::number(car.id.0),
+        is_parked: false,
         is_ego: false,
     }
 }

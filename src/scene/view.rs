@@ -128,6 +128,7 @@ impl EgoAt {
             spin_rad: self.spin_rad,
             style: 0,
             plate: number_plate::number(EGO.0),
+            is_parked: false,
             is_ego: true,
         }
     }

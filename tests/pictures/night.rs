@@ -3,6 +3,7 @@
 
 use super::{
     daylight::{LUMINANCE, light_at},
+    pixels::*,
     place::*,
 };
 use codrive::{
@@ -131,6 +132,22 @@ fn a_car_in_the_beam_shades_the_wall_behind_it() {
     });
     assert!(straight[0] > 10.0 && aside[0] < 0.05 * straight[0], "{straight:?} lx, behind the car {aside:?}");
     assert!((aside[1] / straight[1] - 1.0).abs() < 0.1, "beside its shade {} lx, without it {}", aside[1], straight[1]);
+}
+
+#[test]
+fn a_parked_car_has_no_lamp_on() {
+    let ahead = snapshot(vec![car(1, on_lane(23.0, 0.0))]);
+    let mut view = view(&ahead, ViewKind::Driver, &ViewOptions::default().at_hour(22.0));
+    (view.seat, view.mirror) = (None, None);
+    view.headlamps.truncate(1);
+    let inner = view.headlamps[0].inner;
+    view.headlamps[0].position += inner * 1000.0;
+    let red = |view: &View| pixels(&draw(view, false, SIZE), |[r, g, _]| r > 0.2 && r > 4.0 * g).len();
+    let driven = red(&view);
+    view.cars[1].is_parked = true;
+    let parked = red(&view);
+    println!("{driven} red pixels of a car with a driver, {parked} of a parked one");
+    assert!(driven > 20 && parked == 0, "{driven} red pixels of a car with a driver, {parked} of a parked one");
 }
 
 #[test]

@@ -114,7 +114,7 @@ pub struct QuadUniform {
 pub struct Instance {
     /// Rows of the transform from mesh to world.
     pub rows: [[f32; 4]; 3],
-    /// Paint or tint, linear; w of a vehicle is the number on its plates plus half of its brake lamps' light (0 to 1).
+    /// Paint or tint, linear; w of a vehicle is the number on its plates plus half of its brake lamps' light (0 to 1), negative for a parked car.
     pub colour_brake: [f32; 4],
 }
 

@@ -38,6 +38,7 @@ pub(super) fn parked_cars(cars: &[ParkedCar]) -> Vec<CarInstance> {
         spin_rad: 0.0,
         style: style(VehicleId(number)),
         plate: number_plate::number(number),
+        is_parked: true,
         is_ego: false,
     };
     cars.iter().map(parked).collect()

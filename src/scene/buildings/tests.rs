@@ -105,6 +105,7 @@ fn cars_are_parked_beside_houses_and_off_the_road() {
     let buildings = built(net, &roads, 1);
     assert!(static_scene.parked_cars.len() > 20, "{}", static_scene.parked_cars.len());
     for car in &static_scene.parked_cars {
+        assert!(car.is_parked, "lamps on");
         for corner in [(2.3, 0.8), (2.3, -0.8), (-2.3, 0.8), (-2.3, -0.8)] {
             let at = car.position + car.rotation * Vec3::new(corner.0, corner.1, 0.0);
             let (wall_m, road_m) = (buildings.distance_m(at.truncate()), roads.border_m(at.truncate()));
