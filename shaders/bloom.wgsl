@@ -27,10 +27,11 @@ fn fragment(@builtin(position) at: vec4f) -> @location(0) vec4f {
     let texel = 1.0 / vec2f(textureDimensions(light));
     var sum = vec3f(0.0);
     if BLUR {
-        // 4 by 4 pairs of texels, weighted by a Gaussian of 1.6 texels.
+        // 16 pairs of texels on a spiral, weighted by a Gaussian of 1.6 texels: on a square grid, halos would be square and striped.
         var weights = 0.0;
         for (var i = 0; i < 16; i++) {
-            let off = vec2f(f32(i & 3) - 1.5, f32(i >> 2u) - 1.5) * 1.6;
+            let turn = 2.4 * f32(i);
+            let off = vec2f(cos(turn), sin(turn)) * (0.8 * sqrt(f32(i) + 0.5));
             let weight = exp(-dot(off, off) / 5.0);
             sum += weight * textureSampleLevel(light, light_sampler, at.xy * texel + off * texel, 0.0).rgb;
             weights += weight;
