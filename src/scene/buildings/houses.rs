@@ -202,15 +202,21 @@ fn one_window(facade: Facade) -> Facade {
     Facade { storeys: 1, windows: WindowKind::Small, ground: GroundFloor::Windows, ..facade }
 }
 
-/// Adds a window in the middle of each gable.
+/// Half the width of a small window's sill, and the height of the sill's lower and the window's upper edge over the floor, metres
+/// (`WINDOWS` in `building.wgsl`).
+pub(super) const ATTIC_WINDOW_M: [f32; 3] = [0.54, 0.78, 1.92];
+
+/// Adds a window in the middle of each gable: no more than its opening and sill, as the wall around it would differ from the gable.
 fn attic_windows(shell: &mut Shell, look: &Look, roof: &PitchedRoof) {
-    let half_m = 0.8;
-    let (low, high) = (roof.eaves_m + 0.1, roof.eaves_m + 2.6);
-    if roof.ridge_m(look.walls) < high + 0.9 {
+    let [half_m, sill_m, top_m] = ATTIC_WINDOW_M;
+    let floor_m = roof.eaves_m + 0.1;
+    let (low, high) = (floor_m + sill_m, floor_m + top_m);
+    if roof.ridge_m(look.walls) < floor_m + 3.4 {
         return;
     }
     let middle = (look.walls.low + look.walls.high) / 2.0;
-    let facade = one_window(look.facade).along(2.0 * half_m, 2.0 * half_m);
+    let (facade, bay_m) = one_window(look.facade).along(1.6, 1.6);
+    let u = [0.5 * bay_m - half_m, 0.5 * bay_m + half_m];
     for side in [-1.0, 1.0f32] {
         let (at, along) = if roof.is_along {
             (
@@ -224,14 +230,14 @@ fn attic_windows(shell: &mut Shell, look: &Look, roof: &PitchedRoof) {
             )
         };
         // Its height counts from its own floor, as in the storeys below.
-        let corner = |off: f32, u: f32, z: f32| ((at + along * off).extend(z), Vec2::new(u, z - low));
+        let corner = |off: f32, u: f32, z: f32| ((at + along * off).extend(z), Vec2::new(u, z - floor_m));
         let corners = [
-            corner(-half_m, 0.0, low),
-            corner(half_m, facade.1, low),
-            corner(half_m, facade.1, high),
-            corner(-half_m, 0.0, high),
+            corner(-half_m, u[0], low),
+            corner(half_m, u[1], low),
+            corner(half_m, u[1], high),
+            corner(-half_m, u[0], high),
         ];
-        shell.polygon(&corners, look.wall, facade.0.material());
+        shell.polygon(&corners, look.wall, facade.material());
     }
 }
 

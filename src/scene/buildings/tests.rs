@@ -46,6 +46,18 @@ fn models_are_sound_within_their_triangles_and_stand_on_the_ground() {
 }
 
 #[test]
+fn an_attic_window_is_as_large_as_its_opening_and_sill() {
+    let shader = include_str!("../../../shaders/building.wgsl");
+    // Half the width and height of the opening, and the height of its middle.
+    let [half_m, half_high_m, middle_m] = [0.45, 0.52, 1.40];
+    assert!(shader.contains(&format!("vec4f({half_m:.2}, {half_high_m:.2}, {middle_m:.2}, ")), "the smallest window");
+    assert!(shader.contains("vec2f(half.x + 0.09, 0.05)"), "a sill 10 cm high, 9 cm wider on each side");
+    let [wide_m, sill_m, top_m] = houses::ATTIC_WINDOW_M;
+    let wanted = [half_m + 0.09, middle_m - half_high_m - 0.1, middle_m + half_high_m];
+    assert!([wide_m, sill_m, top_m].iter().zip(wanted).all(|(is, wanted)| (is - wanted).abs() < 1e-6), "{wanted:?}");
+}
+
+#[test]
 fn no_tree_and_no_tuft_grows_in_a_building() {
     let map = shipped("grid");
     let static_scene = StaticScene::build(&map, 1);
