@@ -2,7 +2,7 @@
 //! a lane, and up to the end of each lane that does not end along a side.
 
 use super::{
-    layer::{ASPHALT, Layer, SHOULDER, plain_asphalt},
+    layer::{ASPHALT, LINE_HALF_M, Layer, SHOULDER, plain_asphalt},
     strips::{Column, Ground, Paver},
     verge::VergePaver,
 };
@@ -14,6 +14,9 @@ use glam::{Vec2, Vec3};
 
 /// Maximum reach of a shoulder's corner, as a multiple of the shoulder's width.
 const MOST_MITRE: f32 = 2.0;
+
+/// Length from which a side without a lane has an edge line, metres: along the taper where lanes merge, but not around the corners of a crossing.
+const LINED_M: f32 = 25.0;
 
 /// Largest gap between the end of a lane's edge and the area that it leads to, metres: of a lane 5 m wide at an angle of 40 degrees.
 const MOST_GAP_M: f32 = 4.0;
@@ -49,7 +52,8 @@ pub(super) fn pave_up_to(area: &JunctionArea, edges: [Vec3; 2], ahead: Vec2, pav
 /// Paves an area, and the shoulder and the verge of each side without a lane.
 pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, verges: VergePaver) {
     let JunctionArea { outline, open, .. } = area;
-    let verges = verges.with_pavement(verges.town.paves_corners(area.junction));
+    let is_in_town = verges.town.paves_corners(area.junction);
+    let verges = verges.with_pavement(is_in_town);
     paver.area(outline, Layer::Junction, plain_asphalt());
     let n = outline.len();
     let outwards = |k: usize| {
@@ -82,6 +86,50 @@ pub(super) fn pave(area: &JunctionArea, paver: &mut Paver, verges: VergePaver) {
         let columns =
             [(-SHOULDER, 1.22), (0.05, 1.04)].map(|(at, share)| Column::tarred(at, Layer::Apron, tone(share)));
         paver.ribbon(&rows, &place, columns, Ground::Tarred, None);
+        if !is_in_town && outline[ends[0]].distance(outline[ends[1]]) >= LINED_M {
+            let [from, to] = rows.map(|row| place(row, -LINE_HALF_M));
+            paver.painted_line(from, to, LINE_HALF_M as f32);
+        }
         verges.pave(paver, &rows, &place, SHOULDER, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{
+        map::RoadMap,
+        roadside::junction_areas,
+        scene::{Material, StaticScene},
+    };
+    use glam::Vec3;
+
+    #[test]
+    fn edge_lines_run_on_along_the_taper_of_a_zipper() {
+        let map = RoadMap::load("bottleneck").expect("a shipped map");
+        let scene = StaticScene::with_trees(&map, 1, 0);
+        let is_paint = |index: &u32| scene.road.vertices[*index as usize].material == Material::Marking as u32;
+        let faces = scene.road.indices.as_chunks::<3>().0.iter().filter(|face| face.iter().all(is_paint));
+        let paint: Vec<[Vec3; 3]> =
+            faces.map(|face| face.map(|index| Vec3::from(scene.road.vertices[index as usize].position))).collect();
+        // A line is 12 cm wide and begins and ends at the sides' corners.
+        let has_paint = |at: Vec3| {
+            paint.iter().any(|[a, b, c]| {
+                [a, b, c].into_iter().any(|corner| corner.distance(at) < 0.3)
+                    && a.distance(*b).max(b.distance(*c)) > 20.0
+            })
+        };
+        let mut lined = 0;
+        for area in junction_areas::areas(&map.network) {
+            let n = area.outline.len();
+            for side in (0..n).filter(|side| !area.open[*side]) {
+                let ends = [area.outline[side], area.outline[(side + 1) % n]];
+                if ends[0].distance(ends[1]) > 30.0 {
+                    assert!(ends.into_iter().all(has_paint), "no line from {} to {}", ends[0], ends[1]);
+                    lined += 1;
+                }
+            }
+        }
+        // The road narrows from both sides.
+        assert!(lined >= 2, "{lined} sides");
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{
     junctions,
-    layer::{ASPHALT, KERB, Layer, PAVING, SHOULDER, plain_asphalt},
+    layer::{ASPHALT, KERB, LINE_HALF_M, Layer, PAVING, SHOULDER, plain_asphalt},
     name_signs,
     strips::{Column, Ground, Paver},
     verge::{SurfacePoint, VergePaver},
@@ -29,8 +29,6 @@ const HALF_GAUGE_M: f64 = 0.7175;
 const RAIL_M: f64 = 0.07;
 /// Height of a rail above the ballast, metres.
 const RAIL_HEIGHT_M: f32 = 0.05;
-/// Half the width of every painted line, metres.
-const LINE_HALF_M: f64 = 0.06;
 /// Width of bare asphalt beside a line, within its strip, metres.
 const BARE_M: f64 = 0.16;
 /// Maximum distance between rows of a level lane's vertices, metres. The asphalt's colour varies from row to row.

@@ -57,6 +57,9 @@ pub(super) const SHOULDER: f64 = map::SHOULDER_M;
 /// Width of the shoulder in single precision, for meshes, metres.
 pub(in crate::scene) const SHOULDER_M: f32 = map::SHOULDER_M as f32;
 
+/// Half the width of every painted line along a road, metres.
+pub(super) const LINE_HALF_M: f64 = 0.06;
+
 /// Base colour of asphalt, linear albedo.
 pub(super) const ASPHALT: [f32; 3] = [0.082, 0.082, 0.086];
 /// Colour of pavements, linear albedo.
