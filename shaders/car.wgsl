@@ -33,6 +33,15 @@ fn around_car(direction: vec3f, above: vec3f, ground: vec3f, rough: f32) -> vec3
     return mix(ground, over_ground, smoothstep(-0.03 - soft, 0.015 + soft, direction.z));
 }
 
+// Returns the share of a body's mirror image that rough water leaves: the more of it is left, the nearer a part is to the road and the eye. Its
+// outline is soft.
+fn in_rough_water(world: vec3f, height: f32, facet: vec3f) -> f32 {
+    let from_below = vec3f(frame.eye.xy, 2.0 * (world.z - height) - frame.eye.z) - world;
+    let away = length(from_below);
+    let outline = smoothstep(0.0, 0.5, dot(facet, from_below) / away);
+    return exp(-height / 1.2) * outline * (1.0 - smoothstep(20.0, 60.0, away));
+}
+
 @fragment
 fn fragment(in: Surface) -> @location(0) vec4f {
     let view = to_eye(in.world);
@@ -131,7 +140,8 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         light += min(coat, 0.5) * sun * sun_gloss(facet, view, coat_rough, vec3f(0.04), 1.0);
 
         // Lamps: green and blue of a brake lamp's colour are its shares as tail lamp and as brake lamp, those of a head lamp by day and dipped.
-        let is_on = step(0.0, in.paint.w);
+        // In water they are streaks (`streak.wgsl`).
+        let is_on = select(step(0.0, in.paint.w), 0.0, IN_WATER);
         let glow = max(RUNNING * in.colour.g, BRAKE_LIT * in.colour.b * in.paint.w) * is_on;
         light += select(0.0, glow * frame.lamps.y, material == BRAKE_LAMP) * vec3f(1.0, 0.0046, 0.003);
         let head = max(DAYLIGHT * in.colour.g, frame.lamps.x * in.colour.b) * is_on * frame.lamps.y;
@@ -143,6 +153,9 @@ fn fragment(in: Surface) -> @location(0) vec4f {
         light = select(light, light * through + (1.0 - through) * 0.20 * ground, material == GLASS && SEEN_THROUGH < 0.5);
         // Tinted glass absorbs 45 % of the light behind it, a lamp's cover 5 %, in addition to the mirrored share.
         alpha = mix(1.0, through, select(0.0, SEEN_THROUGH, material == GLASS));
+    }
+    if IN_WATER {
+        return vec4f(through_air(light, in.world), in_rough_water(in.world, in.height, facet));
     }
     return vec4f(through_air_over(light, in.world, alpha), alpha);
 }

@@ -56,6 +56,8 @@ fn vertex(corner: Corner, at: Placed) -> Surface {
     let sign = floor((number + 0.5) / max(corner.uv.x, 1.0));
     let shown = abs(sign - signs * floor((sign + 0.5) / max(signs, 1.0)) - (corner.uv.y - 16.0 * signs)) < 0.5;
     out.clip = select(out.clip, vec4f(2.0, 2.0, 2.0, 1.0), corner.material == PLATE && number > 0.5 && corner.uv.x > 0.5 && !shown);
+    // Parked cars stand behind fences and hedges, which hide them from the water on the road.
+    out.clip = select(out.clip, vec4f(2.0, 2.0, 2.0, 1.0), IN_WATER && at.colour_brake.w < 0.0);
     out.height = out.world.z - at.z.w;
     return out;
 }

@@ -100,7 +100,9 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     if WET {
         let hollow = smoothstep(0.44, 0.60, 0.6 * coarse.g + 0.4 * broad.g);
         let stony = 0.35 * pale + 0.5 * max(fine.r - 0.5, 0.0);
-        film = select(0.12, 0.42 + 0.22 * track + 0.16 * hollow - stony * (0.4 + 0.6 * close), tarred);
+        // Pavements are rougher, and slope towards the kerb: water runs off them.
+        let paved = (0.42 + 0.22 * track + 0.16 * hollow) * mix(1.0, 0.25, smoothstep(0.16, 0.24, select(colour.g, 0.0, line)));
+        film = select(0.05, paved - stony * (0.4 + 0.6 * close), tarred);
         albedo *= select(0.75, mix(0.62, 0.48, clamp(film, 0.0, 1.0)), tarred);
     }
 

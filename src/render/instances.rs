@@ -9,7 +9,7 @@ use super::{
     level_of_detail::{CarDetail, DetailShares, InstanceBatches, LEVELS, TreeDetail},
     models::{ModelMesh, ModelMeshes},
 };
-use crate::scene::{CarInstance, Cockpit, DriverSeat, LitLamp, SprayPuff, StaticScene, TreePlace};
+use crate::scene::{CarInstance, Cockpit, DriverSeat, LitLamp, MirroredLamp, SprayPuff, StaticScene, TreePlace};
 use glam::{Affine3A, Quat, Vec3};
 use std::f32::consts::PI;
 use std::ops::Range;
@@ -21,6 +21,9 @@ const ROOTS_M: f32 = 90.0;
 const REACH_M: f32 = 3.3;
 /// Maximum distance of lit lamps, m: a lamp further away is smaller than a pixel.
 const LAMPS_M: f32 = 700.0;
+/// Maximum distance of lamps that a wet road mirrors, m, and the radius of a sphere that holds the image of one.
+const STREAKS_M: f32 = 200.0;
+const STREAK_REACH_M: f32 = 8.0;
 /// Radius that stands for a car when its detail is chosen, m: near up to about 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
@@ -103,6 +106,8 @@ pub struct SceneContents<'a> {
     pub inside: Option<&'a DriverSeat>,
     /// Lamps that are lit.
     pub lamps: &'a [LitLamp],
+    /// Lamps that a wet road mirrors.
+    pub mirrored_lamps: &'a [MirroredLamp],
     /// Fine drops in the air behind vehicles.
     pub spray: &'a [SprayPuff],
 }
@@ -192,14 +197,22 @@ impl InstanceCollector {
             self.fill(|list| list.extend(mid.flat_map(wheels))),
             self.fill(|list| list.extend(far.chain(shade).flat_map(wheels))),
         ];
-        let lit = around.lamps.iter().filter(|lamp| {
+        let faces = |lamp: &LitLamp, most_m: f32| {
             // A lamp that faces away has no visible face.
             let way = eye - lamp.position;
-            way.length_squared() < LAMPS_M * LAMPS_M
-                && way.dot(lamp.facing) > 0.0
-                && visible.sees(lamp.position, lamp.radius_m)
-        });
+            way.length_squared() < most_m * most_m && way.dot(lamp.facing) > 0.0
+        };
+        let lit = around.lamps.iter();
+        let lit = lit.filter(|lamp| faces(lamp, LAMPS_M) && visible.sees(lamp.position, lamp.radius_m));
         let lamps = self.fill(|list| list.extend(lit.map(lit_lamp)));
+        // Their images are below the road, and longer than high.
+        let mirrored = around.mirrored_lamps.iter().filter(|at| {
+            let image = at.lamp.position - Vec3::Z * (2.0 * at.height_m);
+            faces(&at.lamp, STREAKS_M)
+                && visible.sees(image, STREAK_REACH_M)
+                && !cars.iter().any(|(car, _)| at.is_hidden_by(car, eye))
+        });
+        let streaks = self.fill(|list| list.extend(mirrored.map(streak)));
         let puffs = around.spray.iter().filter(|puff| visible.sees(puff.position, puff.radius_m));
         let spray = self.fill(|list| list.extend(puffs.map(spray_puff)));
         let tufts = around.forest.iter().flat_map(|forest| forest.tufts.0.iter().zip(&forest.tufts.1));
@@ -211,7 +224,7 @@ impl InstanceCollector {
             self.buffer = instance_buffer(device, self.instances.len().next_power_of_two());
         }
         queue.write_buffer(&self.buffer, 0, bytemuck::cast_slice(&self.instances));
-        InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, spray, tufts, roots, trees }
+        InstanceBatches { inside, housings, cars: all, bodies, wheels, lamps, streaks, spray, tufts, roots, trees }
     }
 
     /// Binds the instances as the source of the pass's draws, in `slot`.
@@ -306,6 +319,12 @@ fn lit_lamp(lamp: &LitLamp) -> Instance {
     let turn = Quat::from_rotation_arc(Vec3::X, lamp.facing);
     let world = Affine3A::from_scale_rotation_translation(Vec3::splat(lamp.radius_m), turn, lamp.position);
     Instance::new(world, lamp.light, 0.0)
+}
+
+/// Returns a lamp that a wet road mirrors as its place, radius, light and height over the road.
+fn streak(MirroredLamp { lamp, height_m }: &MirroredLamp) -> Instance {
+    let world = Affine3A::from_scale_rotation_translation(Vec3::splat(lamp.radius_m), Quat::IDENTITY, lamp.position);
+    Instance::new(world, lamp.light, *height_m)
 }
 
 /// Returns a puff as its place, radius and opacity.

@@ -20,6 +20,8 @@ pub struct InstanceBatches {
     pub wheels: [Range<u32>; 3],
     /// Lamps that are lit.
     pub lamps: Range<u32>,
+    /// Lamps that a wet road mirrors.
+    pub streaks: Range<u32>,
     /// Puffs of fine drops behind vehicles.
     pub spray: Range<u32>,
     /// Tufts of grass in range.

@@ -27,6 +27,16 @@ const OVER_MIRRORED: wgpu::BlendState = wgpu::BlendState {
     alpha: wgpu::BlendComponent::REPLACE,
 };
 
+/// Blending of light that is added to a picture.
+const ADDED: wgpu::BlendState = wgpu::BlendState {
+    color: wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::One,
+        dst_factor: wgpu::BlendFactor::One,
+        operation: wgpu::BlendOperation::Add,
+    },
+    alpha: wgpu::BlendComponent::OVER,
+};
+
 /// All pipelines of the scene.
 #[derive(Debug)]
 pub struct MaterialPipelines {
@@ -71,12 +81,13 @@ pub(super) struct PlantPipelines {
     pub grass: wgpu::RenderPipeline,
 }
 
-/// Pipelines for rain: what the wet road mirrors (sky and trees, bodies, then depth as if nothing had been drawn), the depth of the road, drops in
-/// the air and on the windscreen, spray.
+/// Pipelines for rain: what the wet road mirrors (sky and trees, bodies, streaks of lamps, then depth as if nothing had been drawn), the depth of
+/// the road, drops in the air and on the windscreen, spray.
 #[derive(Debug)]
 pub(super) struct RainPipelines {
     pub mirrored_sky: wgpu::RenderPipeline,
     pub mirrored_car: wgpu::RenderPipeline,
+    pub streak: wgpu::RenderPipeline,
     pub nothing: wgpu::RenderPipeline,
     pub road_depth: wgpu::RenderPipeline,
     pub drops: wgpu::RenderPipeline,
@@ -253,22 +264,41 @@ impl MaterialsDesc<'_> {
             cull: None,
             ..solid.clone()
         };
-        let [mirrored_sky, mirrored_car, nothing, road_depth, drops, windscreen, spray] = builder.pipelines([
-            PipelineDesc { program: "mirrored_sky", colour: Some((HDR, None)), constants: &lit[..1], ..air.clone() },
-            // Mirrored triangles turn the other way.
-            PipelineDesc { program: "car", cull: Some(wgpu::Face::Front), constants: &in_water, ..solid.clone() },
-            self.mask(&[("DEPTH", 0.0)]),
-            PipelineDesc {
-                program: "depth_alone",
-                writes: wgpu::ColorWrites::empty(),
-                constants: &[],
-                ..solid.clone()
-            },
-            PipelineDesc { program: "rain", ..air.clone() },
-            PipelineDesc { program: "windscreen", buffers: &mesh, constants: &wipers, ..air.clone() },
-            PipelineDesc { program: "spray", buffers: &instances, ..air },
-        ])?;
-        Ok(RainPipelines { mirrored_sky, mirrored_car, nothing, road_depth, drops, windscreen, spray })
+        let [mirrored_sky, mirrored_car, streak, nothing, road_depth, drops, windscreen, spray] =
+            builder.pipelines([
+                PipelineDesc {
+                    program: "mirrored_sky",
+                    colour: Some((HDR, None)),
+                    constants: &lit[..1],
+                    ..air.clone()
+                },
+                // Mirrored triangles turn the other way.
+                PipelineDesc {
+                    program: "car",
+                    colour: Some((HDR, Some(wgpu::BlendState::ALPHA_BLENDING))),
+                    cull: Some(wgpu::Face::Front),
+                    constants: &in_water,
+                    ..solid.clone()
+                },
+                PipelineDesc {
+                    program: "streak",
+                    buffers: &instances,
+                    colour: Some((HDR, Some(ADDED))),
+                    constants: &[],
+                    ..air.clone()
+                },
+                self.mask(&[("DEPTH", 0.0)]),
+                PipelineDesc {
+                    program: "depth_alone",
+                    writes: wgpu::ColorWrites::empty(),
+                    constants: &[],
+                    ..solid.clone()
+                },
+                PipelineDesc { program: "rain", ..air.clone() },
+                PipelineDesc { program: "windscreen", buffers: &mesh, constants: &wipers, ..air.clone() },
+                PipelineDesc { program: "spray", buffers: &instances, ..air },
+            ])?;
+        Ok(RainPipelines { mirrored_sky, mirrored_car, streak, nothing, road_depth, drops, windscreen, spray })
     }
 
     /// Returns the description of a mask, which sets the depth alone.

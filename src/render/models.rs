@@ -185,6 +185,15 @@ impl ModelMeshes {
         }
     }
 
+    /// Draws the outer shapes of all bodies, in whose mirror images on a wet road nothing smaller is visible.
+    pub fn draw_mirrored(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
+        for ([_, _, far, plan, _], [near, _, last, coarse, _]) in self.bodies.iter().zip(&batches.bodies) {
+            // The instances of the three fine levels follow each other.
+            far.draw(pass, near.start..last.end);
+            plan.draw(pass, coarse.clone());
+        }
+    }
+
     /// Draws the transparent windows, far ones first.
     pub fn draw_glass(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         for level in [1, 0] {

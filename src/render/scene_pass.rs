@@ -280,7 +280,12 @@ impl ScenePass {
             pass.set_pipeline(&rain.mirrored_sky);
             pass.draw(0..3, 0..1);
             pass.set_pipeline(&rain.mirrored_car);
-            models.draw_bodies(pass, &batches);
+            models.draw_mirrored(pass, &batches);
+            pass.set_pipeline(&rain.streak);
+            instances.bind(pass, 0);
+            pass.draw(0..6, batches.streaks.clone());
+            models.bind(pass);
+            instances.bind(pass, 1);
             pass.set_pipeline(&rain.nothing);
             pass.draw(0..3, 0..1);
         }
@@ -360,7 +365,13 @@ impl ScenePass {
             (&meshes.device, &meshes.queue),
             &meshes.models,
             cars,
-            SceneContents { forest: Some(&meshes.forest), inside, lamps: &view.lamps, spray: &view.spray },
+            SceneContents {
+                forest: Some(&meshes.forest),
+                inside,
+                lamps: &view.lamps,
+                mirrored_lamps: &view.mirrored_lamps,
+                spray: &view.spray,
+            },
             visible,
         )
     }

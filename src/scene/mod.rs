@@ -13,6 +13,7 @@ mod land;
 mod mesh;
 mod mesh_simplification;
 mod mirror_options;
+mod mirrored_lamps;
 mod network;
 mod options;
 mod point_key;
@@ -31,6 +32,7 @@ pub use cockpit::wipers::WiperMotion;
 pub use cockpit::{BONNET_EDGE, Cockpit};
 pub use headlamps::Headlamps;
 pub use mirror_options::MirrorOptions;
+pub use mirrored_lamps::MirroredLamp;
 pub use network::signals::SignalHead;
 pub use network::street_lamps::STREET_LAMP_M;
 pub use options::ViewOptions;
@@ -309,6 +311,8 @@ pub struct View {
     pub route_line: std::ops::Range<u32>,
     /// Lit lamps of signals, and indicators of vehicles.
     pub lamps: Vec<LitLamp>,
+    /// Lamps that a wet road mirrors; empty on a dry one.
+    pub mirrored_lamps: Vec<MirroredLamp>,
     /// Headlamps, the ego's first; empty while they are off.
     pub headlamps: Vec<Headlamps>,
     /// Ego around the driver's eye, in the driver's view only.

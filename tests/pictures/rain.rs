@@ -133,9 +133,9 @@ fn a_picture_in_rain_is_the_same_again_and_keeps_the_budget() {
     assert!(again == first, "a replay shows the same drops");
     assert!(dry_again == between && first != between);
     println!("{rainy:?}, dry {plain:?}");
-    // The strongest rain has the budget of a dry picture. Drops have no bytes, and a puff of spray has those of an instance.
+    // The strongest rain has the budget of a dry picture. Drops have no bytes; a puff of spray and a mirrored lamp have those of an instance.
     assert!(rainy.total().triangles < triangles, "{rainy:?}");
-    let puffs = wet.spray.len() as u64;
+    let puffs = (wet.spray.len() + wet.mirrored_lamps.len()) as u64;
     assert!(rainy.uploaded_bytes <= plain.uploaded_bytes + 2 * 64 * puffs + 1024, "{rainy:?}, dry {plain:?}");
 }
 

@@ -9,7 +9,7 @@ use wgpu::naga;
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// All programs and their parts. A part is a file in `shaders/` without its extension.
-pub const PROGRAMS: [ShaderProgram; 26] = [
+pub const PROGRAMS: [ShaderProgram; 27] = [
     ("shadow", &["shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
@@ -28,6 +28,7 @@ pub const PROGRAMS: [ShaderProgram; 26] = [
     ("contact", &["common", "contact"]),
     ("hidden", &["hidden"]),
     ("mirrored_sky", &["common", "light", "ray", "mirrored_sky"]),
+    ("streak", &["common", "streak"]),
     ("depth_alone", &["common", "corner", "mesh", "depth_alone"]),
     ("rain", &["common", "light", "lamps", "rain"]),
     ("spray", &["common", "light", "lamps", "spray"]),
@@ -44,7 +45,7 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 39] = built_in![
+const FILES: [(&str, &str); 40] = built_in![
     "common",
     "light",
     "lamps",
@@ -74,6 +75,7 @@ const FILES: [(&str, &str); 39] = built_in![
     "contact",
     "hidden",
     "mirrored_sky",
+    "streak",
     "depth_alone",
     "rain",
     "spray",
