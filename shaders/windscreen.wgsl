@@ -9,6 +9,12 @@ override ARM_1: f32 = 1.0;
 override BARE: f32 = 0.0;
 override SWEEP: f32 = 1.0;
 
+// Light of a lit street, lx: where the sky gives less, drops are seen by lamps.
+const STREET_LUX = 30.0;
+// Share of its cover that a drop has by night, and light of its glint beside that of a white sheet.
+const BENT = 0.06;
+const SPARKLE = 0.5;
+
 // Time after which a drop beside the wipers' reach has run off, s.
 const RUN_OFF_S = 9.0;
 
@@ -67,5 +73,11 @@ fn fragment(in: Surface) -> @location(0) vec4f {
     let above = sky_light_blurred(normalize(vec3f(-view.xy, 0.5)), 3.0);
     let ground = 0.11 * ambient(vec3f(0.0, 0.0, 1.0));
     let light = mix(above, ground, smoothstep(-0.55, 0.75, drop.y));
-    return vec4f(light, 0.62 * drop.z);
+    // By day a drop hides what is behind it. By night that is brighter than sky and ground, and a drop only bends its light: it is hardly visible,
+    // but sparkles with the lamps that light it.
+    let sky_lux = ambient(vec3f(0.0, 0.0, 1.0)).g / max(frame.lamps.z, 1e-9);
+    let hides = 0.62 * drop.z * mix(BENT, 1.0, sky_lux / (sky_lux + STREET_LUX));
+    let glint = 1.0 - smoothstep(0.05, 0.45, distance(drop.xy, vec2f(-0.25, 0.3)));
+    let sparkle = SPARKLE * glint * drop.z * lamplight(in.world, normalize(in.normal), 0.0);
+    return vec4f(light + sparkle / max(hides, 1e-4), hides);
 }

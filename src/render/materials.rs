@@ -256,7 +256,8 @@ impl MaterialsDesc<'_> {
             ("BARE", wipers::BARE),
             ("SWEEP", wipers::SWEEP_RAD),
         ];
-        let wipers = wipers.map(|(name, value)| (name, f64::from(value)));
+        let wipers = wipers.into_iter().map(|(name, value)| (name, f64::from(value)));
+        let windscreen: Vec<_> = wipers.chain([self.beams()]).collect();
         let air = PipelineDesc {
             buffers: &[],
             colour: Some((HDR, Some(wgpu::BlendState::ALPHA_BLENDING))),
@@ -295,7 +296,7 @@ impl MaterialsDesc<'_> {
                     ..solid.clone()
                 },
                 PipelineDesc { program: "rain", ..air.clone() },
-                PipelineDesc { program: "windscreen", buffers: &mesh, constants: &wipers, ..air.clone() },
+                PipelineDesc { program: "windscreen", buffers: &mesh, constants: &windscreen, ..air.clone() },
                 PipelineDesc { program: "spray", buffers: &instances, ..air },
             ])?;
         Ok(RainPipelines { mirrored_sky, mirrored_car, streak, nothing, road_depth, drops, windscreen, spray })

@@ -115,6 +115,38 @@ fn wipers_take_the_drops_from_the_windscreen() {
 }
 
 #[test]
+fn drops_by_night_are_no_darker_than_what_is_behind_them() {
+    // A white wall 14 m ahead, which the headlamps light. By day drops show the dark ground upside down.
+    let pose = on_lane(19.0, 0.0);
+    let (middle, left) = (pose.position.as_vec2().extend(1.5), pose.left().as_vec2().extend(0.0));
+    let normal = (-pose.forward()).as_vec2().extend(0.0).to_array();
+    let corner = |aside_m: f32, up_m: f32| {
+        let position = (middle - left * aside_m + Vec3::Z * up_m).to_array();
+        Vertex { position, normal, colour: [0.8; 3], ..Default::default() }
+    };
+    let vertices = vec![corner(-9.0, -1.5), corner(9.0, -1.5), corner(9.0, 4.5), corner(-9.0, 4.5)];
+    let posts = Mesh { vertices, indices: vec![0, 1, 2, 0, 2, 3] };
+    let walled = StaticScene { posts, ..static_scene(false).clone() };
+    let mut renderer = Renderer::new(gpu(), &walled, OFFSCREEN, Quality::LOW);
+    let mut darker = |time_h: f32| {
+        let at = Snapshot { tick: Tick(3000), ..snapshot(vec![]) };
+        let mut view = view(&at, ViewKind::Driver, &rain(20.0, ViewOptions::default().at_hour(time_h)));
+        (view.mirror, view.dial) = (None, None);
+        let seen = draw_with(&mut renderer, &view, SIZE);
+        view.seat = None;
+        let free = draw_with(&mut renderer, &view, SIZE);
+        let sum = |pixel: &image::Rgba<u8>| rgb(pixel).iter().sum::<f32>();
+        let lower = |(x, y, pixel): &(u32, u32, &image::Rgba<u8>)| {
+            *y < SIZE[1] * 6 / 10 && sum(pixel) < sum(free.get_pixel(*x, *y)) - 0.06
+        };
+        seen.enumerate_pixels().filter(lower).count()
+    };
+    let [day, night] = [12.0, 22.0].map(&mut darker);
+    println!("{day} darker pixels by day, {night} by night");
+    assert!(day > 40 && night * 20 < day, "{day} darker pixels by day, {night} by night");
+}
+
+#[test]
 fn a_picture_in_rain_is_the_same_again_and_keeps_the_budget() {
     let Budget { quality, triangles, .. } = BUDGETS[0];
     let mut renderer = renderer(true, quality);
@@ -152,9 +184,11 @@ fn spray_hides_part_of_what_is_behind_it() {
         image.pixels().map(rgb).map(|[r, g, b]| (r.min(b) - g).max(0.0)).sum::<f32>()
     };
     let between = on_lane(20.0, 0.0).position.as_vec2().extend(0.8);
-    let (free, hidden) = (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, opacity: 0.9 }]));
+    let (free, hidden) =
+        (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, opacity: 0.9 }]));
     println!("{free}, behind spray {hidden}");
     assert!(free > 50.0 && hidden < 0.8 * free, "{free}, behind spray {hidden}");
-    let far = SprayPuff { position: on_lane(50.0, 0.0).position.as_vec2().extend(0.8), radius_m: 3.0, opacity: 0.9 };
+    let beyond = on_lane(50.0, 0.0).position.as_vec2().extend(0.8);
+    let far = SprayPuff { position: beyond, radius_m: 3.0, opacity: 0.9 };
     assert!(hue(vec![far]) > 0.95 * free, "spray beyond the vehicle does not hide it");
 }

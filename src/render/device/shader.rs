@@ -32,7 +32,7 @@ pub const PROGRAMS: [ShaderProgram; 27] = [
     ("depth_alone", &["common", "corner", "mesh", "depth_alone"]),
     ("rain", &["common", "light", "lamps", "rain"]),
     ("spray", &["common", "light", "lamps", "spray"]),
-    ("windscreen", &["common", "light", "corner", "mesh", "windscreen"]),
+    ("windscreen", &["common", "light", "lamps", "corner", "mesh", "windscreen"]),
     ("bloom", &["bloom"]),
     ("tonemap", &["quad", "edges", "tonemap"]),
     ("soften", &["quad", "edges", "soften"]),
