@@ -327,9 +327,10 @@ fn streak(MirroredLamp { lamp, height_m }: &MirroredLamp) -> Instance {
     Instance::new(world, lamp.light, *height_m)
 }
 
-/// Returns a puff as its place, radius and opacity.
+/// Returns a puff as its place, radius, height over the road (in the place of its scale along y) and opacity.
 fn spray_puff(puff: &SprayPuff) -> Instance {
-    let world = Affine3A::from_scale_rotation_translation(Vec3::splat(puff.radius_m), Quat::IDENTITY, puff.position);
+    let scale = Vec3::new(puff.radius_m, puff.height_m, puff.radius_m);
+    let world = Affine3A::from_scale_rotation_translation(scale, Quat::IDENTITY, puff.position);
     Instance::new(world, [1.0; 3], puff.opacity)
 }
 

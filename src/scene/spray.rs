@@ -14,6 +14,8 @@ pub struct SprayPuff {
     /// Middle, world axes.
     pub position: Vec3,
     pub radius_m: f32,
+    /// Height of its middle over the road, metres.
+    pub height_m: f32,
     /// Share of the light from behind that it hides in its middle.
     pub opacity: f32,
 }
@@ -71,12 +73,12 @@ fn behind(
         let side = if k % 2 == 0 { half_m } else { -half_m };
         let back_m = speed_mps * (1.0 - DRAGGED) * age * LIFE_S as f32;
         let radius_m = (0.35 + 1.1 * age) * large.sqrt();
-        let position = start - ahead * back_m
-            + left * (side * (1.0 + 0.3 * age) + 0.25 * scatter)
-            + Vec3::Z * (0.15 + 0.6 * age * large + 0.1 * scatter);
+        let height_m = 0.15 + 0.6 * age * large + 0.1 * scatter;
+        let aside_m = side * (1.0 + 0.3 * age) + 0.25 * scatter;
+        let position = start - ahead * back_m + left * aside_m + Vec3::Z * height_m;
         // It appears and vanishes softly.
         let opacity = opacity * (age / 0.12).min(1.0) * (1.0 - age).powf(1.5) * large.min(2.0);
-        (opacity > LEAST).then_some(SprayPuff { position, radius_m, opacity })
+        (opacity > LEAST).then_some(SprayPuff { position, radius_m, height_m, opacity })
     })
 }
 

@@ -185,10 +185,30 @@ fn spray_hides_part_of_what_is_behind_it() {
     };
     let between = on_lane(20.0, 0.0).position.as_vec2().extend(0.8);
     let (free, hidden) =
-        (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, opacity: 0.9 }]));
+        (hue(vec![]), hue(vec![SprayPuff { position: between, radius_m: 3.0, height_m: 0.8, opacity: 0.9 }]));
     println!("{free}, behind spray {hidden}");
     assert!(free > 50.0 && hidden < 0.8 * free, "{free}, behind spray {hidden}");
     let beyond = on_lane(50.0, 0.0).position.as_vec2().extend(0.8);
-    let far = SprayPuff { position: beyond, radius_m: 3.0, opacity: 0.9 };
+    let far = SprayPuff { position: beyond, radius_m: 3.0, height_m: 0.8, opacity: 0.9 };
     assert!(hue(vec![far]) > 0.95 * free, "spray beyond the vehicle does not hide it");
+}
+
+#[test]
+fn spray_fades_towards_the_road() {
+    let mut view = view(&snapshot(vec![]), ViewKind::Driver, &rain(0.1, marked()));
+    (view.seat, view.mirror) = (None, None);
+    let foot = on_lane(20.0, 0.0).position.as_vec2().extend(0.0);
+    let puff = SprayPuff { position: foot + Vec3::Z * 0.5, radius_m: 2.0, height_m: 0.5, opacity: 0.9 };
+    let [free, hidden] = [vec![], vec![puff]].map(|spray| {
+        view.spray = spray;
+        draw(&view, false, SIZE)
+    });
+    let veil = |up_m: f32| {
+        let seen = view.camera.project(foot + Vec3::Z * up_m, SIZE[0] as f32 / SIZE[1] as f32).expect("in the picture");
+        let [x, y] = [seen.x * SIZE[0] as f32, seen.y * SIZE[1] as f32].map(|at| at as u32);
+        (x - 4..=x + 4).map(|x| u32::from(difference(free.get_pixel(x, y), hidden.get_pixel(x, y)))).sum::<u32>()
+    };
+    let (at_road, above) = (veil(0.03), veil(0.5));
+    println!("{at_road} at the road, {above} above it");
+    assert!(above > 100 && at_road * 4 < above, "{at_road} at the road, {above} above it");
 }
