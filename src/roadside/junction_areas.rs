@@ -8,6 +8,9 @@ use glam::{Vec2, Vec3};
 /// Maximum distance along the lane between its end and the middle of a side that it meets, metres.
 const MEETS_M: f32 = 0.6;
 
+/// Distance outwards from a side at which a lane that meets it is looked for, metres.
+const BEYOND_M: f32 = 0.3;
+
 /// Area of a junction.
 #[derive(Clone, Debug)]
 pub struct JunctionArea {
@@ -55,12 +58,35 @@ fn area(junction: JunctionId, shape: &[Vec3], ends: &[LaneEnd]) -> Option<Juncti
     let corner = |&k: &usize| flat[k].extend(height_m(flat[k]).unwrap_or(shape[k].z));
     let outline: Vec<Vec3> = round.iter().map(corner).collect();
     let leads_on = |k: usize| {
-        let middle = (outline[k] + outline[(k + 1) % outline.len()]).truncate() / 2.0;
+        let [from, to] = [outline[k], outline[(k + 1) % outline.len()]].map(Vec3::truncate);
+        let middle = (from + to) / 2.0;
+        // A short side along a lane's edge is near its end, too, but what is beyond it is no lane.
+        let beyond = middle - (to - from).perp().normalize_or_zero() * BEYOND_M;
         ends.iter().any(|(end, along, half_m)| {
-            let off = middle - end.truncate();
-            off.dot(*along).abs() < MEETS_M && along.perp_dot(off).abs() < half_m + 0.1
+            let away_m = (middle - end.truncate()).dot(*along).abs();
+            away_m < MEETS_M && along.perp_dot(beyond - end.truncate()).abs() < half_m + 0.1
         })
     };
     let open = (0..outline.len()).map(leads_on).collect();
     (!outline.is_empty()).then_some(JunctionArea { outline, junction, open })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::RoadMap;
+
+    #[test]
+    fn no_lane_meets_the_outer_sides_of_a_joint_between_two_edges() {
+        // A ring is two edges, and the joints between them are less than a metre long.
+        for name in ["two-lane-ring", "ring-250"] {
+            let map = RoadMap::load(name).expect("a shipped map");
+            let areas = areas(&map.network);
+            for JunctionArea { outline, open, .. } in &areas {
+                let closed = open.iter().filter(|open| !**open).count();
+                assert!(closed >= 2, "{name}: {closed} of the sides of {outline:?}");
+                assert!(open.iter().filter(|open| **open).count() >= 2, "{name}: {outline:?}");
+            }
+        }
+    }
 }
