@@ -18,6 +18,9 @@ pub struct Controls {
     /// True while the main beam is on.
     #[serde(default)]
     pub main_beam: bool,
+    /// Button of the secondary task that was pressed.
+    #[serde(default)]
+    pub task_button: TaskButton,
 }
 
 impl Controls {
@@ -31,6 +34,7 @@ impl Controls {
             selector: self.selector,
             indicator: self.indicator,
             main_beam: self.main_beam,
+            task_button: self.task_button,
         }
     }
 }
@@ -52,6 +56,36 @@ pub enum Selector {
     Drive,
     Neutral,
     Reverse,
+}
+
+/// Button of a secondary task, pressed in a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TaskButton {
+    /// No press in this tick.
+    #[default]
+    None,
+    /// Response, or confirmation of the cursor's column.
+    Respond,
+    /// Cursor one column to the left.
+    Left,
+    /// Cursor one column to the right.
+    Right,
+}
+
+impl TaskButton {
+    /// All buttons, in the order of declaration.
+    pub const ALL: [Self; 4] = [Self::None, Self::Respond, Self::Left, Self::Right];
+
+    /// Returns the word used in recordings.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Respond => "respond",
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
 }
 
 /// Direction indicators: the side to which the driver is going to turn or to change lanes.

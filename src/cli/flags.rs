@@ -219,7 +219,7 @@ fn table_argument(table: &str, fields: &[Field]) -> Arg {
         .map(|field| format!("  {} {}: {} [default {}]", key(field), field.doc, field.allowed(), field.default))
         .collect();
     Arg::new(name.clone())
-        .long(name)
+        .long(name.replace('_', "-"))
         .value_name("KEY=X,...")
         .help(format!("{}\n{}", table_help(table), help.join("\n")))
         .value_parser(move |text: &str| parse_table(text, &keys))
@@ -228,6 +228,7 @@ fn table_argument(table: &str, fields: &[Field]) -> Arg {
 fn table_help(table: &str) -> &'static str {
     match table {
         "idm" => "Car-following model of the other vehicles, for example T=1.5,noise=0",
+        "secondary_task" => "Secondary task of the participant, for example kind=n-back,n=2",
         "sound" => "Sound levels in dB, for example master_db=-6,wind_db=-60; -60 is silence",
         _ => "Scaling of the observation",
     }
@@ -240,7 +241,7 @@ fn key(field: &Field) -> &str {
 fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, String> {
     text.split(',')
         .map(|pair| {
-            let (name, number) = pair.split_once('=').ok_or(format!("`{pair}` is not KEY=NUMBER"))?;
+            let (name, text) = pair.split_once('=').ok_or(format!("`{pair}` is not KEY=VALUE"))?;
             let field = known.iter().find(|field| key(field) == name.trim()).ok_or_else(|| {
                 let names: Vec<&str> = known.iter().map(key).collect();
                 format!(
@@ -250,8 +251,15 @@ fn parse_table(text: &str, known: &[Field]) -> Result<Vec<(Field, Value)>, Strin
                     names.join(", ")
                 )
             })?;
-            let value: f64 = number.trim().parse().map_err(|_| format!("`{}` is not a number", number.trim()))?;
-            field.fault(&value.into()).map_or(Ok((field.clone(), value.into())), Err)
+            let text = text.trim();
+            let value = match field.kind {
+                SettingKind::Switch => text.parse().map(Value::Bool).ok(),
+                SettingKind::Whole { .. } => text.parse::<u64>().map(Value::from).ok(),
+                SettingKind::Number { .. } => text.parse::<f64>().map(Value::from).ok(),
+                SettingKind::Choice(_) | SettingKind::Text => Some(text.into()),
+            };
+            let value = value.ok_or_else(|| format!("{} is `{text}`; allowed: {}", key(field), field.allowed()))?;
+            field.fault(&value).map_or(Ok((field.clone(), value)), Err)
         })
         .collect()
 }

@@ -2,6 +2,7 @@
 
 use super::offline::AdvisedSummary;
 use crate::{
+    metrics::TaskScores,
     scenario::PlannedDrive,
     sim::{EndReason, Summary},
     units::SpeedUnit,
@@ -32,6 +33,7 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     if summary.object_contacts > 0 {
         lines.push(format!("fixed objects touched    {}", summary.object_contacts));
     }
+    lines.extend(task_line(&summary.secondary_task));
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
         lines.push(format!("first contact            at {at:.2} s with road user {car}, closing at {closing:.2} m/s"));
@@ -49,6 +51,30 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
         None => {}
     }
     lines.join("\n") + "\n"
+}
+
+/// Returns a line on the secondary task; `None` without one.
+fn task_line(scores: &TaskScores) -> Option<String> {
+    let percent = |share: Option<f64>| share.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share));
+    let mean_s = |time_s: Option<f64>| time_s.map_or("-".into(), |time_s| format!("{time_s:.2} s"));
+    let TaskScores { detection, n_back, search, occlusion } = scores;
+    let detection = detection.map(|score| {
+        let (hits, after_s) = (percent(score.detection_hit_rate), mean_s(score.detection_response_s));
+        let (signals, false_responses) = (score.detection_signals, score.detection_false_responses);
+        format!("signals                  {signals}, {hits} hit after {after_s}, {false_responses} false responses")
+    });
+    let n_back = n_back.map(|score| {
+        let (right, digits) = (percent(score.n_back_accuracy), score.n_back_digits);
+        format!("n-back                   {digits} digits, {right} of the decisions right")
+    });
+    let search = search.map(|score| {
+        let (right, after_s) = (percent(score.search_correct), mean_s(score.search_response_s));
+        format!("surrogate reference      {} displays, {right} right after {after_s}", score.search_displays)
+    });
+    let occlusion = occlusion.map(|score| {
+        format!("shutter                  {} openings, open for {:.1} s", score.shutter_openings, score.shutter_open_s)
+    });
+    detection.or(n_back).or(search).or(occlusion)
 }
 
 /// Returns two lines on the advised vehicles; empty with fewer than two of them.
@@ -74,8 +100,10 @@ fn both(speed_mps: f64, unit: SpeedUnit) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::metrics::{TaskLog, TaskResponse, TaskStimulus};
     use crate::scenario::{DisplaySettings, Scenario};
     use crate::sim::{ContactRecord, SummaryAccumulator};
+    use crate::time::Tick;
 
     #[test]
     fn several_advised_vehicles_are_listed_and_a_single_one_is_not() {
@@ -86,6 +114,22 @@ advised                  3 of 22 (13.6 %): vehicles 0, 7, 14
 contacts of the others   1
 ";
         assert_eq!((of(vec![0, 7, 14]).as_str(), of(vec![0]).as_str(), of(vec![]).as_str()), (expected, "", ""));
+    }
+
+    #[test]
+    fn a_secondary_task_has_a_line() {
+        let at = Tick::at_seconds;
+        let log = TaskLog {
+            stimuli: vec![(at(4.0), TaskStimulus::Signal), (at(8.0), TaskStimulus::Signal)],
+            responses: vec![(at(4.5), TaskResponse::Button), (at(7.0), TaskResponse::Button)],
+            shutter: Vec::new(),
+        };
+        let expected = "signals                  2, 50 % hit after 0.50 s, 1 false responses";
+        assert_eq!(task_line(&log.scores(20.0)).as_deref(), Some(expected));
+        let log = TaskLog { shutter: vec![(at(1.0), true), (at(2.5), false)], ..TaskLog::default() };
+        let expected = "shutter                  1 openings, open for 1.5 s";
+        assert_eq!(task_line(&log.scores(20.0)).as_deref(), Some(expected));
+        assert_eq!(task_line(&TaskScores::default()), None);
     }
 
     fn planned(scenario: &Scenario) -> PlannedDrive {

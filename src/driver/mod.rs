@@ -14,6 +14,7 @@ mod params;
 mod pedals;
 mod perception;
 mod population;
+mod secondary_task;
 mod speeds_ahead;
 mod steering;
 
@@ -31,6 +32,7 @@ use crate::{
     map::Route,
     policy::Advice,
     rng,
+    snapshot::TaskDisplay,
     space::wrap_angle,
     traffic::{AccelNoise, CarFollowing, TrafficDrivers},
 };
@@ -38,6 +40,7 @@ use compliance::AdviceTaken;
 use glam::{DVec2, dvec2};
 use pedals::PedalModel;
 use perception::{DelayedPerception, OrnsteinUhlenbeck};
+use secondary_task::TaskResponder;
 use speeds_ahead::{corner_per_m, next_limit_speed_mps};
 use steering::SteeringModel;
 pub use steering::TURN_IN_S;
@@ -62,6 +65,8 @@ pub struct Perception {
     pub speed_limit_mps: f64,
     /// Side to which the path turns or changes lanes next.
     pub indicator: Indicator,
+    /// Secondary task of the driver.
+    pub task: TaskDisplay,
 }
 
 /// Leader as the driver perceives it.
@@ -124,6 +129,7 @@ pub struct SimulatedDriver {
     /// Noise of the acceleration with which the driver keeps the distance, m/s2.
     following_noise: OrnsteinUhlenbeck,
     lane_wander: OrnsteinUhlenbeck,
+    task: TaskResponder,
 }
 
 impl SimulatedDriver {
@@ -147,6 +153,7 @@ impl SimulatedDriver {
             lane_wander: OrnsteinUhlenbeck::new(params.lane_error_m, LANE_TIME_S, rng::stream(seed, "driver/lane")),
             following: CarFollowing::Idm(params.idm),
             following_noise: OrnsteinUhlenbeck::new(0.0, 1.0, rng::stream(seed, "driver/following")),
+            task: TaskResponder::new(seed),
             params: params.clone(),
         })
     }
@@ -225,7 +232,7 @@ impl SimulatedDriver {
         let pedals = self.pedals(now);
         let wander_m = self.lane_wander.next();
         let steering_wheel_rad = self.steering.turn(&self.params, now.speed_mps, &now.lane, wander_m);
-        Controls { steering_wheel_rad, ..pedals }
+        Controls { steering_wheel_rad, task_button: self.task.press(now.task), ..pedals }
     }
 
     /// Returns the controls of this tick with the steering wheel straight, for a vehicle that keeps its line by itself.

@@ -12,6 +12,7 @@ pub mod figures;
 pub mod fuel;
 mod motion_phases;
 pub mod registry;
+mod secondary_task;
 mod tick_totals;
 pub mod traffic_moments;
 mod traffic_totals;
@@ -24,6 +25,7 @@ pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationRe
 pub use estimate::Estimate;
 pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
 pub use registry::{Measure, MeasuredOn, RoadKinds, measure};
+pub use secondary_task::{FIRST_HIT_S, TaskLog, TaskResponse, TaskScores, TaskStimulus};
 pub use tick_totals::{RunningMean, RunningMinimum, TickTotals};
 pub use traffic_totals::TrafficTotals;
 pub use trajectories::{SpeedTrace, Trajectories};

@@ -14,7 +14,7 @@ use super::{
     },
 };
 use crate::{
-    controls::{Controls, Indicator, Selector},
+    controls::{Controls, Indicator, Selector, TaskButton},
     sim::{EventKind, HASH_START, World},
     time::Tick,
 };
@@ -133,18 +133,21 @@ impl TableComparison {
         let selector = selectors.into_iter().find(|s| word == Some(tables::selector_word(*s)));
         let word = ego.word("indicator");
         let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.name()));
-        let words = selector.zip(indicator).zip(ego.flag("main_beam"));
+        let word = ego.word("task_button");
+        let task_button = TaskButton::ALL.into_iter().find(|button| word == Some(button.name()));
+        let words = selector.zip(indicator).zip(ego.flag("main_beam").zip(task_button));
         match (throttle, brake, wheel, words) {
-            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), main_beam))) => Ok(Some(Controls {
+            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), (main_beam, task_button)))) => Ok(Some(Controls {
                 throttle: throttle as f32,
                 brake: brake as f32,
                 steering_wheel_rad: wheel as f32,
                 selector,
                 indicator,
                 main_beam,
+                task_button,
             })),
             _ => Err(ego.batches_error(
-                "columns throttle, brake, steering_wheel_rad, selector, indicator or main_beam are not as this program writes them",
+                "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam or task_button are not as this program writes them",
             )),
         }
     }

@@ -10,6 +10,7 @@ mod load;
 mod logged_traffic;
 mod planned_drive;
 pub mod scripted_event;
+mod secondary_task;
 pub mod sound;
 mod sumo_config;
 
@@ -20,6 +21,7 @@ pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};
 pub use scripted_event::ScriptedEvent;
+pub use secondary_task::{SecondaryTask, SecondaryTaskKind};
 pub use sound::SoundLevels;
 
 use crate::{
@@ -208,6 +210,8 @@ flat_settings! {
             /// Simulated driver of `codrive run` and of the other advised vehicles: follow, perfect, sloppy, idm (ignores advice), exact,
             /// guarded, or parameters such as reaction=1,error=0.5,speed_bias=0,deadband=0 (s, m/s)
             driver: String = "follow".into(),
+            /// Secondary task of the participant, with its settings
+            secondary_task: SecondaryTask = SecondaryTask::default(),
         }
     }
 }

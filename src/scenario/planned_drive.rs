@@ -231,6 +231,9 @@ impl PlannedDrive {
             sentences
                 .push(format!("idm has no effect with traffic_drivers {drivers}: the population has its own model"));
         }
+        if !self.scenario.participant && is_changed("secondary_task") {
+            sentences.push("secondary_task has no effect with participant false: it is the participant's".into());
+        }
         sentences
     }
 

@@ -1,7 +1,12 @@
 //! Events of a drive, for recordings, the panel and the end of a drive.
 
 use crate::{
-    controls::Indicator, policy::Advice, roadside::fixed_objects::FixedObjectKind, time::Tick, traffic::VehicleId,
+    controls::Indicator,
+    metrics::{TaskLog, TaskResponse, TaskStimulus},
+    policy::Advice,
+    roadside::fixed_objects::FixedObjectKind,
+    time::Tick,
+    traffic::VehicleId,
 };
 
 /// An event at one tick.
@@ -10,6 +15,18 @@ pub struct Event {
     /// Tick at which the event happened.
     pub tick: Tick,
     pub kind: EventKind,
+}
+
+impl Event {
+    /// Adds the event to the log of the secondary task; other kinds have no effect.
+    pub fn add_to(&self, log: &mut TaskLog) {
+        match self.kind {
+            EventKind::TaskStimulus(stimulus) => log.stimuli.push((self.tick, stimulus)),
+            EventKind::TaskResponse(response) => log.responses.push((self.tick, response)),
+            EventKind::Shutter(is_open) => log.shutter.push((self.tick, is_open)),
+            _ => {}
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,6 +116,12 @@ pub enum EventKind {
     Indicator(Indicator),
     /// The ego's main beam is switched on or off.
     MainBeam(bool),
+    /// A stimulus of the secondary task is shown.
+    TaskStimulus(TaskStimulus),
+    /// The driver responds to the secondary task.
+    TaskResponse(TaskResponse),
+    /// The shutter of an occlusion opens (true) or closes.
+    Shutter(bool),
     /// The ego is put back on its lane.
     PutBack {
         /// Ego's front bumper along the route, metres.

@@ -4,6 +4,7 @@
 mod error;
 mod event;
 mod ground;
+mod secondary_task;
 mod summary;
 mod world;
 

@@ -2,7 +2,7 @@
 //! always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
-use crate::metrics::TickTotals;
+use crate::metrics::{TaskLog, TaskScores, TickTotals};
 use serde::Serialize;
 
 /// A contact in the summary.
@@ -57,6 +57,9 @@ pub struct Summary {
     /// Number of near misses of the ego; on networks.
     #[serde(skip_serializing_if = "is_none_of")]
     pub near_misses: u32,
+    /// Scores of the secondary task; omitted without one. Response times count from the tick of a stimulus.
+    #[serde(flatten)]
+    pub secondary_task: TaskScores,
     /// Number of advices issued.
     pub advices: u32,
     /// Length of the drive, seconds.
@@ -97,6 +100,7 @@ pub struct SummaryAccumulator {
     left_road: u32,
     red_lights: u32,
     near_misses: u32,
+    task: TaskLog,
     advices: u32,
     duration_s: f64,
     ended: Option<EndReason>,
@@ -116,6 +120,7 @@ impl SummaryAccumulator {
             left_road: 0,
             red_lights: 0,
             near_misses: 0,
+            task: TaskLog::default(),
             advices: 0,
             duration_s: 0.0,
             ended: None,
@@ -166,6 +171,9 @@ impl SummaryAccumulator {
             | EventKind::MainBeam(_)
             | EventKind::Scripted { .. }
             | EventKind::PutBack { .. } => {}
+            EventKind::TaskStimulus(_) | EventKind::TaskResponse(_) | EventKind::Shutter(_) => {
+                event.add_to(&mut self.task)
+            }
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {
                 self.contact_count += 1;
@@ -194,6 +202,7 @@ impl SummaryAccumulator {
             left_road: self.left_road,
             red_lights: self.red_lights,
             near_misses: self.near_misses,
+            secondary_task: self.task.scores(self.duration_s),
             advices: self.advices,
             duration_s: self.duration_s,
             ended: self.ended,

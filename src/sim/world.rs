@@ -44,7 +44,7 @@ pub use hand_over::{HandOver, WAVE_STANDS_S};
 pub use outside::{AgentDrivers, OutsideSettings};
 pub use put_back::NotPutBack;
 
-use super::{Event, EventKind, Snapshot, WorldError, event::EndReason};
+use super::{Event, EventKind, Snapshot, WorldError, event::EndReason, secondary_task::TaskRun};
 use crate::{
     controls::Controls,
     driver::{self, DriverError, DriverParams, SimulatedDriver},
@@ -90,6 +90,8 @@ pub struct World {
     script: EventScript,
     /// The engine has made the step that the next tick begins.
     is_prepared: bool,
+    /// Secondary task of the participant.
+    task: Option<TaskRun>,
     ended: Option<EndReason>,
 }
 
@@ -142,6 +144,7 @@ impl World {
         let mut world = Self {
             script: EventScript::new(&drive),
             ego_params: agent::car_params(scenario),
+            task: TaskRun::new(scenario).filter(|_| scenario.participant),
             drive,
             traffic,
             advice,
@@ -221,6 +224,11 @@ impl World {
         }
         self.observer.view_mut().tick.0 += ticks;
         self.others.iter_mut().for_each(|agent| agent.view.tick.0 += ticks);
+        if let Some(task) = &mut self.task {
+            let tick = self.observer.view().tick;
+            let display = task.tick(tick, controls.task_button, self.observer.events_mut());
+            self.observer.view_mut().task = display;
+        }
         self.update_derived()?;
         if self.observer.participant().is_some_and(Agent::is_at_end) {
             self.end(EndReason::PathEnd);

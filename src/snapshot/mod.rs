@@ -1,6 +1,9 @@
 //! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
+mod task_display;
+
 pub use crate::traffic::Leader;
+pub use task_display::{TaskDisplay, TaskPicture};
 
 use crate::{
     controls::Indicator,
@@ -112,6 +115,8 @@ pub struct Snapshot {
     pub message: Option<Arc<str>>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
     pub mean_speed_mps: f64,
+    /// Secondary task of the ego's driver.
+    pub task: TaskDisplay,
 }
 
 /// Returns true if a car with this lateral offset, metres, overlaps one in the middle of the lane.
@@ -233,6 +238,7 @@ impl Snapshot {
         if let Some(message) = &self.message {
             put("message", 0, rng::fnv_1a(HASH_START, message.as_bytes()) as f64);
         }
+        self.task.visit(put);
     }
 }
 

@@ -9,6 +9,7 @@ mod promises;
 mod resealed;
 mod resealed_tables;
 mod resealing;
+mod secondary_task;
 mod signed;
 mod tampering;
 

@@ -247,6 +247,7 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/contact", "end"),
         ("/other_model", "krauss"),
         ("/flash_patch", "pedal"),
+        ("/secondary_task/kind", "occlusion"),
         ("/ego_colour", "blue"),
         ("/traffic_colour", "blue"),
     ];
@@ -309,7 +310,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         }
     }
     // Settings of picture and sound, and settings without effect in this drive: contact, waiting for a wave, a second model, lane help for
-    // keys, a path, a policy with a target speed, SUMO on another machine.
+    // keys, a path, a policy with a target speed, SUMO on another machine, the secondary task.
     let stated = [
         "/advice_tone",
         "/spoken_guidance",
@@ -323,6 +324,16 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/sound/road_db",
         "/sound/tone_db",
         "/sound/wind_db",
+        "/secondary_task/n",
+        "/secondary_task/spoken_digits",
+        "/secondary_task/spoken_response",
+        "/secondary_task/digit_interval_s",
+        "/secondary_task/block_pause_s",
+        "/secondary_task/columns",
+        "/secondary_task/size_ratio",
+        "/secondary_task/open_s",
+        "/secondary_task/closed_s",
+        "/secondary_task/self_paced",
         "/contact",
         "/other_model_share",
         "/path_start_m",

@@ -31,6 +31,7 @@ const STANDING: Controls = Controls {
     selector: codrive::controls::Selector::Drive,
     indicator: codrive::controls::Indicator::Off,
     main_beam: false,
+    task_button: codrive::controls::TaskButton::None,
 };
 
 /// Returns every snapshot of `seconds` of a drive by the simulated driver.

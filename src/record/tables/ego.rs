@@ -107,6 +107,12 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "indicators as given: off, left or right",
         ColumnValue::Word(|r| r.controls.indicator.name().into()),
     ),
+    column(
+        "task_button",
+        "",
+        "button of the secondary task that was pressed in this tick: none, respond, left or right",
+        ColumnValue::Word(|r| r.controls.task_button.name().into()),
+    ),
     column("main_beam", "", "true while the main beam is on", ColumnValue::Flag(|r| Some(r.controls.main_beam))),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego?.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego?.position.y)),

@@ -28,10 +28,18 @@ pub struct EventRow {
 pub const ADVICE_WITHHELD: &str = "advice_withheld";
 /// Event of an ego that was put back on its lane. A replay repeats it.
 pub const PUT_BACK: &str = "put_back";
+/// Event of a stimulus of the secondary task, which is seen from its tick on.
+pub const TASK_STIMULUS: &str = "task_stimulus";
+/// Event of a response to the secondary task.
+pub const TASK_RESPONSE: &str = "task_response";
+/// Event of a shutter that opens or closes; the detail is `open` or `closed`.
+pub const SHUTTER: &str = "shutter";
+/// Detail of a shutter that opens.
+pub const SHUTTER_OPENS: &str = "open";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 22] = [
+    const KINDS_OF_WORLD: [&str; 25] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -48,6 +56,9 @@ impl EventRow {
         "near_miss",
         "indicator",
         "main_beam",
+        TASK_STIMULUS,
+        TASK_RESPONSE,
+        SHUTTER,
         PUT_BACK,
         "event_triggered",
         "event_onset",
@@ -92,6 +103,17 @@ impl EventRow {
             EventKind::Speeding { s_m, over_mps } => row("speeding", at(s_m), None, Some(over_mps)),
             EventKind::WithinLimit => row("within_limit", String::new(), None, None),
             EventKind::NearMiss { car, time_s } => row("near_miss", String::new(), Some(car.0), Some(time_s)),
+            EventKind::TaskStimulus(stimulus) => {
+                let (detail, value) = stimulus.words();
+                row(TASK_STIMULUS, detail.into(), None, value)
+            }
+            EventKind::TaskResponse(response) => {
+                let (detail, value) = response.words();
+                row(TASK_RESPONSE, detail.into(), None, value)
+            }
+            EventKind::Shutter(is_open) => {
+                row(SHUTTER, if is_open { SHUTTER_OPENS } else { "closed" }.into(), None, None)
+            }
             EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
             EventKind::Scripted { event, vehicle, stage } => {
                 let name = scripted.get(usize::from(event)).map_or("", |event| event.name.as_str());
@@ -113,17 +135,17 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "event",
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
-         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, put_back, \
-         event_triggered, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
+         red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, task_stimulus, task_response, \
+         shutter, put_back, event_triggered, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
     column("car", "", "the other car", ColumnValue::Id(|r| r.car)),
     number(
         "value",
-        "m/s, m or s",
+        "m/s, m or s; digit or column",
         "closing speed of a contact, offset where the road was left, speed at a red light, speed over the limit, time to \
-         collision of a near miss",
+         collision of a near miss, digit or target column of a stimulus, column of a response",
         |r| r.value,
     ),
     number(

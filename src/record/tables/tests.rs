@@ -2,9 +2,10 @@
 
 use super::*;
 use crate::{
-    controls::{Controls, Indicator, Selector},
+    controls::{Controls, Indicator, Selector, TaskButton},
     ego::EgoState,
     map::network::{LanePosition, Network},
+    metrics::{TaskResponse, TaskStimulus},
     policy::{Action, Advice, DriverEstimate, DriverTraits, ObservedDriver},
     roadside::fixed_objects::FixedObjectKind,
     scenario::Scenario,
@@ -97,6 +98,7 @@ const CONTROLS: Controls = Controls {
     selector: Selector::Neutral,
     indicator: Indicator::Right,
     main_beam: true,
+    task_button: TaskButton::Left,
 };
 
 #[test]
@@ -111,6 +113,7 @@ fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
         ("steering_wheel_rad", "-1.500000"),
         ("selector", "neutral"),
         ("indicator", "right"),
+        ("task_button", "left"),
         ("main_beam", "true"),
         ("x_m", "3.000000"),
         ("y_m", "-4.000000"),
@@ -280,6 +283,14 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         (EventKind::BackOnPath { s_m: 80.5 }, ["back_on_path", "at 80.50 m of the route", "-", "-"]),
         (EventKind::Indicator(Indicator::Left), ["indicator", "left", "-", "-"]),
         (EventKind::MainBeam(true), ["main_beam", "on", "-", "-"]),
+        (EventKind::TaskStimulus(TaskStimulus::Signal), ["task_stimulus", "signal", "-", "-"]),
+        (
+            EventKind::TaskStimulus(TaskStimulus::Digit { digit: 7, is_match: Some(true) }),
+            ["task_stimulus", "match", "-", "7.000000"],
+        ),
+        (EventKind::TaskResponse(TaskResponse::Column(3)), ["task_response", "column", "-", "3.000000"]),
+        (EventKind::Shutter(true), ["shutter", "open", "-", "-"]),
+        (EventKind::Shutter(false), ["shutter", "closed", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (
             EventKind::Scripted { event: 0, vehicle: Some(VehicleId(3)), stage: EventStage::Onset },

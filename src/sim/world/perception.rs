@@ -84,6 +84,7 @@ impl Agent {
             advice: snapshot.advice,
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
             indicator: self.network.indicator(snapshot, &self.map),
+            task: snapshot.task,
         }
     }
 
