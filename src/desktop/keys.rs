@@ -3,7 +3,7 @@
 //! [`KeyCommand`] or a driving key.
 
 use crate::{
-    controls::Indicator,
+    controls::{Indicator, TaskButton},
     input::{Devices, DriveKey},
     panel::SCREEN_KEYS,
 };
@@ -38,6 +38,12 @@ pub enum KeyCommand {
     IndicateRight,
     /// Switch the main beam on or off.
     MainBeam,
+    /// Respond to the secondary task.
+    Respond,
+    /// Move the cursor of the secondary task to the left.
+    CursorLeft,
+    /// Move the cursor of the secondary task to the right.
+    CursorRight,
     /// Put the ego back on its lane.
     PutBack,
     /// Toggle the lane help.
@@ -63,6 +69,9 @@ impl KeyCommand {
                 | Self::IndicateLeft
                 | Self::IndicateRight
                 | Self::MainBeam
+                | Self::Respond
+                | Self::CursorLeft
+                | Self::CursorRight
                 | Self::PutBack
                 | Self::FullScreen
         )
@@ -75,6 +84,9 @@ impl KeyCommand {
             Self::IndicateLeft => devices.indicate(Indicator::Left),
             Self::IndicateRight => devices.indicate(Indicator::Right),
             Self::MainBeam => devices.switch_main_beam(),
+            Self::Respond => devices.press_for_task(TaskButton::Respond),
+            Self::CursorLeft => devices.press_for_task(TaskButton::Left),
+            Self::CursorRight => devices.press_for_task(TaskButton::Right),
             _ => return false,
         }
         true
@@ -87,7 +99,7 @@ impl KeyCommand {
 }
 
 /// All commands: keys, name of the keys, action. A command without a name is in the row of another one.
-const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 19] = [
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 22] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
@@ -95,12 +107,15 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 19] = [
     (&[KeyCode::KeyN], KeyCommand::Tick, "N", "one tick (10 ms) while paused"),
     (&[KeyCode::KeyM], KeyCommand::Step, "M", "one step while paused"),
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
-    (&[KeyCode::KeyV], KeyCommand::NextView, "V; G", "next view; map of the whole road on, off"),
+    (&[KeyCode::KeyV], KeyCommand::NextView, "V; G", "next view; whole map on, off"),
     (&[KeyCode::KeyG], KeyCommand::WholeMap, "", ""),
     (&[KeyCode::KeyR], KeyCommand::Reverse, "R", "drive, reverse (standing)"),
     (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q; E", "indicator left; right, on or off"),
     (&[KeyCode::KeyE], KeyCommand::IndicateRight, "", ""),
     (&[KeyCode::KeyF], KeyCommand::MainBeam, "F", "main beam on, off"),
+    (&[KeyCode::KeyI], KeyCommand::Respond, "I; U; O", "secondary task: respond; left; right"),
+    (&[KeyCode::KeyU], KeyCommand::CursorLeft, "", ""),
+    (&[KeyCode::KeyO], KeyCommand::CursorRight, "", ""),
     (&[KeyCode::KeyB], KeyCommand::PutBack, "B", "back onto the lane"),
     (&[KeyCode::KeyL], KeyCommand::LaneHelp, "L", "lane help on, off"),
     (&[KeyCode::F11], KeyCommand::FullScreen, "F11", "full screen"),
@@ -176,9 +191,10 @@ mod tests {
     #[test]
     fn beside_an_experimenter_the_driver_has_only_their_own_commands() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["F1", "R", "Q; E", "", "F", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R", "Q; E", "", "F", "I; U; O", "", "", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
-        assert_eq!(listed, ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q; E", "F", "B", "F11"]);
+        let expected = ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R", "Q; E", "F", "I; U; O", "B", "F11"];
+        assert_eq!(listed, expected);
     }
 
     #[test]
@@ -197,7 +213,7 @@ mod tests {
         let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(by_place);
         assert_eq!(control, [Some(KeyCommand::Quit), Some(KeyCommand::Pause), Some(KeyCommand::Mark), None, None]);
         let list = list();
-        assert_eq!(list.len(), 22);
+        assert_eq!(list.len(), 23);
         assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));
     }
 

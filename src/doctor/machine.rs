@@ -39,13 +39,11 @@ pub(super) fn sound() -> Finding {
     }
 }
 
-/// Checks the program that speaks the guidance.
+/// Checks the program that speaks guidance and digits.
 pub(super) fn speech() -> Finding {
     match audio::speech_program() {
-        Ok(program) => Finding::ok("spoken guidance", program),
-        Err(why) => {
-            Finding::warning("spoken guidance", format!("none: {why}"), "install it, or drive without spoken_guidance")
-        }
+        Ok(program) => Finding::ok("speech", program),
+        Err(why) => Finding::warning("speech", format!("none: {why}"), "install it, or drive without speech"),
     }
 }
 

@@ -42,8 +42,8 @@ pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     lines.push(picture::display(&options.scenario));
     lines.extend(picture::monitors(&options.monitors));
     lines.extend(within(ANSWER, "sound", || vec![machine::sound()]));
-    if options.scenario.spoken_guidance {
-        lines.extend(within(ANSWER, "spoken guidance", || vec![machine::speech()]));
+    if options.scenario.spoken_guidance || options.scenario.secondary_task.speaks() {
+        lines.extend(within(ANSWER, "speech", || vec![machine::speech()]));
     }
     lines.extend(within(ANSWER, "disk speed", move || vec![machine::disk_speed(&recordings)]));
     lines.extend(machine::examine(&options.recordings));

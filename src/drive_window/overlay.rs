@@ -216,7 +216,13 @@ impl DriveOverlay {
                 live.note("mark", "by the experimenter");
                 self.show_message("marked".into(), live);
             }
-            KeyCommand::Reverse | KeyCommand::IndicateLeft | KeyCommand::IndicateRight | KeyCommand::MainBeam => {
+            KeyCommand::Reverse
+            | KeyCommand::IndicateLeft
+            | KeyCommand::IndicateRight
+            | KeyCommand::MainBeam
+            | KeyCommand::Respond
+            | KeyCommand::CursorLeft
+            | KeyCommand::CursorRight => {
                 command.apply_to(&mut live.devices);
             }
             KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}

@@ -8,6 +8,7 @@ pub mod lettering;
 mod number;
 mod palette;
 mod scale;
+mod search_display;
 mod speedometer;
 mod spoken_guidance;
 
@@ -15,6 +16,7 @@ pub use guidance::DialGuidance;
 pub use number::{NumberFilter, RangeTooNarrow, check_range};
 pub use palette::{Palette, Rgb};
 pub use scale::{SpeedometerScale, expected_top_mps};
+pub use search_display::{SEARCH_ROWS, SearchCircle, cells_across, search_circles};
 pub use speedometer::Speedometer;
 pub use spoken_guidance::SpokenGuidance;
 

@@ -105,6 +105,8 @@ pub struct Buttons {
     pub indicate_right: Vec<RigButton>,
     /// Switches the main beam on or off.
     pub main_beam: Vec<RigButton>,
+    /// Responds to the secondary task.
+    pub respond: Vec<RigButton>,
     /// Brakes with full force while held.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub handbrake: Vec<RigButton>,
@@ -132,6 +134,7 @@ impl Default for Buttons {
             indicate_left: none(),
             indicate_right: none(),
             main_beam: none(),
+            respond: none(),
             handbrake: none(),
             // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
             dpad_up: vec![544.into()],
@@ -165,6 +168,8 @@ pub enum ButtonAction {
     IndicateRight,
     /// Switch the main beam on or off.
     MainBeam,
+    /// Respond to the secondary task.
+    Respond,
     /// Brake with full force while held.
     Handbrake,
     /// D-pad up: more, or the choice above.
@@ -191,6 +196,7 @@ impl fmt::Display for ButtonAction {
             Self::IndicateLeft => "indicate left",
             Self::IndicateRight => "indicate right",
             Self::MainBeam => "main beam",
+            Self::Respond => "respond to the secondary task",
             Self::Handbrake => "handbrake",
             Self::Up => "up, higher",
             Self::Down => "down, lower",
@@ -202,12 +208,13 @@ impl fmt::Display for ButtonAction {
 
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Start,
         Self::Reverse,
         Self::IndicateLeft,
         Self::IndicateRight,
         Self::MainBeam,
+        Self::Respond,
         Self::Horn,
         Self::Mark,
         Self::Answer,
@@ -250,6 +257,7 @@ impl Buttons {
             ButtonAction::IndicateLeft => &mut self.indicate_left,
             ButtonAction::IndicateRight => &mut self.indicate_right,
             ButtonAction::MainBeam => &mut self.main_beam,
+            ButtonAction::Respond => &mut self.respond,
             ButtonAction::Handbrake => &mut self.handbrake,
             ButtonAction::Up => &mut self.dpad_up,
             ButtonAction::Down => &mut self.dpad_down,
@@ -285,6 +293,7 @@ impl Buttons {
             (ButtonAction::IndicateLeft, &self.indicate_left),
             (ButtonAction::IndicateRight, &self.indicate_right),
             (ButtonAction::MainBeam, &self.main_beam),
+            (ButtonAction::Respond, &self.respond),
             (ButtonAction::Handbrake, &self.handbrake),
             (ButtonAction::Up, &self.dpad_up),
             (ButtonAction::Down, &self.dpad_down),

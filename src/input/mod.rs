@@ -39,8 +39,9 @@ pub use pads::Pads;
 pub use profile::WheelProfile;
 pub use rig::{Rig, RigEvent};
 
-use crate::controls::{ControlSource, Controls, Indicator, LaneHint};
+use crate::controls::{ControlSource, Controls, Indicator, LaneHint, TaskButton};
 use stalk::Stalk;
+use std::collections::VecDeque;
 
 /// All input devices of the participant.
 pub struct Devices {
@@ -52,6 +53,8 @@ pub struct Devices {
     stalk: Stalk,
     /// True while the main beam is on.
     has_main_beam: bool,
+    /// Presses for the secondary task that no tick has taken yet, oldest first.
+    task_presses: VecDeque<TaskButton>,
 }
 
 impl Devices {
@@ -73,7 +76,8 @@ impl Devices {
 
     fn with(pads: Pads, rig: Rig) -> Self {
         let source = ControlSource::Keyboard;
-        Self { keyboard: Keyboard::default(), pads, rig, source, stalk: Stalk::default(), has_main_beam: false }
+        let (keyboard, stalk, task_presses) = (Keyboard::default(), Stalk::default(), VecDeque::new());
+        Self { keyboard, pads, rig, source, stalk, has_main_beam: false, task_presses }
     }
 
     /// Reads the events since the last call; to be called once a frame.
@@ -89,6 +93,9 @@ impl Devices {
                 RigEvent::Pressed(ButtonAction::IndicateLeft) => self.indicate(Indicator::Left),
                 RigEvent::Pressed(ButtonAction::IndicateRight) => self.indicate(Indicator::Right),
                 RigEvent::Pressed(ButtonAction::MainBeam) => self.switch_main_beam(),
+                RigEvent::Pressed(ButtonAction::Respond) => self.press_for_task(TaskButton::Respond),
+                RigEvent::Pressed(ButtonAction::Left) => self.press_for_task(TaskButton::Left),
+                RigEvent::Pressed(ButtonAction::Right) => self.press_for_task(TaskButton::Right),
                 _ => {}
             }
         }
@@ -110,7 +117,8 @@ impl Devices {
             ControlSource::Wheel => self.rig.controls(),
         };
         let indicator = self.stalk.steered(driven.steering_wheel_rad);
-        Controls { indicator, main_beam: self.has_main_beam, ..driven }
+        let task_button = self.task_presses.pop_front().unwrap_or_default();
+        Controls { indicator, main_beam: self.has_main_beam, task_button, ..driven }
     }
 
     /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.
@@ -121,6 +129,16 @@ impl Devices {
     /// Switches the main beam on or off.
     pub fn switch_main_beam(&mut self) {
         self.has_main_beam = !self.has_main_beam;
+    }
+
+    /// Presses a button of the secondary task; the next tick takes it.
+    pub fn press_for_task(&mut self, button: TaskButton) {
+        self.task_presses.push_back(button);
+    }
+
+    /// Forgets presses for the secondary task that no tick has taken, as in a pause.
+    pub fn forget_task_presses(&mut self) {
+        self.task_presses.clear();
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
@@ -169,6 +187,7 @@ impl Devices {
         self.keyboard.rest();
         self.stalk = Stalk::default();
         self.has_main_beam = false;
+        self.forget_task_presses();
         self.rig.select_drive();
         self.pads.select_drive();
     }

@@ -164,13 +164,14 @@ fn assigning_a_button_removes_its_old_action_and_the_actions_old_button() {
         (294, ButtonAction::IndicateRight),
         (295, ButtonAction::IndicateLeft),
         (290, ButtonAction::MainBeam),
+        (298, ButtonAction::Respond),
     ];
     for (code, action) in
         tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
     {
         assert_eq!(buttons.action(code), Some(action));
     }
-    assert_eq!(buttons.action(298), None);
+    assert_eq!(buttons.action(299), None);
     buttons.give(293, ButtonAction::Horn);
     assert_eq!((buttons.action(293), buttons.action(289)), (Some(ButtonAction::Horn), None));
     assert_eq!(buttons.reverse, [0; 0]);
@@ -252,6 +253,7 @@ fn each_action_has_a_description() {
         "indicate left",
         "indicate right",
         "main beam",
+        "respond to the secondary task",
         "horn",
         "mark this moment",
         "answer",

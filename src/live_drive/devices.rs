@@ -17,8 +17,8 @@ impl LiveDrive {
         if self.sound.frame(self.running(), horn) {
             self.note(sound::HORN, if horn { "on" } else { "off" });
         }
-        if let Some(sentence) = self.sound.speak() {
-            self.note(sound::SPOKEN_GUIDANCE, &sentence);
+        if let Some((kind, sentence)) = self.sound.speak() {
+            self.note(kind, &sentence);
         }
         if self.drive.world.scenario().rev_lamps {
             let advice_state = self.advice_state();
@@ -91,6 +91,9 @@ impl LiveDrive {
                 }
             }
         }
+        if !self.running() {
+            self.devices.forget_task_presses();
+        }
         self.latency.read(self.devices.newest_input());
     }
 
@@ -113,6 +116,7 @@ impl LiveDrive {
             // The devices have applied these already.
             ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::Handbrake => {}
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => {}
+            ButtonAction::Respond => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

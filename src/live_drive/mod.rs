@@ -38,6 +38,7 @@ use crate::{
     scenario::Scenario,
     scene::{StaticScene, View},
     sim::{Summary, SummaryAccumulator, World},
+    snapshot::TaskPicture,
     study::ParticipantCode,
     time::{DueTicks, Pace},
 };
@@ -328,7 +329,11 @@ impl LiveDrive {
 
     /// Returns the present view; to be called once per picture.
     pub fn view(&mut self) -> View {
-        self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt())
+        let view = self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt());
+        match view.task {
+            TaskPicture::Digit { .. } if self.sound.speaks_digits() => View { task: TaskPicture::None, ..view },
+            _ => view,
+        }
     }
 
     /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end
@@ -361,5 +366,7 @@ impl LiveDrive {
     }
 }
 
+#[cfg(test)]
+mod secondary_task_tests;
 #[cfg(test)]
 mod tests;

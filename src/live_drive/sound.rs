@@ -4,14 +4,17 @@ use crate::{
     audio::{Listener, SoundScene, Speaker, Voice, VoiceStatus, speech_program},
     controls::Controls,
     hud::SpokenGuidance,
+    metrics::TaskStimulus,
     scenario::Scenario,
-    sim::World,
+    sim::{EventKind, World},
 };
 
 /// Name of the recorded event for a horn that is pressed or released, with "on" or "off" as detail.
 pub const HORN: &str = "horn";
 /// Name of the recorded event for a sentence of the guidance, with the sentence as detail.
 pub const SPOKEN_GUIDANCE: &str = "spoken_guidance";
+/// Name of the recorded event for a spoken digit of the n-back task, with the digit as detail.
+pub const SPOKEN_DIGIT: &str = "spoken_digit";
 
 /// Sound of a drive and, in a window, its speaker.
 pub struct DriveSound {
@@ -19,14 +22,18 @@ pub struct DriveSound {
     speaker: Option<Speaker>,
     horn: bool,
     guidance: Option<SpokenGuidance>,
-    /// Sentence that is not yet spoken.
-    due: Option<String>,
+    /// True if the digits of the n-back task are spoken.
+    speaks_digits: bool,
+    /// Name of the event and sentence that is not yet spoken.
+    due: Option<(&'static str, String)>,
     spoken: Option<SpokenSentence>,
     speech_gain: f32,
 }
 
 /// Sentence that is being spoken.
 struct SpokenSentence {
+    /// Name of its event.
+    kind: &'static str,
     sentence: String,
     voice: Voice,
     /// True once the device plays it.
@@ -42,6 +49,7 @@ impl DriveSound {
             speaker: None,
             horn: false,
             guidance,
+            speaks_digits: scenario.secondary_task.speaks(),
             due: None,
             spoken: None,
             speech_gain: scenario.sound.speech_gain(),
@@ -51,11 +59,11 @@ impl DriveSound {
     /// Starts playing at the scenario's levels.
     pub fn open(&mut self, scenario: &Scenario) {
         self.speaker = Some(Speaker::open(scenario.sound));
-        if self.guidance.is_some()
-            && let Err(why) = speech_program()
-        {
-            log::warn!("no spoken guidance: {why}; continuing without it");
+        if self.guidance.is_some() || self.speaks_digits {
+            let Err(why) = speech_program() else { return };
+            log::warn!("no speech: {why}; continuing without spoken guidance, and with digits on the screen");
             self.guidance = None;
+            self.speaks_digits = false;
         }
     }
 
@@ -78,15 +86,26 @@ impl DriveSound {
         let snapshot = world.snapshot();
         self.listener.tick(snapshot, world.events(), controls);
         if let Some(guidance) = &mut self.guidance {
-            self.due = guidance.tick(snapshot.next_manoeuvre, snapshot.ego.speed_mps).or_else(|| self.due.take());
+            let sentence = guidance.tick(snapshot.next_manoeuvre, snapshot.ego.speed_mps);
+            self.due = sentence.map(|sentence| (SPOKEN_GUIDANCE, sentence)).or_else(|| self.due.take());
+        }
+        for event in world.events().iter().filter(|_| self.speaks_digits) {
+            if let EventKind::TaskStimulus(TaskStimulus::Digit { digit, .. }) = event.kind {
+                self.due = Some((SPOKEN_DIGIT, digit.to_string()));
+            }
         }
     }
 
-    /// Speaks the sentence of the guidance that is due, if there is a speaker. Returns a sentence once the device plays it.
-    pub fn speak(&mut self) -> Option<String> {
-        if let (Some(sentence), Some(_)) = (self.due.take(), &self.speaker) {
-            self.spoken =
-                Some(SpokenSentence { voice: Voice::say(sentence.clone(), self.speech_gain), sentence, began: false });
+    /// Returns true if the digits of the n-back task are spoken, and need not be shown.
+    pub fn speaks_digits(&self) -> bool {
+        self.speaks_digits && self.speaker.is_some()
+    }
+
+    /// Speaks the sentence that is due, if there is a speaker. Returns the name of the event and the sentence once the device plays it.
+    pub fn speak(&mut self) -> Option<(&'static str, String)> {
+        if let (Some((kind, sentence)), Some(_)) = (self.due.take(), &self.speaker) {
+            let voice = Voice::say(sentence.clone(), self.speech_gain);
+            self.spoken = Some(SpokenSentence { kind, voice, sentence, began: false });
         }
         let spoken = self.spoken.as_mut().filter(|spoken| !spoken.began)?;
         match spoken.voice.status() {
@@ -97,7 +116,7 @@ impl DriveSound {
                 self.spoken = None;
             }
         }
-        self.spoken.as_ref().map(|spoken| spoken.sentence.clone())
+        self.spoken.as_ref().map(|spoken| (spoken.kind, spoken.sentence.clone()))
     }
 
     /// Plays a frame; `running` is true while time runs, `horn` while the horn is held. Returns true if the horn

@@ -37,6 +37,7 @@ pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_
 pub use quality::Quality;
 
 use crate::scene::{StaticScene, View, ViewKind};
+use crate::snapshot::TaskPicture;
 use device::pipeline::PipelineBuilder;
 use device::shader::ShaderSources;
 use device::timing::{PassTimings, TimedPass};
@@ -199,11 +200,11 @@ impl Renderer {
             smooth: quality.msaa == 1,
         };
         cost.tonemap += tonemap.draw(e, stamps(TimedPass::ToneMap, [false, true]), &pipelines.tonemap, queue, &frame);
-        if view.dial.is_some() || view.patch.is_some() {
+        if view.dial.is_some() || view.patch.is_some() || view.task != TaskPicture::None {
             dial.place = dial::DialPlace::of(view, size);
             dial.palette = view.palette;
             let overlay = OverlayTarget { device, queue, encoder: e, view: target, size };
-            dial.draw(overlay, view.dial.as_ref(), view.patch);
+            dial.draw(overlay, view.dial.as_ref(), view.task, view.patch);
         }
         if let Some(PanelOutput { ctx, output }) = panel {
             self.panel.draw(OverlayTarget { device, queue, encoder: e, view: target, size }, ctx, output);

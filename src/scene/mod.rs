@@ -41,6 +41,7 @@ pub use spray::SprayPuff;
 pub use view::view;
 
 use crate::hud::Palette;
+use crate::snapshot::TaskPicture;
 use glam::{DVec3, Quat, Vec2, Vec3};
 
 /// A corner of a triangle.
@@ -337,6 +338,8 @@ pub struct View {
     pub palette: Palette,
     /// Square for a photodiode in the upper left corner: `None` without one, `Some(true)` if it is white.
     pub patch: Option<bool>,
+    /// Secondary task in the picture.
+    pub task: TaskPicture,
     /// Curvature of the mirror, see [`MirrorOptions::bend`]; 0 is flat.
     pub mirror_bend: f32,
 }

@@ -17,7 +17,7 @@ use crate::map::network::SignalStates;
 use crate::space::wrap_angle;
 use crate::traffic::EGO;
 use crate::{controls::STEERING_RATIO, ego::EgoState};
-use crate::{scenario::CockpitView, sim::Snapshot};
+use crate::{scenario::CockpitView, sim::Snapshot, snapshot::TaskPicture};
 use glam::{Affine3A, DVec3, EulerRot, Quat, Vec3};
 
 /// Period after which the wind's time starts again at 0, seconds: ten hours. Single precision has steps of 4 ms there; after
@@ -79,6 +79,7 @@ pub fn view(
         dial: None,
         palette: options.palette,
         patch: None,
+        task: if kind.has_dial() { snapshot.task.shown } else { TaskPicture::None },
         mirror_bend: options.mirror.bend(options.eye),
     }
 }

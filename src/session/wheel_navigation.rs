@@ -38,7 +38,7 @@ impl WheelNavigation {
             ButtonAction::Abort => Some(FormInput::Stop),
             ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
             ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
-            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::Horn | ButtonAction::Handbrake | ButtonAction::Respond => None,
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
@@ -53,7 +53,7 @@ impl WheelNavigation {
             ButtonAction::Right | ButtonAction::Up => Some(FormInput::Turn(1)),
             ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
             ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre => None,
-            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::Horn | ButtonAction::Handbrake | ButtonAction::Respond => None,
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
@@ -162,6 +162,7 @@ mod tests {
                 (ButtonAction::IndicateLeft, None),
                 (ButtonAction::IndicateRight, None),
                 (ButtonAction::MainBeam, None),
+                (ButtonAction::Respond, None),
                 (ButtonAction::Horn, None),
                 (ButtonAction::Mark, Some(FormInput::Mark)),
                 (ButtonAction::Answer, Some(FormInput::Next)),

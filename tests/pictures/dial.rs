@@ -8,6 +8,7 @@ use codrive::{
         dial::{DialPass, DialPlace, layout},
         post::ui_pass::{OverlayTarget, UiPass},
     },
+    snapshot::TaskPicture,
     units::SpeedUnit,
 };
 
@@ -26,11 +27,11 @@ struct Picture {
 const BACKGROUND: wgpu::Color = wgpu::Color { r: 0.45, g: 0.55, b: 0.65, a: 1.0 };
 
 fn draw(dial: &DialView, palette: Palette, side: u32) -> Picture {
-    draw_all(Some(dial), None, palette, side)
+    draw_all(Some(dial), TaskPicture::None, None, palette, side)
 }
 
-/// Draws the dial and the square for a photodiode, each if given.
-fn draw_all(dial: Option<&DialView>, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
+/// Draws the dial, the secondary task and the square for a photodiode, each if given.
+fn draw_all(dial: Option<&DialView>, task: TaskPicture, patch: Option<bool>, palette: Palette, side: u32) -> Picture {
     let Gpu { device, queue, .. } = headless();
     let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
@@ -57,7 +58,8 @@ fn draw_all(dial: Option<&DialView>, patch: Option<bool>, palette: Palette, side
     let mut pass = DialPass::new(device, FORMAT);
     pass.place = DialPlace { across: 0.5, diameter_share: 1.0, margin_share: 0.0 };
     pass.palette = palette;
-    pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [side, side] }, dial, patch);
+    let target = OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [side, side] };
+    pass.draw(target, dial, task, patch);
 
     let bytes_per_row = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -433,9 +435,9 @@ fn the_photodiode_square_is_black_or_white_and_changes_nothing_else() {
         let i = 4 * (y * side + x) as usize;
         [picture.rgba[i], picture.rgba[i + 1], picture.rgba[i + 2]]
     };
-    let background = at(&draw_all(None, None, Palette::HC22, side), 0, 0);
+    let background = at(&draw_all(None, TaskPicture::None, None, Palette::HC22, side), 0, 0);
     for (white, level) in [(true, 255), (false, 0)] {
-        let picture = draw_all(None, Some(white), Palette::HC22, side);
+        let picture = draw_all(None, TaskPicture::None, Some(white), Palette::HC22, side);
         for (x, y) in [(0, 0), (square - 1, 0), (0, square - 1), (square / 2, square / 2)] {
             assert_eq!(at(&picture, x, y), [level; 3], "at {x}, {y}");
         }
@@ -443,4 +445,34 @@ fn the_photodiode_square_is_black_or_white_and_changes_nothing_else() {
             assert_eq!(at(&picture, x, y), background, "at {x}, {y}");
         }
     }
+}
+
+#[test]
+fn the_secondary_task_has_its_place_and_the_shutter_covers_all() {
+    let side = 400;
+    let picture = |task: TaskPicture| draw_all(None, task, None, Palette::default(), side);
+    let pixel = |picture: &Picture, [x, y]: [usize; 2]| -> [u8; 3] {
+        let at = (y * side as usize + x) * 4;
+        [0, 1, 2].map(|part| picture.rgba[at + part])
+    };
+    let none = picture(TaskPicture::None);
+    // The signal is a disc at a tenth of the width and 24 % of the height, 3.5 % of the height wide.
+    let signal = picture(TaskPicture::Signal);
+    let [red, green, blue] = pixel(&signal, [40, 96]);
+    assert!(red > 240 && green < 40 && blue < 40, "{red} {green} {blue}");
+    let changed = signal.rgba.chunks(4).zip(none.rgba.chunks(4)).filter(|(with, without)| with != without).count();
+    let area = std::f64::consts::PI * 7.0 * 7.0;
+    assert!((changed as f64 / area - 1.0).abs() < 0.4, "{changed} pixels of {area}");
+    // A closed shutter has one colour in the whole picture.
+    let closed = picture(TaskPicture::Closed { opens_on_press: false });
+    let first = pixel(&closed, [0, 0]);
+    assert!(closed.rgba.chunks(4).all(|pixel| pixel[..3] == first) && first != pixel(&none, [0, 0]));
+    // The band of the cursor moves from column to column, and nothing else does.
+    let search =
+        |cursor| picture(TaskPicture::Search { seed: 3, columns: 6, target_column: 2, cursor, size_ratio: 1.4 });
+    let [left, right] = [0, 5].map(search);
+    let differs = |i: &usize| left.rgba[4 * i..4 * i + 4] != right.rgba[4 * i..4 * i + 4];
+    let columns: Vec<usize> = (0..(side * side) as usize).filter(differs).map(|i| i % side as usize).collect();
+    // Six columns of 2 x 4.2 % of the height, from 4 % on: the first ends at 49.6 pixels, the last begins at 184.
+    assert!(!columns.is_empty() && columns.iter().all(|x| *x < 51 || *x > 182), "{columns:?}");
 }

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Sections and their settings, in order; a path that ends in a dot is a whole table. Settings in no section come last.
-const SECTIONS: [(&str, &[&str]); 8] = [
+const SECTIONS: [(&str, &[&str]); 9] = [
     (
         "Road & traffic",
         &[
@@ -62,12 +62,13 @@ const SECTIONS: [(&str, &[&str]); 8] = [
             "ordinary_paints",
         ],
     ),
+    ("Secondary task", &["secondary_task."]),
     ("Run", &[]),
 ];
 /// Setting without a widget: with a window there is always a participant.
 const WITHOUT_WIDGET: &str = "participant";
-/// Sections that are closed at first: set once for a rig.
-const CLOSED: [&str; 4] = ["Display", "Sound", "Rig", "Surroundings"];
+/// Sections that are closed at first: set once for a rig or a study.
+const CLOSED: [&str; 5] = ["Display", "Sound", "Rig", "Surroundings", "Secondary task"];
 
 /// Words to choose from, for settings that are texts. The schema does not know the maps and policies on this machine.
 #[derive(Clone, Debug, Default, PartialEq)]

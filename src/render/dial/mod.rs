@@ -3,6 +3,7 @@
 
 mod brush;
 mod fixed;
+mod task;
 
 use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
@@ -14,10 +15,12 @@ use crate::{
     controls::Indicator,
     hud::{DialView, Palette, lettering},
     scene::{BONNET_EDGE, CLUSTER_M, CLUSTER_RADIUS_M, Camera, View, ViewKind},
+    snapshot::TaskPicture,
 };
 use brush::{DialBrush, black, opaque, shade};
 use fixed::FixedParts;
 use glam::Vec3;
+use task::paint_task;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
 pub mod layout {
@@ -160,9 +163,9 @@ impl DialPass {
         }
     }
 
-    /// Draws the instrument over the picture, and the square for a photodiode, white if `patch` is true. At most once
-    /// per submission (see [`UiPass::draw`]).
-    pub fn draw(&mut self, target: OverlayTarget<'_>, dial: Option<&DialView>, patch: Option<bool>) {
+    /// Draws the instrument over the picture, then the secondary task, and the square for a photodiode, white if `patch` is
+    /// true. At most once per submission (see [`UiPass::draw`]).
+    pub fn draw(&mut self, target: OverlayTarget<'_>, dial: Option<&DialView>, task: TaskPicture, patch: Option<bool>) {
         let screen = Rect::from_min_size(Pos2::ZERO, vec2(target.size[0] as f32, target.size[1] as f32));
         let rect = self.place.rect(target.size);
         let palette = self.palette;
@@ -181,6 +184,7 @@ impl DialPass {
                 painter.image(texture, place, whole, Color32::WHITE);
                 paint_moving(&painter, rect, dial, &palette);
             }
+            paint_task(&painter, screen, rect, task);
             if let Some(white) = patch {
                 let side = (PATCH_SHARE * screen.height()).round();
                 let square = Rect::from_min_size(Pos2::ZERO, vec2(side, side));
