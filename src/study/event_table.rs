@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 49] = [
+const WORDS: [[&str; 3]; 53] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -190,6 +190,26 @@ const WORDS: [[&str; 3]; 49] = [
         "an event of the scenario, or one of its actions, was not carried out",
         "Experiment-structure, Omitted-action, Label/Event-not-done",
     ],
+    [
+        "task_stimulus",
+        "a stimulus of the secondary task appears: a signal, a digit or a display",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Task-stimulus",
+    ],
+    [
+        "task_response",
+        "the participant pressed the button of the secondary task",
+        "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Task-response",
+    ],
+    [
+        "shutter",
+        "the shutter before the picture opened or closed",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Shutter",
+    ],
+    [
+        "spoken_digit",
+        "a voice began to say a digit of the secondary task",
+        "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-digit",
+    ],
     ["wheel profile", "profile of the steering wheel in use from now on", "Experiment-control, Label/Wheel-profile"],
     ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],
     [
@@ -229,7 +249,8 @@ fn columns() -> Vec<TsvColumn> {
         speed("speed", "speed of the participant's vehicle at the event", "Own-speed"),
         TsvColumn::new(
             "value",
-            "closing speed of a contact, lateral offset on leaving the road, or rating of sickness (0 to 20)",
+            "closing speed of a contact, lateral offset on leaving the road, rating of sickness (0 to 20), or digit or column of a \
+             secondary task",
             "m/s, m or none",
         ),
         TsvColumn::new("detail", "details as text", ""),

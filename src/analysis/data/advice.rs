@@ -99,17 +99,36 @@ impl ShownFrames {
         Self { parts, frames: Vec::new().into_iter(), last: None, seen_tick: 0 }
     }
 
+    /// Reads the next frame; returns false after the last one.
+    fn read_next(&mut self) -> Result<bool, RecordError> {
+        loop {
+            if let Some(next) = self.frames.next() {
+                self.last = Some(next);
+                return Ok(true);
+            }
+            let Some(part) = self.parts.next().transpose()? else { return Ok(false) };
+            self.frames = part.wholes("frame").into_iter().zip(part.wholes("tick")).collect::<Vec<_>>().into_iter();
+        }
+    }
+
     /// Returns the tick of a frame; `None` if it has no row.
     fn tick_of(&mut self, frame: u64) -> Result<Option<u64>, RecordError> {
         while self.last.is_none_or(|last| last.0 < frame) {
-            if let Some(next) = self.frames.next() {
-                self.last = Some(next);
-                continue;
+            if !self.read_next()? {
+                return Ok(None);
             }
-            let Some(part) = self.parts.next().transpose()? else { return Ok(None) };
-            self.frames = part.wholes("frame").into_iter().zip(part.wholes("tick")).collect::<Vec<_>>().into_iter();
         }
         Ok(self.last.filter(|last| last.0 == frame).map(|last| last.1))
+    }
+
+    /// Returns the tick of the first frame from a tick on; the tick itself without such a frame. Calls come with ascending ticks.
+    pub fn shown_tick(&mut self, tick: u64) -> Result<u64, RecordError> {
+        while self.last.is_none_or(|last| last.1 < tick) {
+            if !self.read_next()? {
+                return Ok(tick);
+            }
+        }
+        Ok(self.last.map_or(tick, |last| last.1))
     }
 
     /// Returns the advices of a part of their table.

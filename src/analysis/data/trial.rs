@@ -13,7 +13,11 @@ use super::{
 use crate::analysis::error::AnalysisError;
 use crate::{
     map::RoadMap,
-    record::{self, RecordError, Table, TableParts, TableReader, tables::PUT_BACK},
+    metrics::{TaskLog, TaskResponse, TaskStimulus},
+    record::{
+        self, RecordError, Table, TableParts, TableReader,
+        tables::{PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
+    },
     time::{TICKS_PER_S, Tick},
 };
 use std::{
@@ -51,6 +55,8 @@ pub struct RecordedTrial {
     pub marks_at: Vec<f64>,
     /// Spans from a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, ticks; sorted and disjoint.
     pub after_contacts: Vec<[u64; 2]>,
+    /// Events of the secondary task; a stimulus has the tick of the first frame that showed it.
+    pub task: TaskLog,
     /// Number of times that the middle of the car left its lane.
     pub left_road: usize,
     /// Times of the frames that the participant saw.
@@ -85,10 +91,12 @@ impl RecordedTrial {
             map,
             ..Self::default()
         };
-        for part in trial.parts(Table::Events, &["tick", "event", "value"])? {
+        for part in trial.parts(Table::Events, &["tick", "event", "detail", "value"])? {
             let part = part?;
-            let rows = part.wholes("tick").into_iter().zip(part.words("event").into_iter().zip(part.numbers("value")));
-            for (tick, (kind, value)) in rows {
+            let [kinds, details] = ["event", "detail"].map(|name| part.words(name));
+            let rows = part.wholes("tick").into_iter().zip(kinds).zip(details.into_iter().zip(part.numbers("value")));
+            for ((tick, kind), (detail, value)) in rows {
+                add_to_log(&mut trial.task, Tick(tick), [&kind, &detail], value);
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");
                 trial.road_events.add(tick, &kind);
@@ -105,8 +113,14 @@ impl RecordedTrial {
                 }
             }
         }
+        if !trial.task.stimuli.is_empty() {
+            let mut frames = trial.shown_frames()?;
+            for (tick, _) in &mut trial.task.stimuli {
+                tick.0 = frames.shown_tick(tick.0)?;
+            }
+        }
         let mut finder = ChangeFinder::default();
-        let mut frames = ShownFrames::new(trial.parts(Table::Frames, &["frame", "tick"])?);
+        let mut frames = trial.shown_frames()?;
         for part in
             trial.parts(Table::Advice, &["tick", "target_mps", "range_low_mps", "range_high_mps", "shown_frame"])?
         {
@@ -120,6 +134,10 @@ impl RecordedTrial {
         trial.changes = finder.changes;
         trial.frames = FrameTimes::read(trial.parts(Table::Frames, &frame_times::COLUMNS)?)?;
         Ok(trial)
+    }
+
+    fn shown_frames(&self) -> Result<ShownFrames, RecordError> {
+        Ok(ShownFrames::new(self.parts(Table::Frames, &["frame", "tick"])?))
     }
 
     /// Marks a collision: from this tick on, the driver does not choose the speed for [`AFTER_CONTACT_S`].
@@ -168,5 +186,81 @@ impl RecordedTrial {
         let network = self.map.as_ref().map(|map| Arc::clone(&map.network));
         let persons = self.trips()?.map(|table| table.persons).unwrap_or_default();
         TrafficSteps::open(&Table::Cars.parquet(&self.recording), network, persons)
+    }
+}
+
+/// Adds a row of the table of events, by its kind and its detail, to the log of the secondary task; other kinds have no effect.
+fn add_to_log(log: &mut TaskLog, tick: Tick, [kind, detail]: [&str; 2], value: Option<f64>) {
+    match kind {
+        TASK_STIMULUS => log.stimuli.extend(TaskStimulus::of_words(detail, value).map(|stimulus| (tick, stimulus))),
+        TASK_RESPONSE => log.responses.extend(TaskResponse::of_words(detail, value).map(|response| (tick, response))),
+        SHUTTER => log.shutter.push((tick, detail == SHUTTER_OPENS)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        controls::{Controls, TaskButton},
+        record::{Manifest, Recorder, tables::FrameRow},
+        scenario::{Scenario, SecondaryTask, SecondaryTaskKind},
+        sim::{EventKind, SummaryAccumulator, World},
+        traffic::EngineChoice,
+    };
+
+    #[test]
+    fn response_times_count_from_the_frame_that_showed_the_stimulus() {
+        let secondary_task = SecondaryTask { kind: SecondaryTaskKind::DetectionResponse, ..SecondaryTask::default() };
+        let (traffic, vehicles, duration_s) = (EngineChoice::Native, 2, 12.0);
+        let scenario = Scenario { traffic, vehicles, duration_s, secondary_task, ..Scenario::default() };
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut world = World::new(&scenario).expect("the native engine");
+        let mut recorder =
+            Recorder::begin(&folder.path().join("drive"), &scenario, Manifest::default()).expect("a new folder");
+        let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
+        let (mut due, mut onsets) = (None, Vec::new());
+        while world.ended().is_none() {
+            let tick = world.snapshot().tick.0 + 1;
+            let task_button = if due == Some(tick) { TaskButton::Respond } else { TaskButton::None };
+            let controls = Controls { task_button, ..Controls::default() };
+            world.tick(&controls).expect("the native engine");
+            summary.add(world.snapshot(), world.events());
+            recorder.tick(&world, &controls).expect("room");
+            if world.events().iter().any(|event| matches!(event.kind, EventKind::TaskStimulus(_))) {
+                onsets.push(tick);
+                due = Some(tick + 50);
+            }
+            // A frame at each seventh tick.
+            if tick % 7 == 0 {
+                let frame = FrameRow {
+                    frame: 0,
+                    tick: Tick(tick),
+                    fraction: 0.0,
+                    wall_s: 0.0,
+                    elapsed_s: 0.07,
+                    dropped_s: 0.0,
+                    latency_s: None,
+                    input_to_tick_s: None,
+                    flash: None,
+                };
+                recorder.frame(FrameRow { frame: tick / 7, ..frame });
+            }
+        }
+        let summary = summary.to_summary();
+        let recording = recorder.finish(&summary).expect("room");
+        let trial = RecordedTrial::open(&recording).expect("a recording");
+        let shown: Vec<u64> = onsets.iter().map(|onset| onset.div_ceil(7) * 7).collect();
+        assert!(shown.len() >= 2 && shown != onsets, "{onsets:?}");
+        assert_eq!(trial.task.stimuli.iter().map(|stimulus| stimulus.0.0).collect::<Vec<_>>(), shown);
+        // Each press comes 0.5 s after its onset, also in the summary; the last signal may have none.
+        let answered = trial.task.responses.len();
+        let late: u64 = shown.iter().zip(&onsets).take(answered).map(|(shown, onset)| shown - onset).sum();
+        let expected_s = 0.5 - late as f64 / 100.0 / answered as f64;
+        let mean_s = |scores: crate::metrics::TaskScores| scores.detection.and_then(|score| score.detection_response_s);
+        let [from_frames, from_ticks] = [trial.task.scores(duration_s), summary.secondary_task].map(mean_s);
+        assert!((from_frames.expect("hits") - expected_s).abs() < 1e-9, "{from_frames:?}");
+        assert!((from_ticks.expect("hits") - 0.5).abs() < 1e-9, "{from_ticks:?}");
     }
 }

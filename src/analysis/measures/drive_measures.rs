@@ -40,7 +40,8 @@ impl DriveMeasures {
         responses: Vec<AdviceResponse>,
         baseline: Option<&DriveTotals>,
     ) -> Self {
-        let sight = MeasureInputs { trial, totals, baseline, responses: &responses };
+        let task = trial.task.scores(totals.duration_s);
+        let sight = MeasureInputs { trial, totals, baseline, responses: &responses, task };
         let roads = trial.setup.roads();
         let value = |(measure, of): &MeasuredValue| of(&sight).filter(|_| measure.is_on(roads));
         Self { values: OF_EVERY_DRIVE.iter().chain(OF_NETWORKS).map(value).collect(), responses }

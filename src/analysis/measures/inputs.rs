@@ -6,7 +6,7 @@ use crate::analysis::{
     data::RecordedTrial,
     responses::{AdviceResponse, OnsetKind, ResponseTime},
 };
-use crate::metrics::TrafficTotals;
+use crate::metrics::{TaskScores, TrafficTotals};
 
 /// Data that the measures are computed from.
 pub struct MeasureInputs<'a> {
@@ -17,6 +17,8 @@ pub struct MeasureInputs<'a> {
     pub baseline: Option<&'a DriveTotals>,
     /// Responses to changes, events and shams.
     pub responses: &'a [AdviceResponse],
+    /// Scores of the secondary task.
+    pub task: TaskScores,
 }
 
 impl MeasureInputs<'_> {

@@ -3,16 +3,19 @@
 //!
 //! * `drives`: measures of every recorded drive. * `networks`: measures of drives on networks only.
 //! * `evaluations`: measures of evaluated policies, benchmarks and trainings. * `moments`: moments of traffic in one lane.
+//! * `secondary_tasks`: measures of drives with a secondary task.
 
 mod drives;
 mod evaluations;
 mod measure;
 mod moments;
 mod networks;
+mod secondary_tasks;
 
 pub use measure::{Measure, MeasuredOn, MeasuredOver, RoadKinds, unit_text};
 
-const LISTS: [&[Measure]; 4] = [drives::MEASURES, networks::MEASURES, evaluations::MEASURES, moments::MEASURES];
+const LISTS: [&[Measure]; 5] =
+    [drives::MEASURES, networks::MEASURES, evaluations::MEASURES, moments::MEASURES, secondary_tasks::MEASURES];
 
 /// Returns all measures of the registry.
 pub fn measures() -> impl Iterator<Item = &'static Measure> {
@@ -91,6 +94,7 @@ mod tests {
             "Recorded drives on networks",
             "Summaries, evaluations, benchmarks and trainings",
             "Moments of traffic",
+            "Recorded drives with a secondary task",
         ];
         let row = |measure: &Measure| {
             let over = match measure.over {
