@@ -104,8 +104,8 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 22] = [
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
     (&[KeyCode::Space], KeyCommand::Pause, "Space, Ctrl+P", "pause, continue"),
-    (&[KeyCode::KeyN], KeyCommand::Tick, "N", "one tick (10 ms) while paused"),
-    (&[KeyCode::KeyM], KeyCommand::Step, "M", "one step while paused"),
+    (&[KeyCode::KeyN], KeyCommand::Tick, "N; M", "one tick; one step, while paused"),
+    (&[KeyCode::KeyM], KeyCommand::Step, "", ""),
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
     (&[KeyCode::KeyV], KeyCommand::NextView, "V; G", "next view; whole map on, off"),
     (&[KeyCode::KeyG], KeyCommand::WholeMap, "", ""),
@@ -213,7 +213,7 @@ mod tests {
         let control = [K::KeyQ, K::KeyP, K::KeyM, K::KeyR, K::Escape].map(by_place);
         assert_eq!(control, [Some(KeyCommand::Quit), Some(KeyCommand::Pause), Some(KeyCommand::Mark), None, None]);
         let list = list();
-        assert_eq!(list.len(), 23);
+        assert_eq!(list.len(), 22);
         assert!(list.contains(&("Up, W", "accelerate")) && list.contains(&("Esc, Ctrl+Q", "end")));
     }
 
@@ -232,10 +232,10 @@ mod tests {
     #[test]
     fn keys_of_developers_are_listed_with_the_panel_alone() {
         for participants in [list_of_participant(), list_of_driver(), list_of_free_driver()] {
-            assert!(participants.iter().all(|(key, _)| !["F3", "F5", "N"].contains(key)), "{participants:?}");
+            assert!(participants.iter().all(|(key, _)| !["F3", "F5", "N; M"].contains(key)), "{participants:?}");
         }
         let only_panel: Vec<_> = list().into_iter().filter(|row| !list_of_free_driver().contains(row)).collect();
-        assert_eq!(only_panel.into_iter().map(|(key, _)| key).collect::<Vec<_>>(), ["F3", "N", "M", "F5"]);
+        assert_eq!(only_panel.into_iter().map(|(key, _)| key).collect::<Vec<_>>(), ["F3", "N; M", "F5"]);
     }
 
     #[test]

@@ -93,7 +93,6 @@ pub struct TaskLog {
 impl TaskLog {
     /// Returns the scores of a drive that ends at `end_s`.
     pub fn scores(&self, end_s: f64) -> TaskScores {
-        let mut scores = TaskScores::default();
         let (mut signals, mut digits, mut displays) = (Vec::new(), Vec::new(), Vec::new());
         for (tick, stimulus) in &self.stimuli {
             match *stimulus {
@@ -110,11 +109,12 @@ impl TaskLog {
             }
         }
         let shutter: Vec<(f64, bool)> = self.shutter.iter().map(|(tick, open)| (tick.seconds(), *open)).collect();
-        scores.detection = (!signals.is_empty()).then(|| DetectionScore::of(&signals, &presses, end_s));
-        scores.n_back = (!digits.is_empty()).then(|| NBackScore::of(&digits, &presses, end_s));
-        scores.search = (!displays.is_empty()).then(|| SearchScore::of(&displays, &columns));
-        scores.occlusion = (!shutter.is_empty()).then(|| OcclusionScore::of(&shutter, end_s));
-        scores
+        TaskScores {
+            detection: (!signals.is_empty()).then(|| DetectionScore::of(&signals, &presses, end_s)),
+            n_back: (!digits.is_empty()).then(|| NBackScore::of(&digits, &presses, end_s)),
+            search: (!displays.is_empty()).then(|| SearchScore::of(&displays, &columns)),
+            occlusion: (!shutter.is_empty()).then(|| OcclusionScore::of(&shutter, end_s)),
+        }
     }
 }
 

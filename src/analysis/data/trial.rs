@@ -233,7 +233,7 @@ mod tests {
                 due = Some(tick + 50);
             }
             // A frame at each seventh tick.
-            if tick % 7 == 0 {
+            if tick.is_multiple_of(7) {
                 let frame = FrameRow {
                     frame: 0,
                     tick: Tick(tick),
