@@ -133,7 +133,7 @@ fn negative_and_nan_parameters_are_refused_with_their_limits() {
     assert_run_refused(&["--idm", "T=-1"], &["idm.T is -1", "from 0.1 to 5 s"]);
     assert_run_refused(&["--idm", "a=nan"], &["idm.a is not a finite number", "from 0.1 to 5 m/s2"]);
     assert_run_refused(&["--idm", "T=long"], &["T is `long`", "a number from 0.1 to 5 s"]);
-    assert_run_refused(&["--secondary-task", "kind=nback"], &["did you mean `n-back`?", "detection-response"]);
+    assert_run_refused(&["--secondary-task", "kind=nback"], &["did you mean n-back?", "detection-response"]);
     assert_run_refused(&["--secondary-task", "n=1.5"], &["n is `1.5`", "a whole number from 0 to 2"]);
     assert_run_refused(&["--idm", "tau=1"], &["`tau` is unknown", "v0, T, a, b, delta, s0, noise"]);
     assert_run_refused(&["--range", "-2"], &["range_mph is -2", "from 0.1 to 50 mph"]);
