@@ -35,6 +35,7 @@ pub(super) fn command() -> Command {
              columns.json   definition of every column of the tables\n  \
              reactions.csv  distributions of each participant's reaction, movement and compliance times, and the \
              chance level\n  \
+             events.csv     response times and extremes after each event of the scenario\n  \
              drivers.csv    reaction time, bias, error and time gap of each participant\n  \
              drivers.toml   these drivers for codrive study rehearse FILE --drivers drivers.toml; folder of a study \
              only\n  \

@@ -409,6 +409,7 @@ mod tests {
         assert!(axle.x < -0.3, "steering left turns the left wheel's outer side backwards: {axle}");
         assert_eq!(steered[2].rows[0][1], 0.0, "the rear wheels stay");
     }
+
     #[test]
     fn a_parked_car_has_its_number_and_the_sign_of_dark_lamps() {
         let of = |is_parked: bool| {

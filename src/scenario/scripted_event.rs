@@ -7,6 +7,9 @@ use serde::{Deserialize, Serialize};
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
 
+/// Key of the list of events in a scenario.
+pub const KEY: &str = "event";
+
 /// Largest number of events of a scenario, and of actions of an event.
 const MOST_EVENTS: usize = 200;
 const MOST_ACTIONS: usize = 20;
@@ -275,11 +278,11 @@ impl ScriptedEvent {
     pub fn check_all(events: &[Self]) -> Result<(), EventFault> {
         if events.len() > MOST_EVENTS {
             let message = format!("{} events; allowed: at most {MOST_EVENTS}", events.len());
-            return Err((format!("event.{MOST_EVENTS}"), message));
+            return Err((format!("{KEY}.{MOST_EVENTS}"), message));
         }
         for (k, event) in events.iter().enumerate() {
             let fault = |part: &str, message: String| {
-                Err((format!("event.{k}.{part}"), format!("event \"{}\": {message}", event.name)))
+                Err((format!("{KEY}.{k}.{part}"), format!("event \"{}\": {message}", event.name)))
             };
             let letters = event.name.chars().count();
             if event.name.trim().is_empty() || letters > NAME_LETTERS {

@@ -11,7 +11,7 @@ use crate::{
     driver,
     map::MapError,
     policy::ResolvedPolicy,
-    scenario::{self, Scenario},
+    scenario::{self, Scenario, scripted_event},
     settings::{self, Field},
     sim::CheckedDrive,
     toml_text::{self, KeyPart},
@@ -195,7 +195,8 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
     all
 }
 
-/// Returns `scenario` with the changed settings. `key` is their place in the study file; relative paths start in `folder`.
+/// Returns `scenario` with the changed settings. `key` is their place in the study file; relative paths start in `folder`. A list of events replaces
+/// the former one.
 pub(super) fn changed(
     scenario: &Scenario,
     key: &str,
@@ -204,7 +205,17 @@ pub(super) fn changed(
 ) -> Result<Scenario, WrongSetting> {
     let known = Scenario::fields();
     let mut list: Vec<(Field, Value)> = Vec::new();
+    let mut scenario = scenario.clone();
     for (name, value) in changes {
+        if name == scripted_event::KEY {
+            let fault = |error: serde_json::Error| WrongSetting {
+                key: format!("{key}.{name}"),
+                part: KeyPart::Value,
+                message: error.to_string(),
+            };
+            scenario.events = serde_json::from_value(value.clone()).map_err(fault)?;
+            continue;
+        }
         let inner: Vec<(String, &Value)> = match value {
             Value::Object(table) => table.iter().map(|(k, v)| (format!("{name}.{k}"), v)).collect(),
             value => vec![(name.clone(), value)],
@@ -222,7 +233,7 @@ pub(super) fn changed(
             list.push((field.clone(), value));
         }
     }
-    settings::changed(scenario, &list).map_err(|fault| WrongSetting {
+    settings::changed(&scenario, &list).map_err(|fault| WrongSetting {
         key: format!("{key}.{}", fault.key),
         part: KeyPart::Value,
         message: fault.message,

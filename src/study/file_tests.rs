@@ -202,6 +202,28 @@ fn lab_devices_are_checked_and_leave_the_drives_unchanged() {
 }
 
 #[test]
+fn events_are_a_setting_and_those_of_a_segment_replace_those_of_the_base() {
+    let event = |name: &str, at_s: f64| {
+        format!(
+            "event = [{{ name = \"{name}\", trigger = {{ time_s = {at_s} }}, actions = [{{ hide_advice = {{ for_s = 1 }} }}] }}]"
+        )
+    };
+    let base = GOOD.replacen("[base]\n", &format!("[base]\n{}\n", event("of base", 2.0)), 1);
+    let drive = "kind = \"drive\"\nname = \"practice\"\n";
+    let own = |at_s: f64| base.replacen(drive, &format!("{drive}set = {{ {} }}\n", event("own", at_s)), 1);
+    for (text, name) in [(base.clone(), "of base"), (own(3.0), "own")] {
+        let study = Study::parse(text, Path::new("t.toml")).unwrap_or_else(|e| panic!("{e}"));
+        let names: Vec<_> = study.drive(0, None).expect("a drive").events.into_iter().map(|event| event.name).collect();
+        assert_eq!(names, [name]);
+    }
+    // Lines: 10 is that of `set`. A drive of 10 s ends before 30 s.
+    for (at_s, words) in [(-3.0, "time_s is -3; allowed: 0 to 604800"), (30.0, "can never begin: time_s is 30")] {
+        let fault = Study::parse(own(at_s), Path::new("t.toml")).unwrap_err().to_string();
+        assert!(fault.starts_with("t.toml:10:") && fault.contains(words), "{fault}");
+    }
+}
+
+#[test]
 fn map_paths_start_at_the_folder_of_the_study_file() {
     let home = tempfile::tempdir().unwrap();
     std::fs::create_dir(home.path().join("roads")).unwrap();

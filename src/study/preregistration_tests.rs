@@ -192,6 +192,7 @@ fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
                 setup,
                 stretches: DriverStretches::default(),
                 network: None,
+                scripted_responses: Vec::new(),
             });
         }
     }

@@ -18,6 +18,7 @@ pub mod people;
 pub mod person_answers;
 pub mod recorded_log;
 pub mod road_events;
+pub mod scripted_moments;
 pub mod session_ends;
 pub mod setup;
 pub mod sickness_ratings;

@@ -6,6 +6,7 @@ use super::{
     ego_samples::{EGO, EgoSamples},
     frame_times::{self, FrameTimes},
     road_events::RoadEvents,
+    scripted_moments::{self, ScriptedMoment},
     setup::DriveSetup,
     traffic_steps::TrafficSteps,
     trips::TripTable,
@@ -55,6 +56,8 @@ pub struct RecordedTrial {
     pub marks_at: Vec<f64>,
     /// Spans from a contact, or from a car put back on its lane, to [`AFTER_CONTACT_S`] later, ticks; sorted and disjoint.
     pub after_contacts: Vec<[u64; 2]>,
+    /// Events of the scenario that were seen.
+    pub scripted: Vec<ScriptedMoment>,
     /// Events of the secondary task; a stimulus has the tick of the first frame that showed it.
     pub task: TaskLog,
     /// Number of times that the middle of the car left its lane.
@@ -91,11 +94,13 @@ impl RecordedTrial {
             map,
             ..Self::default()
         };
-        for part in trial.parts(Table::Events, &["tick", "event", "detail", "value"])? {
+        for part in trial.parts(Table::Events, &["tick", "event", "detail", "car", "value"])? {
             let part = part?;
             let [kinds, details] = ["event", "detail"].map(|name| part.words(name));
-            let rows = part.wholes("tick").into_iter().zip(kinds).zip(details.into_iter().zip(part.numbers("value")));
-            for ((tick, kind), (detail, value)) in rows {
+            let values = part.ids("car").into_iter().zip(part.numbers("value"));
+            let rows = part.wholes("tick").into_iter().zip(kinds).zip(details.into_iter().zip(values));
+            for ((tick, kind), (detail, (vehicle, value))) in rows {
+                scripted_moments::add(&mut trial.scripted, tick, [&kind, &detail], vehicle);
                 add_to_log(&mut trial.task, Tick(tick), [&kind, &detail], value);
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");
@@ -117,6 +122,12 @@ impl RecordedTrial {
             let mut frames = trial.shown_frames()?;
             for (tick, _) in &mut trial.task.stimuli {
                 tick.0 = frames.shown_tick(tick.0)?;
+            }
+        }
+        if !trial.scripted.is_empty() {
+            let mut frames = trial.shown_frames()?;
+            for moment in &mut trial.scripted {
+                moment.onset = frames.shown_tick(moment.onset)?;
             }
         }
         let mut finder = ChangeFinder::default();

@@ -6,7 +6,7 @@ use crate::analysis::{
     error::AnalysisError,
     measures::{DriveMeasures, DriveTotals},
     network::{LinePlace, NetworkDriveTotals},
-    responses::{AdviceResponse, DriveOnsets, PedalNoise},
+    responses::{AdviceResponse, DriveOnsets, PedalNoise, ScriptedResponse, ScriptedResponses},
 };
 use crate::metrics::RoadKinds;
 use rayon::prelude::*;
@@ -27,6 +27,8 @@ pub struct AnalysedRecording {
     pub setup: DriveSetup,
     /// Stretches for the fit of the driver.
     pub stretches: DriverStretches,
+    /// Responses to the events of the scenario.
+    pub scripted_responses: Vec<ScriptedResponse>,
     /// Trips and lines of a drive on a network; `None` on a closed route.
     pub network: Option<NetworkDriveTotals>,
 }
@@ -58,7 +60,11 @@ pub fn analyse(
         let trial = RecordedTrial::open(&found.recording)?;
         let practice = practice.get(found.participant.as_str());
         let mut stretches = StretchCollector::new(&trial);
-        let (totals, responses) = DriveTotals::of(&trial, practice, lines, |ego| stretches.add(ego))?;
+        let mut scripted = ScriptedResponses::new(&trial);
+        let (totals, responses) = DriveTotals::of(&trial, practice, lines, |ego| {
+            stretches.add(ego);
+            scripted.add(ego);
+        })?;
         let stretches = stretches.finish();
         let of_baseline = |folder: &Path| {
             Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines, |_| ())?.0)
@@ -74,6 +80,7 @@ pub fn analyse(
             setup: trial.setup,
             found: found.clone(),
             network: totals.network,
+            scripted_responses: scripted.finish(),
         };
         done();
         Ok(analysed)

@@ -29,6 +29,7 @@ pub(crate) fn drive(participant: &str, condition: &str, rank: usize, value: Opti
         setup: DriveSetup::default(),
         stretches: DriverStretches::default(),
         network: None,
+        scripted_responses: Vec::new(),
     }
 }
 

@@ -48,6 +48,7 @@ pub(crate) fn drives() -> Vec<AnalysedRecording> {
                 setup,
                 stretches: DriverStretches::default(),
                 network: None,
+                scripted_responses: Vec::new(),
             });
         }
     }

@@ -69,6 +69,9 @@ impl AnalysisResults<'_> {
         if !people.ratings.is_empty() {
             write("fms.csv", &tables::sickness(people))?;
         }
+        if drives.iter().any(|drive| !drive.scripted_responses.is_empty()) {
+            write(tables::EVENTS_FILE, &tables::events(drives))?;
+        }
         if drives.iter().any(|drive| drive.network.is_some()) {
             write(tables::TRIPS_FILE, &tables::trips(drives))?;
             write(tables::LINES_FILE, &tables::lines(drives))?;

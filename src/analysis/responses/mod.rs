@@ -5,6 +5,7 @@
 //!   [`response_detection`]: the driver's response to each change.
 //! * [`response_time`]: kinds of times; [`latency_fit`]: distributions of censored times; [`response_time_model`]: responses
 //!   with chance movements beside them; `simplex`: the search for the greatest likelihood.
+//! * [`scripted_responses`]: responses to the events of a scenario.
 
 pub mod events;
 pub mod latency_fit;
@@ -12,9 +13,11 @@ pub mod pedal_noise;
 pub mod response_detection;
 pub mod response_time;
 pub mod response_time_model;
+pub mod scripted_responses;
 mod simplex;
 
 pub use events::{DriveOnsets, OnsetFinder, OnsetKind};
 pub use pedal_noise::PedalNoise;
 pub use response_detection::{AdviceResponse, ResponseWatch};
 pub use response_time::{ResponseTime, TimeFit};
+pub use scripted_responses::{ScriptedResponse, ScriptedResponses};

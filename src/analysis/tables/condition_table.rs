@@ -91,6 +91,7 @@ mod tests {
             setup: DriveSetup::default(),
             stretches: DriverStretches::default(),
             network: None,
+            scripted_responses: Vec::new(),
         }
     }
 

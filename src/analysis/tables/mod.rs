@@ -4,6 +4,7 @@
 mod condition_table;
 mod drive_tables;
 mod driver_table;
+mod event_table;
 mod key;
 mod network_tables;
 mod participant_tables;
@@ -15,6 +16,8 @@ pub use drive_tables::{speed, trials};
 pub(super) use drive_tables::{speed_columns, trials_columns};
 pub use driver_table::drivers;
 pub(super) use driver_table::{DRIVER_NUMBERS, drivers_columns};
+pub(super) use event_table::event_columns;
+pub use event_table::{EVENTS_FILE, events};
 pub use network_tables::{LINES_FILE, TRIPS_FILE, lines, trips};
 pub(super) use network_tables::{lines_columns, trips_columns};
 pub use participant_tables::{scores, sickness};
