@@ -123,7 +123,7 @@ impl ScriptedResponses {
         }
     }
 
-    /// Returns the responses.
+    /// Returns the responses to all events that were seen, in the order of their onsets.
     pub fn finish(self) -> Vec<ScriptedResponse> {
         let finished = |Watched { mut response, offsets_m, .. }: Watched| {
             let onset_s = Tick(response.moment.onset).seconds();
