@@ -8,7 +8,7 @@ use super::{
     vehicles,
 };
 use crate::{
-    map::network::EdgeKind,
+    map::network::{EdgeKind, LanePosition},
     sim::{Snapshot, VehicleSnapshot},
     space::{Pose, wrap_angle},
     traffic::{Articulation, VehicleBody, VehicleId, VehicleKind, VehiclePart},
@@ -16,9 +16,9 @@ use crate::{
 use glam::{Quat, Vec3};
 use std::f64::consts::TAU;
 
-/// Distance from the ego beyond which a vehicle stands level at the height that the traffic gives, metres. The search for the road under
-/// four wheels of each of a town's vehicles took a tenth of a frame; on a hill of 8 % a car's ends are 0.2 m off, a pixel of 1280.
-const LEVEL_M: f64 = 180.0;
+/// Distance from the ego beyond which a vehicle stands on the middle of its lane, metres. The search for the road under four wheels of each of a
+/// town's vehicles took a tenth of a frame.
+const FAR_M: f64 = 180.0;
 
 /// Returns the parts of a vehicle between two ticks, the front one first; `ego` is the ego's place in the scene.
 pub(super) fn traffic_parts(
@@ -67,10 +67,9 @@ fn traffic_part(
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
     let bend_per_m = if part == 0 { bend_per_m(car) } else { 0.0 };
     let lean = Quat::from_rotation_y(-(car.pitch.before_rad + (car.pitch.now_rad - car.pitch.before_rad) * fraction));
-    let (road_m, normal) = match pose.position.distance(ego.truncate().as_dvec2()) < LEVEL_M {
-        true => road_under(pose, height_m, &shape.hubs, static_scene),
-        false => (height_m as f32, Vec3::Z),
-    };
+    let is_far = pose.position.distance(ego.truncate().as_dvec2()) > FAR_M;
+    let on_lane = is_far.then(|| lane_under(car, pose, &shape.hubs, static_scene)).flatten();
+    let (road_m, normal) = on_lane.unwrap_or_else(|| road_under(pose, height_m, &shape.hubs, static_scene));
     let rotation = Quat::from_rotation_arc(Vec3::Z, normal) * Quat::from_rotation_z(pose.yaw_rad as f32);
     let foot_m =
         if car.body.kind == VehicleKind::Pedestrian { road_m + kerb_m(pose, height_m, static_scene) } else { road_m };
@@ -121,6 +120,23 @@ fn road_under(pose: Pose, height_m: f64, hubs: &[Vec3; 4], static_scene: &Static
     let road_m = (front_left + front_right + rear_left + rear_right) / 4.0 - grade * middle_x;
     let uphill = ahead.as_vec2() * grade + left.as_vec2() * bank;
     (road_m, (-uphill).extend(1.0).normalize())
+}
+
+/// Returns the same of a vehicle's lane along its middle; `None` where the part is not on the lane of the front bumper alone.
+fn lane_under(car: &VehicleSnapshot, pose: Pose, hubs: &[Vec3; 4], static_scene: &StaticScene) -> Option<(f32, Vec3)> {
+    let (at, network) = (car.lane?, &static_scene.network);
+    let front = car.pose.front(car.body.length_m) - static_scene.origin.truncate();
+    let behind_m = (front - pose.position).dot(pose.forward());
+    let [front_axle, _, rear_axle, _] = apart(hubs);
+    let [front_m, rear_m] = [front_axle, rear_axle].map(|hub| at.s_m - behind_m + f64::from(hub.x));
+    let lane_m = 0.0..=network.lane(at.lane).line.length_m();
+    let is_within = [front_m, rear_m].iter().all(|s_m| lane_m.contains(s_m));
+    let height_m = |s_m: f64| network.pose(LanePosition { s_m, ..at }).position.z as f32;
+    is_within.then(|| {
+        let grade = (height_m(front_m) - height_m(rear_m)) / (front_axle.x - rear_axle.x);
+        let road_m = height_m(front_m) - grade * front_axle.x;
+        (road_m, (-pose.forward().as_vec2() * grade).extend(1.0).normalize())
+    })
 }
 
 /// Returns the points on which a part stands: its hubs, or points ahead of them and behind them where it has one axle.
