@@ -11,6 +11,9 @@ use codrive::{
     traffic::VehicleId,
 };
 
+/// Gap to the leader, m, speeds of ego and leader, m/s, and whether the ego brakes, at a step's end.
+type SeenStep = (f64, f64, f64, bool);
+
 /// Drives a scenario by its simulated driver for `seconds`; `look` sees the world at each step's end. Returns the events of the scenario: number, vehicle,
 /// tick, stage.
 fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec<(u16, Option<u32>, u64, EventStage)> {
@@ -122,6 +125,40 @@ fn events_follow_each_other_repeat_and_are_drawn_by_chance() {
     let texts =
         |range: std::ops::Range<usize>| shown[range].iter().filter(|text| text.as_deref() == Some("first")).count();
     assert_eq!([texts(0..10), texts(10..15), texts(15..40)], [0, 5, 0]);
+}
+
+#[test]
+fn triggers_on_speeds_gaps_and_the_brake_come_true_at_their_step() {
+    let word = |name: &str, trigger: &str| {
+        format!("[[event]]\nname = \"{name}\"\ntrigger = {trigger}\nactions = [{{ hide_advice = {{ for_s = 1 }} }}]\n")
+    };
+    let text = format!("{RING}vehicles = 12\nduration_s = 60\n")
+        + "[[event]]\nname = \"stop\"\ntrigger = { time_s = 5 }\nactions = [{ brake = { vehicle = \"leader\", decel_mps2 = 5 } }]\n"
+        + &word("collision", "{ time_to_collision = { to = \"leader\", below_s = 4 } }")
+        + &word("gap", "{ all = [{ time_s = 5 }, { time_gap = { to = \"leader\", below_s = 2.1 } }] }")
+        + &word("slow", "{ all = [{ time_s = 5 }, { speed_below_mps = 5 }] }")
+        + &word("brakes", "{ all = [{ time_s = 5 }, \"ego_brakes\"] }");
+    let mut seen: Vec<SeenStep> = Vec::new();
+    let stages = drive(&scenario(&text), 20.0, |world| {
+        let view = world.snapshot();
+        let leader = view.leader.expect("a leader");
+        seen.push((leader.gap_m, view.ego.speed_mps, leader.speed_mps, view.ego.braking));
+    });
+    let first = |holds: &dyn Fn(&SeenStep) -> bool, from: usize| {
+        let at = seen.iter().skip(from).position(holds).expect("it comes true");
+        // The steps end at 0.1 s, 0.2 s, ...
+        10 * (from + at + 1) as u64
+    };
+    let expected = [
+        first(&|(gap_m, own, leader, _)| gap_m / (own - leader) < 4.0 && own > leader, 0),
+        first(&|(gap_m, own, ..)| gap_m / own < 2.1, 49),
+        first(&|(_, own, ..)| *own < 5.0, 49),
+        first(&|(.., braking)| *braking, 49),
+    ];
+    assert!(expected.iter().all(|tick| (500..1500).contains(tick)), "all by the leader's stop: {expected:?}");
+    for (event, tick) in (1..).zip(expected) {
+        assert!(stages.contains(&(event, None, tick, EventStage::Triggered)), "{event} at {tick}: {stages:?}");
+    }
 }
 
 #[test]
