@@ -255,10 +255,10 @@ impl Trigger {
             Self::SpeedAboveMps(speed_mps) => within("speed_above_mps", *speed_mps, [0.0, FASTEST_MPS]),
             Self::SpeedBelowMps(speed_mps) => within("speed_below_mps", *speed_mps, [0.0, FASTEST_MPS]),
             Self::Distance { to, below_m } => {
-                within("below_m", *below_m, [0.1, FARTHEST_M]).and_then(|()| check_vehicle("to", to))
+                within("below_m", *below_m, [0.1, FARTHEST_M]).and_then(|()| check_ahead(to))
             }
             Self::TimeGap { to, below_s } | Self::TimeToCollision { to, below_s } => {
-                within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_vehicle("to", to))
+                within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_ahead(to))
             }
             Self::After { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
             Self::AdviceChanges | Self::EgoBrakes => Ok(()),
@@ -384,6 +384,14 @@ fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
     }
 }
 
+/// Checks the name of a vehicle that a trigger looks at.
+fn check_ahead(to: &str) -> Result<(), String> {
+    match to {
+        FOLLOWER => Err(format!("to is \"{FOLLOWER}\"; allowed: a vehicle that can be ahead, such as {LEADER}")),
+        _ => check_vehicle("to", to),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::scenario::Scenario;
@@ -417,6 +425,11 @@ mod tests {
             ("\"leader\"", "\"0\"", ["trial.toml:4", "vehicle is \"0\""]),
             ("\"brakes\"", "\"\"", ["trial.toml:2", "0 letters"]),
             ("brake = {", "break = {", ["trial.toml:4", "brake"]),
+            (
+                "time_s = 30",
+                "distance = { to = \"follower\", below_m = 9 }",
+                ["trial.toml:3", "to is \"follower\"; allowed: a vehicle that can be ahead"],
+            ),
         ];
         for (from, to, words) in cases {
             let fault = change(from, to);

@@ -99,25 +99,34 @@ fn some_windows_are_lit_at_night_and_dark_by_day() {
 
 #[test]
 fn buildings_take_at_most_a_quarter_of_a_pictures_triangles() {
-    // Of the 300,000 that are promised at low (`costs`), as one hundred buildings are in sight and several hundred in the town. Their walls hide
-    // other things, which saves more than they cost where streets are long.
-    let bare = StaticScene { buildings: Mesh::default(), ..grid().clone() };
-    let pictures = [grid(), &bare].map(|scene| {
+    // Of the 300,000 that are promised at low (`costs`), as one hundred buildings are in sight and several hundred in the town.
+    // Nothing else is in the scene, as walls hide other things, which saves more than buildings cost.
+    let bare = StaticScene {
+        buildings: Mesh::default(),
+        road: Mesh::default(),
+        land: Mesh::default(),
+        posts: Mesh::default(),
+        tree_places: vec![],
+        tree_grounds: vec![],
+        far_tree_places: vec![],
+        tuft_places: vec![],
+        parked_cars: vec![],
+        ..grid().clone()
+    };
+    let built = StaticScene { buildings: grid().buildings.clone(), ..bare.clone() };
+    let costs = [&built, &bare].map(|scene| {
         let mut renderer = Renderer::new(gpu(), scene, OFFSCREEN, Quality::LOW);
         let mut view = scene::view(&Snapshot::default(), 1.0, ViewKind::Chase, &ViewOptions::default(), scene);
         let lens = Lens::Perspective { fov_x_rad: ViewOptions::default().fov_x_rad() };
         // In the first street, with all nine crossings ahead.
         view.camera = Camera { eye: Vec3::new(20.0, 398.4, 1.2), forward: Vec3::X, up: Vec3::Z, lens };
         // The second picture, as the first draws all shadows.
-        let [_, image] = [(); 2]
-            .map(|()| render_to_image(gpu(), &mut renderer, &view, [320, 180]).unwrap_or_else(|e| panic!("{e}")));
-        (image, renderer.cost().total())
+        for _ in 0..2 {
+            render_to_image(gpu(), &mut renderer, &view, [320, 180]).unwrap_or_else(|e| panic!("{e}"));
+        }
+        renderer.cost().total()
     });
-    let [(built, with), (empty, without)] = &pictures;
-    let more = |with: u64, without: u64| with.cast_signed() - without.cast_signed();
-    let [triangles, draws] = [more(with.triangles, without.triangles), more(with.draws, without.draws)];
+    let [triangles, draws] = [costs[0].triangles - costs[1].triangles, costs[0].draws - costs[1].draws];
     println!("{triangles} triangles, {draws} draws; {} triangles of all buildings", grid().buildings.triangles());
-    assert!(triangles <= 75_000 && draws <= 60, "{triangles} triangles, {draws} draws");
-    let differing = built.pixels().zip(empty.pixels()).filter(|(a, b)| a != b).count();
-    assert!(differing * 10 > built.len() / 4, "buildings in a tenth of the picture: {differing} pixels");
+    assert!((1_000..=75_000).contains(&triangles) && draws <= 60, "{triangles} triangles, {draws} draws");
 }

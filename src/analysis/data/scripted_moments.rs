@@ -4,7 +4,7 @@
 use crate::sim::EventStage;
 
 /// An event of the scenario that was seen.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScriptedMoment {
     /// Name of the event.
     pub name: String,

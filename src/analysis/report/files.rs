@@ -69,7 +69,7 @@ impl AnalysisResults<'_> {
         if !people.ratings.is_empty() {
             write("fms.csv", &tables::sickness(people))?;
         }
-        if drives.iter().any(|drive| !drive.scripted_responses.is_empty()) {
+        if tables::have_events(drives) {
             write(tables::EVENTS_FILE, &tables::events(drives))?;
         }
         if drives.iter().any(|drive| drive.network.is_some()) {

@@ -14,13 +14,15 @@ pub fn tables(drives: &[AnalysedRecording]) -> Vec<TableColumns> {
         csv::trials_columns(drives),
         csv::advice_columns(drives),
         csv::response_times_columns(),
-        csv::event_columns(drives),
         csv::speed_columns(drives),
         csv::by_condition_columns(),
         csv::drivers_columns(),
         csv::scores_columns(),
         csv::sickness_columns(),
     ];
+    if csv::have_events(drives) {
+        tables.push(csv::event_columns(drives));
+    }
     if road_kinds(drives).networks {
         tables.extend([csv::trips_columns(drives), csv::lines_columns(drives)]);
     }
@@ -40,11 +42,12 @@ pub fn dictionary(drives: &[AnalysedRecording]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::{data::StudyParticipants, drives::test_drives::mixed_drives};
+    use crate::analysis::{data::StudyParticipants, drives::test_drives::mixed_drives, responses::ScriptedResponse};
 
     #[test]
     fn every_column_has_a_title_and_a_definition_in_the_dictionary() {
-        let drives = mixed_drives();
+        let mut drives = mixed_drives();
+        drives[0].scripted_responses.push(ScriptedResponse::default());
         let written = [
             ("trials.csv", csv::trials(&drives)),
             ("advice.csv", csv::advice(&drives)),

@@ -14,7 +14,7 @@ const PRESSED: f64 = 0.02;
 const STEERED_RAD: f64 = 0.035;
 
 /// Response of the driver to an event. Times count from the onset.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct ScriptedResponse {
     pub moment: ScriptedMoment,
     /// Time from the onset to the end of watching: 5 s after the event's end, the next onset, or the end of the drive, s.
@@ -96,19 +96,7 @@ impl ScriptedResponses {
             // Two events may begin at once.
             let next = moments[k + 1..].iter().map(|next| next.onset).find(|onset| *onset > moment.onset);
             let until = moment.ended.map_or(u64::MAX, after).min(next.map_or(u64::MAX, |onset| onset - 1));
-            let response = ScriptedResponse {
-                moment: moment.clone(),
-                watched_s: 0.0,
-                speed_mps: 0.0,
-                release_s: None,
-                brake_s: None,
-                steering_s: None,
-                min_gap_m: None,
-                min_ttc_s: None,
-                max_decel_mps2: 0.0,
-                sdlp_m: 0.0,
-                contact_mps: None,
-            };
+            let response = ScriptedResponse { moment: moment.clone(), ..ScriptedResponse::default() };
             Watched { response, until, first: None, offsets_m: Offsets::default() }
         });
         Self { watched: watched.collect(), contacts_at: trial.contacts_at.clone() }

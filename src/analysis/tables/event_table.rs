@@ -81,6 +81,11 @@ pub(crate) fn event_columns(drives: &[AnalysedRecording]) -> TableColumns {
     TableColumns { file: EVENTS_FILE, row: "an event of the scenario each time that it was seen", columns }
 }
 
+/// Checks whether an event of a scenario was seen in any of these drives; the table is left out where none was.
+pub fn have_events(drives: &[AnalysedRecording]) -> bool {
+    drives.iter().any(|drive| !drive.scripted_responses.is_empty())
+}
+
 /// Returns `events.csv`.
 pub fn events(drives: &[AnalysedRecording]) -> String {
     let mut text = event_columns(drives).head();

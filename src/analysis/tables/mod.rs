@@ -17,7 +17,7 @@ pub(super) use drive_tables::{speed_columns, trials_columns};
 pub use driver_table::drivers;
 pub(super) use driver_table::{DRIVER_NUMBERS, drivers_columns};
 pub(super) use event_table::event_columns;
-pub use event_table::{EVENTS_FILE, events};
+pub use event_table::{EVENTS_FILE, events, have_events};
 pub use network_tables::{LINES_FILE, TRIPS_FILE, lines, trips};
 pub(super) use network_tables::{lines_columns, trips_columns};
 pub use participant_tables::{scores, sickness};

@@ -35,7 +35,9 @@ const FOLLOWER_REACH_M: f64 = 200.0;
 pub(super) struct EventScript {
     runs: Vec<EventRun>,
     controls: Vec<SpeedControl>,
-    /// Vehicles by their names in the demand, as far as events name any.
+    /// True if an event names a vehicle by its name in the demand.
+    has_names: bool,
+    /// Vehicles by these names.
     names: BTreeMap<String, VehicleId>,
     /// Vehicles whose names are known.
     asked: BTreeSet<VehicleId>,
@@ -89,6 +91,7 @@ pub(super) struct ScriptView<'a> {
 
 impl ScriptView<'_> {
     /// Returns the distance from the ego's front to another vehicle ahead, bumper to bumper along the route; beside the route, from body to body.
+    /// `None` for one that is behind.
     fn distance_m(&self, id: VehicleId) -> Option<f64> {
         if let Some(leader) = self.view.leader.filter(|leader| leader.id == id) {
             return Some(leader.gap_m);
@@ -100,7 +103,7 @@ impl ScriptView<'_> {
                 own.pose.position.distance(car.pose.position) - (own.body.length_m + car.body.length_m) / 2.0
             })
         };
-        along_m.or_else(beside_m)
+        along_m.or_else(beside_m).filter(|distance_m| *distance_m >= 0.0)
     }
 
     fn follower(&self) -> Option<VehicleId> {
@@ -117,6 +120,10 @@ impl EventScript {
     /// Arms the events of a drive.
     pub fn new(drive: &PlannedDrive) -> Self {
         let scenario = drive.scenario();
+        let is_name = |name: &String| name != LEADER && name != FOLLOWER && name.parse::<u32>().is_err();
+        let has_name = |event: &ScriptedEvent| {
+            event.actions.iter().filter_map(Action::vehicle).chain(event.trigger.vehicles()).any(is_name)
+        };
         let run = |event: &ScriptedEvent| EventRun {
             event: event.clone(),
             stage: Stage::Armed,
@@ -127,6 +134,7 @@ impl EventScript {
         Self {
             runs: scenario.events.iter().map(run).collect(),
             controls: Vec::new(),
+            has_names: drive.is_open() && scenario.events.iter().any(has_name),
             names: BTreeMap::new(),
             asked: BTreeSet::new(),
             order: DrivingOrder::default(),
@@ -251,18 +259,9 @@ impl EventScript {
         }
     }
 
-    /// Learns the names of vehicles that have come, if an event names one by its name in the demand.
+    /// Learns the names of vehicles that have come, if events need them.
     fn learn_names(&mut self, view: &Snapshot, traffic: &TrafficCoupling) {
-        let is_name = |name: &str| name != LEADER && name != FOLLOWER && name.parse::<u32>().is_err();
-        let names_any = self.runs.iter().any(|run| {
-            run.event
-                .actions
-                .iter()
-                .filter_map(Action::vehicle)
-                .chain(run.event.trigger.vehicles())
-                .any(|name| is_name(name))
-        });
-        if !names_any || !self.is_open {
+        if !self.has_names {
             return;
         }
         for car in view.cars.iter().filter(|car| car.id != EGO) {
