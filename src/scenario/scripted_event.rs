@@ -100,7 +100,7 @@ pub enum Trigger {
 /// Name of a vehicle of the traffic: `leader` or `follower` of the ego when the event begins, a number, or its name in the demand.
 pub type VehicleName = String;
 
-/// Vehicle ahead of the ego, and the one behind it.
+/// Vehicle ahead of the ego.
 pub const LEADER: &str = "leader";
 /// Vehicle behind the ego.
 pub const FOLLOWER: &str = "follower";
@@ -171,13 +171,10 @@ impl Action {
 
     fn check(&self) -> Result<(), String> {
         match self {
-            Self::Brake { decel_mps2, to_mps, keep_s, .. } => {
-                within("decel_mps2", *decel_mps2, [0.1, HARDEST_MPS2])?;
-                within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
-                within("keep_s", *keep_s, [0.0, LATEST_S])?;
-            }
-            Self::Accelerate { accel_mps2, to_mps, keep_s, .. } => {
-                within("accel_mps2", *accel_mps2, [0.1, HARDEST_MPS2])?;
+            Self::Brake { decel_mps2: rate_mps2, to_mps, keep_s, .. }
+            | Self::Accelerate { accel_mps2: rate_mps2, to_mps, keep_s, .. } => {
+                let rate = if matches!(self, Self::Brake { .. }) { "decel_mps2" } else { "accel_mps2" };
+                within(rate, *rate_mps2, [0.1, HARDEST_MPS2])?;
                 within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
                 within("keep_s", *keep_s, [0.0, LATEST_S])?;
             }

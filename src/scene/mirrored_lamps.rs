@@ -131,6 +131,7 @@ mod tests {
         let street = wet.iter().find(|at| at.lamp.facing.z < -0.99).expect("a street lamp");
         assert_eq!((street.height_m, street.lamp.position.x), (6.0, 20.0));
     }
+
     #[test]
     fn a_vehicle_between_hides_low_lamps_but_not_street_lamps() {
         let ego = view(&Snapshot::default(), 1.0, ViewKind::Chase, &ViewOptions::default(), &scene()).cars[0];

@@ -9,6 +9,7 @@ use super::{
     vehicles::{EGO, VehicleChanges, VehicleId, VehicleLamps, VehicleState},
 };
 use crate::{
+    idm::IdmParams,
     map::{
         RoadMap,
         network::{LaneId, Network, SignalId},
@@ -21,6 +22,10 @@ use std::{path::PathBuf, sync::Arc};
 /// more. The model is never clipped at `b` (docs/references.md: idm); it reaches this bound only behind an ego that cuts in, stops or
 /// pulls away suddenly.
 pub const HARDEST_MPS2: f64 = 9.0;
+
+/// Model of a vehicle whose speed is chosen by another one or from outside, which it bounds. Its gaps are below, and its accelerations above what
+/// drivers have in flowing traffic, so that their choice decides until a collision is near.
+pub const GUARD: IdmParams = IdmParams { v0: 30.0, t: 0.5, s0: 1.0, a: 6.0, b: 4.5, delta: 4.0, noise: 0.0 };
 
 /// Creep limit, m/s2: SUMO rounds a speed below this times the step length to 0. Without this rule, the two engines agree to 1e-5 m/s
 /// instead of 1e-11 once a queue moves up in very small steps.

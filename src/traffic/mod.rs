@@ -36,8 +36,8 @@ pub use drivers::{
     TrafficDriver, TrafficDrivers, TrafficPopulation, is_path as is_population_path, names as population_names,
 };
 pub use engine::{
-    CREEP_MPS2, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, HARDEST_MPS2, InitialVehicle, LaneMotion,
-    Leader, Traffic, TrafficOrder, VehicleReport,
+    CREEP_MPS2, DemandSetup, EgoStart, ExternalVehicleState, FixedSetup, GUARD, HARDEST_MPS2, InitialVehicle,
+    LaneMotion, Leader, Traffic, TrafficOrder, VehicleReport,
 };
 pub use error::TrafficError;
 pub use interrupt::{Interruption, TrafficStart, go_on, interrupt, is_interrupted, starts_under_way};

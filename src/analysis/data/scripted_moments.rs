@@ -18,16 +18,15 @@ pub struct ScriptedMoment {
 
 /// Adds a row of the table of events to the moments; other kinds have no effect. Of several actions of an event the first is its onset.
 pub fn add(moments: &mut Vec<ScriptedMoment>, tick: u64, [kind, detail]: [&str; 2], vehicle: Option<u32>) {
-    let open = moments.iter_mut().rev().find(|moment| moment.name == detail && moment.ended.is_none());
-    if kind == EventStage::Onset.name() {
-        match open {
-            Some(moment) => moment.vehicle = moment.vehicle.or(vehicle),
-            None => moments.push(ScriptedMoment { name: detail.into(), vehicle, onset: tick, ended: None }),
-        }
-    } else if kind == EventStage::Ended.name()
-        && let Some(moment) = open
-    {
-        moment.ended = Some(tick);
+    let is_onset = kind == EventStage::Onset.name();
+    if !is_onset && kind != EventStage::Ended.name() {
+        return;
+    }
+    match moments.iter_mut().rev().find(|moment| moment.name == detail && moment.ended.is_none()) {
+        Some(moment) if is_onset => moment.vehicle = moment.vehicle.or(vehicle),
+        Some(moment) => moment.ended = Some(tick),
+        None if is_onset => moments.push(ScriptedMoment { name: detail.into(), vehicle, onset: tick, ended: None }),
+        None => {}
     }
 }
 

@@ -118,18 +118,7 @@ impl RecordedTrial {
                 }
             }
         }
-        if !trial.task.stimuli.is_empty() {
-            let mut frames = trial.shown_frames()?;
-            for (tick, _) in &mut trial.task.stimuli {
-                tick.0 = frames.shown_tick(tick.0)?;
-            }
-        }
-        if !trial.scripted.is_empty() {
-            let mut frames = trial.shown_frames()?;
-            for moment in &mut trial.scripted {
-                moment.onset = frames.shown_tick(moment.onset)?;
-            }
-        }
+        trial.count_from_frames()?;
         let mut finder = ChangeFinder::default();
         let mut frames = trial.shown_frames()?;
         for part in
@@ -145,6 +134,22 @@ impl RecordedTrial {
         trial.changes = finder.changes;
         trial.frames = FrameTimes::read(trial.parts(Table::Frames, &frame_times::COLUMNS)?)?;
         Ok(trial)
+    }
+
+    /// Replaces the ticks of stimuli and of onsets of events by those of the first frames that showed them.
+    fn count_from_frames(&mut self) -> Result<(), RecordError> {
+        if self.task.stimuli.is_empty() && self.scripted.is_empty() {
+            return Ok(());
+        }
+        let mut frames = self.shown_frames()?;
+        let stimuli = self.task.stimuli.iter_mut().map(|(tick, _)| &mut tick.0);
+        let mut ticks: Vec<&mut u64> =
+            stimuli.chain(self.scripted.iter_mut().map(|moment| &mut moment.onset)).collect();
+        ticks.sort_unstable();
+        ticks.into_iter().try_for_each(|tick| {
+            *tick = frames.shown_tick(*tick)?;
+            Ok(())
+        })
     }
 
     fn shown_frames(&self) -> Result<ShownFrames, RecordError> {

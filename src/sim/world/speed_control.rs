@@ -4,13 +4,13 @@ use crate::{
     idm::IdmParams,
     sim::Leader,
     time::Tick,
-    traffic::{LaneMotion, VehicleId},
+    traffic::{GUARD, LaneMotion, VehicleId},
 };
 
 /// Speed difference at which a vehicle has the speed of its event, m/s.
 const REACHED_MPS: f64 = 1e-6;
-/// Driver who keeps a vehicle from running into the one ahead: a short gap, so that the event decides until a collision is near.
-const GUARD: IdmParams = IdmParams { v0: 70.0, t: 0.5, a: 5.0, b: 4.0, delta: 4.0, s0: 1.0, noise: 0.0 };
+/// Driver who keeps a vehicle from running into the one ahead, at any speed of an event.
+const KEEPER: IdmParams = IdmParams { v0: 70.0, ..GUARD };
 
 /// Control of the speed of a vehicle.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ impl SpeedControl {
         let rate_mps2 = if speed_mps > self.to_mps { -self.rate_mps2 } else { self.rate_mps2 };
         let wanted = changed(speed_mps, self.to_mps, rate_mps2, step_s);
         let bound = leader.map(|leader| {
-            let guarded_mps2 = GUARD.acceleration(speed_mps, leader.speed_mps, leader.gap_m);
+            let guarded_mps2 = KEEPER.acceleration(speed_mps, leader.speed_mps, leader.gap_m);
             changed(speed_mps, if guarded_mps2 < 0.0 { 0.0 } else { f64::INFINITY }, guarded_mps2, step_s)
         });
         let [end_mps, mean_mps] = bound.filter(|bound| bound[0] < wanted[0]).unwrap_or(wanted);

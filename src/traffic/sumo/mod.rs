@@ -28,7 +28,7 @@ pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
 
 use super::{
-    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, FixedSetup, LaneMotion, Leader, Traffic,
+    CanonicalDemand, Demand, DemandFault, DemandSetup, Departures, FixedSetup, GUARD, LaneMotion, Leader, Traffic,
     TrafficError, TrafficOrder, VehicleBody, VehicleChanges, VehicleId, VehicleReport, VehicleState, demand::EGO_TYPE,
 };
 use crate::{
@@ -379,7 +379,7 @@ impl Traffic for SumoTraffic {
         if let Some(people) = &mut self.people {
             people.leave(id);
         }
-        self.shim.set_driver(id, &options::GUARD)?;
+        self.shim.set_driver(id, &GUARD)?;
         self.shim.take_pedals(id)
     }
 

@@ -8,7 +8,8 @@ use crate::{
     space::{CAR_LENGTH_M, CAR_WIDTH_M},
     temporary::TemporaryFolder,
     traffic::{
-        CarFollowing, Demand, FixedSetup, FollowingModel, HARDEST_MPS2, TrafficDriver, TrafficDrivers, TrafficError,
+        CarFollowing, Demand, FixedSetup, FollowingModel, GUARD, HARDEST_MPS2, TrafficDriver, TrafficDrivers,
+        TrafficError,
     },
 };
 use std::path::{Path, PathBuf};
@@ -94,10 +95,6 @@ fn common(net: &str, step_s: f64, seed: u64) -> Vec<String> {
     options.extend(["--seed".to_string(), (seed % (1 << 31)).to_string()]);
     options
 }
-
-/// Model of a vehicle whose speed is not chosen by SUMO, which bounds it by this. Its gaps are below, and its accelerations above what
-/// drivers have in flowing traffic, so that their choice decides until a collision is near.
-pub(super) const GUARD: IdmParams = IdmParams { v0: 30.0, t: 0.5, s0: 1.0, a: 6.0, b: 4.5, delta: 4.0, noise: 0.0 };
 
 /// Returns the numbers of SUMO's IDM for a driver. One with another model
 /// chooses a speed, which [`GUARD`] bounds.
