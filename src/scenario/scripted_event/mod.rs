@@ -1,8 +1,13 @@
 //! Events of a scenario: what happens on the road, and when. In: the lists `[[event]]` of a scenario file. Out: checked [`ScriptedEvent`]s, each a
 //! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
 
+mod action;
+mod trigger;
+
 use crate::toml_text::did_you_mean;
+pub use action::Action;
 use serde::{Deserialize, Serialize};
+pub use trigger::{DrivenRoad, Trigger};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -13,15 +18,21 @@ pub const KEY: &str = "event";
 /// Largest number of events of a scenario, and of actions of an event.
 const MOST_EVENTS: usize = 200;
 const MOST_ACTIONS: usize = 20;
-/// Longest name and longest text for the participant, letters: the text is read at a glance, beside the speedometer.
+/// Longest name, letters.
 const NAME_LETTERS: usize = 40;
-const TEXT_LETTERS: usize = 60;
 /// Latest time and longest duration, s, and farthest place, m.
 const LATEST_S: f64 = 604_800.0;
 const FARTHEST_M: f64 = 1_000_000.0;
-/// Highest speed, m/s, and strongest acceleration and braking, m/s2: the bound of all vehicles of the traffic.
+/// Highest speed, m/s.
 const FASTEST_MPS: f64 = 70.0;
-const HARDEST_MPS2: f64 = crate::traffic::HARDEST_MPS2;
+
+/// Name of a vehicle of the traffic: `leader` or `follower` of the ego when the event begins, a number, or its name in the demand.
+pub type VehicleName = String;
+
+/// Vehicle ahead of the ego.
+pub const LEADER: &str = "leader";
+/// Vehicle behind the ego.
+pub const FOLLOWER: &str = "follower";
 
 /// An event of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,224 +58,6 @@ fn certain() -> f64 {
 
 fn is_certain(probability: &f64) -> bool {
     *probability >= 1.0
-}
-
-/// Condition at which an event begins, evaluated at each step of the traffic.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Trigger {
-    /// Time since the start of the drive, s.
-    TimeS(f64),
-    /// Place on the ego's route that its front has reached, m; on a closed route anew in each lap.
-    PlaceM(f64),
-    /// Speed of the ego above this, m/s.
-    SpeedAboveMps(f64),
-    /// Speed of the ego below this, m/s.
-    SpeedBelowMps(f64),
-    /// Distance from the ego's front to a vehicle ahead.
-    Distance {
-        to: VehicleName,
-        /// Distance, m.
-        below_m: f64,
-    },
-    /// Time gap to a vehicle ahead: the distance over the ego's speed.
-    TimeGap {
-        to: VehicleName,
-        /// Time gap, s.
-        below_s: f64,
-    },
-    /// Time to collision with a vehicle ahead: the distance over the closing speed.
-    TimeToCollision {
-        to: VehicleName,
-        /// Time to collision, s.
-        below_s: f64,
-    },
-    /// End of another event, and a delay.
-    After {
-        /// Name of the other event.
-        event: String,
-        /// Delay after its end, s.
-        #[serde(default)]
-        delay_s: f64,
-    },
-    /// Change of the advice on the speedometer.
-    AdviceChanges,
-    /// Brake of the ego pressed.
-    EgoBrakes,
-    /// One or more of these conditions.
-    Any(Vec<Trigger>),
-    /// All of these conditions at once.
-    All(Vec<Trigger>),
-}
-
-/// Name of a vehicle of the traffic: `leader` or `follower` of the ego when the event begins, a number, or its name in the demand.
-pub type VehicleName = String;
-
-/// Vehicle ahead of the ego.
-pub const LEADER: &str = "leader";
-/// Vehicle behind the ego.
-pub const FOLLOWER: &str = "follower";
-
-/// Action of an event.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Action {
-    /// A vehicle brakes evenly.
-    Brake {
-        vehicle: VehicleName,
-        /// Deceleration, m/s2.
-        decel_mps2: f64,
-        /// Speed at the end of braking, m/s.
-        #[serde(default)]
-        to_mps: f64,
-        /// Time for which it keeps that speed, s.
-        #[serde(default)]
-        keep_s: f64,
-    },
-    /// A vehicle accelerates evenly, as far as the vehicle ahead of it allows.
-    Accelerate {
-        vehicle: VehicleName,
-        /// Acceleration, m/s2.
-        accel_mps2: f64,
-        /// Speed at the end, m/s.
-        to_mps: f64,
-        /// Time for which it keeps that speed, s.
-        #[serde(default)]
-        keep_s: f64,
-    },
-    /// A vehicle changes lanes as soon as there is room.
-    ChangeLane {
-        vehicle: VehicleName,
-        /// Number of lanes, positive to the left.
-        to_the_left: i32,
-        /// Time in which the change has to begin, s.
-        #[serde(default = "usual_change_s")]
-        within_s: f64,
-    },
-    /// A text appears above the participant's speedometer.
-    Message {
-        text: String,
-        /// Duration, s.
-        for_s: f64,
-    },
-    /// The advice of the participant's speedometer disappears.
-    HideAdvice {
-        /// Duration, s.
-        for_s: f64,
-    },
-}
-
-fn usual_change_s() -> f64 {
-    5.0
-}
-
-impl Action {
-    /// Returns the vehicle that acts; `None` for an action on the participant.
-    pub fn vehicle(&self) -> Option<&VehicleName> {
-        match self {
-            Self::Brake { vehicle, .. } | Self::Accelerate { vehicle, .. } | Self::ChangeLane { vehicle, .. } => {
-                Some(vehicle)
-            }
-            Self::Message { .. } | Self::HideAdvice { .. } => None,
-        }
-    }
-
-    fn check(&self) -> Result<(), String> {
-        match self {
-            Self::Brake { decel_mps2: rate_mps2, to_mps, keep_s, .. }
-            | Self::Accelerate { accel_mps2: rate_mps2, to_mps, keep_s, .. } => {
-                let rate = if matches!(self, Self::Brake { .. }) { "decel_mps2" } else { "accel_mps2" };
-                within(rate, *rate_mps2, [0.1, HARDEST_MPS2])?;
-                within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
-                within("keep_s", *keep_s, [0.0, LATEST_S])?;
-            }
-            Self::ChangeLane { to_the_left, within_s, .. } => {
-                if *to_the_left == 0 || to_the_left.abs() > 10 {
-                    return Err(format!("to_the_left is {to_the_left}; allowed: -10 to 10, but for 0"));
-                }
-                within("within_s", *within_s, [0.1, 600.0])?;
-            }
-            Self::Message { text, for_s } => {
-                let letters = text.chars().count();
-                if text.trim().is_empty() || letters > TEXT_LETTERS {
-                    return Err(format!("text has {letters} letters; allowed: 1 to {TEXT_LETTERS}"));
-                }
-                within("for_s", *for_s, [0.1, LATEST_S])?;
-            }
-            Self::HideAdvice { for_s } => within("for_s", *for_s, [0.1, LATEST_S])?,
-        }
-        self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
-    }
-}
-
-/// Road of a drive, as far as events depend on it.
-#[derive(Clone, Copy, Debug)]
-pub struct DrivenRoad {
-    /// Length of the ego's route, m.
-    pub length_m: f64,
-    /// True where vehicles enter and leave.
-    pub is_open: bool,
-    /// Length of the drive, s; 0 without an end.
-    pub duration_s: f64,
-}
-
-impl Trigger {
-    /// Returns the reason why this trigger cannot come true on a road; `None` if it can.
-    fn unreachable(&self, road: &DrivenRoad) -> Option<String> {
-        match self {
-            Self::TimeS(time_s) if road.duration_s > 0.0 && *time_s >= road.duration_s => {
-                Some(format!("time_s is {time_s}, and the drive ends at {} s", road.duration_s))
-            }
-            Self::PlaceM(place_m) if *place_m >= road.length_m => {
-                Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.length_m))
-            }
-            Self::All(list) => list.iter().find_map(|trigger| trigger.unreachable(road)),
-            Self::Any(list) => {
-                let whys: Option<Vec<String>> = list.iter().map(|trigger| trigger.unreachable(road)).collect();
-                whys.map(|whys| whys.join("; "))
-            }
-            _ => None,
-        }
-    }
-
-    /// Returns the names of the events after which this trigger can come true.
-    pub fn events_before(&self) -> Vec<&str> {
-        match self {
-            Self::After { event, .. } => vec![event],
-            Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::events_before).collect(),
-            _ => vec![],
-        }
-    }
-
-    /// Returns the vehicles that the trigger looks at.
-    pub fn vehicles(&self) -> Vec<&VehicleName> {
-        match self {
-            Self::Distance { to, .. } | Self::TimeGap { to, .. } | Self::TimeToCollision { to, .. } => vec![to],
-            Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::vehicles).collect(),
-            _ => vec![],
-        }
-    }
-
-    fn check(&self) -> Result<(), String> {
-        match self {
-            Self::TimeS(time_s) => within("time_s", *time_s, [0.0, LATEST_S]),
-            Self::PlaceM(place_m) => within("place_m", *place_m, [0.0, FARTHEST_M]),
-            Self::SpeedAboveMps(speed_mps) => within("speed_above_mps", *speed_mps, [0.0, FASTEST_MPS]),
-            Self::SpeedBelowMps(speed_mps) => within("speed_below_mps", *speed_mps, [0.0, FASTEST_MPS]),
-            Self::Distance { to, below_m } => {
-                within("below_m", *below_m, [0.1, FARTHEST_M]).and_then(|()| check_ahead(to))
-            }
-            Self::TimeGap { to, below_s } | Self::TimeToCollision { to, below_s } => {
-                within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_ahead(to))
-            }
-            Self::After { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
-            Self::AdviceChanges | Self::EgoBrakes => Ok(()),
-            Self::Any(list) | Self::All(list) if list.is_empty() => {
-                Err("a list of conditions is empty; allowed: one or more".into())
-            }
-            Self::Any(list) | Self::All(list) => list.iter().try_for_each(Self::check),
-        }
-    }
 }
 
 impl ScriptedEvent {
@@ -365,6 +158,7 @@ impl ScriptedEvent {
     }
 }
 
+/// Checks that a value lies within its bounds.
 fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
     match (low..=high).contains(&value) {
         true => Ok(()),
