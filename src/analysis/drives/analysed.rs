@@ -65,13 +65,13 @@ pub fn analyse(
             stretches.add(ego);
             scripted.add(ego);
         })?;
-        let stretches = stretches.finish();
+        let (stretches, scripted_responses) = (stretches.finish(), scripted.finish());
         let of_baseline = |folder: &Path| {
             Ok::<_, AnalysisError>(DriveTotals::of(&RecordedTrial::open(folder)?, None, lines, |_| ())?.0)
         };
         let baseline = found.baseline.as_deref().map(of_baseline).transpose()?;
         let analysed = AnalysedRecording {
-            measures: DriveMeasures::of(&trial, &totals, responses, baseline.as_ref()),
+            measures: DriveMeasures::of(&trial, &totals, responses, &scripted_responses, baseline.as_ref()),
             per_second_mps: totals.per_second_mps,
             baseline_per_second_mps: baseline.map(|b| b.per_second_mps).unwrap_or_default(),
             duration_s: totals.duration_s,
@@ -80,7 +80,7 @@ pub fn analyse(
             setup: trial.setup,
             found: found.clone(),
             network: totals.network,
-            scripted_responses: scripted.finish(),
+            scripted_responses,
         };
         done();
         Ok(analysed)

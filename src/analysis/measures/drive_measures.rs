@@ -6,7 +6,10 @@ use super::{
     MeasuredValue, every_drive::OF_EVERY_DRIVE, inputs::MeasureInputs, on_networks::OF_NETWORKS, totals::DriveTotals,
 };
 use crate::{
-    analysis::{data::RecordedTrial, responses::AdviceResponse},
+    analysis::{
+        data::RecordedTrial,
+        responses::{AdviceResponse, ScriptedResponse},
+    },
     metrics::Measure,
 };
 
@@ -15,7 +18,7 @@ use crate::{
 pub struct DriveMeasures {
     /// Values in the order of [`MEASURES`].
     pub values: Vec<Option<f64>>,
-    /// Responses to every change of the advice, events and shams included.
+    /// Responses to every change of the advice, requests and shams included.
     pub responses: Vec<AdviceResponse>,
 }
 
@@ -33,15 +36,16 @@ const fn joined<const N: usize>() -> [Measure; N] {
 }
 
 impl DriveMeasures {
-    /// Computes the measures of a drive from its totals and responses and the totals of the same drive without advice.
+    /// Computes the measures of a drive from its totals, its responses to advice and events, and the totals of the same drive without advice.
     pub fn of(
         trial: &RecordedTrial,
         totals: &DriveTotals,
         responses: Vec<AdviceResponse>,
+        events: &[ScriptedResponse],
         baseline: Option<&DriveTotals>,
     ) -> Self {
         let task = trial.task.scores(totals.duration_s);
-        let sight = MeasureInputs { trial, totals, baseline, responses: &responses, task };
+        let sight = MeasureInputs { trial, totals, baseline, responses: &responses, events, task };
         let roads = trial.setup.roads();
         let value = |(measure, of): &MeasuredValue| of(&sight).filter(|_| measure.is_on(roads));
         Self { values: OF_EVERY_DRIVE.iter().chain(OF_NETWORKS).map(value).collect(), responses }

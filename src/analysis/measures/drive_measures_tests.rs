@@ -65,7 +65,7 @@ impl Drive {
     fn measures_beside(&self, baseline: Option<&Self>) -> DriveMeasures {
         let (totals, responses) = self.totals();
         let baseline = baseline.map(|baseline| baseline.totals().0);
-        DriveMeasures::of(&self.trial, &totals, responses, baseline.as_ref())
+        DriveMeasures::of(&self.trial, &totals, responses, &[], baseline.as_ref())
     }
 }
 
@@ -322,12 +322,12 @@ fn medians_of_responses_are_in_the_measures() {
     let found = drive.measures();
     near(&found, "changes", 3.0);
     // The range of 5 is the first that excludes the speed of 4; 6 and 7 have the same demand.
-    near(&found, "events", 1.0);
+    near(&found, "requests", 1.0);
     near(&found, "responded", 1.0);
     assert_eq!(
         (found.get("reaction_s"), found.get("enter_range_s")),
         (None, None),
-        "of one event no distribution is told"
+        "of one request no distribution is told"
     );
 }
 
@@ -359,13 +359,45 @@ fn latency_is_median_and_nearest_rank_of_the_frames_that_have_one() {
     let of = |latencies_s: Vec<f64>| {
         let frames = FrameTimes { latencies_s, ..FrameTimes::default() };
         let trial = RecordedTrial { frames, ..RecordedTrial::default() };
-        DriveMeasures::of(&trial, &DriveTotals::new(0.1), Vec::new(), None)
+        DriveMeasures::of(&trial, &DriveTotals::new(0.1), Vec::new(), &[], None)
     };
     let measured = of((1..=200).map(|ms| f64::from(ms) / 1e3).collect());
     assert!((measured.get("latency_median_s").unwrap() - 0.1005).abs() < 1e-12);
     assert_eq!(measured.get("latency_p99_s"), Some(0.198));
     assert_eq!(of(vec![0.03]).get("latency_p99_s"), Some(0.03));
     assert_eq!(of(Vec::new()).get("latency_p99_s"), None, "a keyboard tells no times");
+}
+
+#[test]
+fn measures_of_events_are_means_over_the_events_that_have_a_value() {
+    let event = |brake_s: Option<f64>, could_brake: bool, min_ttc_s: Option<f64>, contact_mps: Option<f64>| {
+        let release_s = brake_s.map(|brake_s| brake_s - 0.5);
+        let max_decel_mps2 = if could_brake { 6.0 } else { 3.0 };
+        ScriptedResponse {
+            release_s,
+            brake_s,
+            could_brake,
+            min_ttc_s,
+            contact_mps,
+            max_decel_mps2,
+            ..Default::default()
+        }
+    };
+    let events = [
+        event(Some(1.0), true, Some(2.0), None),
+        event(None, true, None, Some(3.0)),
+        event(Some(2.0), true, Some(1.0), None),
+        event(None, false, None, None),
+    ];
+    let of = |events: &[ScriptedResponse]| {
+        let measured = DriveMeasures::of(&RecordedTrial::default(), &DriveTotals::new(0.1), Vec::new(), events, None);
+        ["count", "response_s", "brake_s", "brake_share", "steering_s", "min_ttc_s", "max_decel_mps2", "contact_share"]
+            .map(|name| measured.get(&format!("event_{name}")))
+    };
+    // Two of the three that could brake; brakes after 1.0 and 2.0 s; 3 times 6 and once 3 m/s².
+    let by_hand = [Some(4.0), Some(1.0), Some(1.5), Some(2.0 / 3.0), None, Some(1.5), Some(5.25), Some(0.25)];
+    assert_eq!(of(&events), by_hand);
+    assert_eq!(of(&[]), [None; 8], "a drive without events");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     analysis::{
-        responses::{OnsetKind, ResponseTime},
+        responses::{OnsetKind, ResponseTime, ScriptedResponse},
         statistics::middle,
     },
     metrics::registry::measure,
@@ -42,8 +42,8 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("time_in_range_by_collision"), |s| {
         Some(s.totals.ticks.time_in_range.get()? - s.totals.in_range_by_driver.get()?)
     }),
-    (measure("changes"), |s| Some(s.count(OnsetKind::Change) + s.count(OnsetKind::Event))),
-    (measure("events"), |s| Some(s.count(OnsetKind::Event))),
+    (measure("changes"), |s| Some(s.count(OnsetKind::Change) + s.count(OnsetKind::Request))),
+    (measure("requests"), |s| Some(s.count(OnsetKind::Request))),
     (measure("responded"), |s| ResponseTime::Reaction.share_with_response(s.responses)),
     (measure("responded_by_chance"), |s| ResponseTime::Chance.share_with_response(s.responses)),
     (measure("reaction_s"), |s| s.median_s(ResponseTime::Reaction)),
@@ -90,6 +90,20 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("search_response_s"), |s| s.task.search?.search_response_s),
     (measure("shutter_openings"), |s| Some(s.task.occlusion?.shutter_openings.into())),
     (measure("shutter_open_s"), |s| Some(s.task.occlusion?.shutter_open_s)),
+    (measure("event_count"), |s| Some(s.events.len() as f64).filter(|count| *count > 0.0)),
+    (measure("event_response_s"), |s| s.mean_of_events(ScriptedResponse::perception_response_s)),
+    (measure("event_release_s"), |s| s.mean_of_events(|event| event.release_s)),
+    (measure("event_brake_s"), |s| s.mean_of_events(|event| event.brake_s)),
+    (measure("event_brake_share"), |s| {
+        s.mean_of_events(|event| event.could_brake.then(|| f64::from(u8::from(event.brake_s.is_some()))))
+    }),
+    (measure("event_steering_s"), |s| s.mean_of_events(|event| event.steering_s)),
+    (measure("event_min_gap_m"), |s| s.mean_of_events(|event| event.min_gap_m)),
+    (measure("event_min_ttc_s"), |s| s.mean_of_events(|event| event.min_ttc_s)),
+    (measure("event_max_decel_mps2"), |s| s.mean_of_events(|event| Some(event.max_decel_mps2))),
+    (measure("event_contact_share"), |s| {
+        s.mean_of_events(|event| Some(f64::from(u8::from(event.contact_mps.is_some()))))
+    }),
     (measure("left_road"), |s| Some(s.trial.left_road as f64)),
     (measure("dropped_s"), |s| s.trial.frames.dropped_s),
     (measure("frames_per_s"), |s| s.trial.frames.frames_per_s),

@@ -4,9 +4,9 @@
 use super::totals::DriveTotals;
 use crate::analysis::{
     data::RecordedTrial,
-    responses::{AdviceResponse, OnsetKind, ResponseTime},
+    responses::{AdviceResponse, OnsetKind, ResponseTime, ScriptedResponse},
 };
-use crate::metrics::{TaskScores, TrafficTotals};
+use crate::metrics::{RunningMean, TaskScores, TrafficTotals};
 
 /// Data that the measures are computed from.
 pub struct MeasureInputs<'a> {
@@ -15,14 +15,16 @@ pub struct MeasureInputs<'a> {
     pub totals: &'a DriveTotals,
     /// Sums of the same drive without advice.
     pub baseline: Option<&'a DriveTotals>,
-    /// Responses to changes, events and shams.
+    /// Responses to changes, requests and shams.
     pub responses: &'a [AdviceResponse],
+    /// Responses to the events of the scenario that were seen.
+    pub events: &'a [ScriptedResponse],
     /// Scores of the secondary task.
     pub task: TaskScores,
 }
 
 impl MeasureInputs<'_> {
-    /// Returns the median of a time of the events, s, with censored times taken into account.
+    /// Returns the median of a time of the requests, s, with censored times taken into account.
     pub fn median_s(&self, time: ResponseTime) -> Option<f64> {
         Some(time.fit(self.responses)?.median_s)
     }
@@ -30,6 +32,13 @@ impl MeasureInputs<'_> {
     /// Returns the number of onsets of a kind.
     pub fn count(&self, kind: OnsetKind) -> f64 {
         self.responses.iter().filter(|response| response.kind == kind).count() as f64
+    }
+
+    /// Returns the mean of a value over the events that have it.
+    pub fn mean_of_events(&self, value: impl Fn(&ScriptedResponse) -> Option<f64>) -> Option<f64> {
+        let mut mean = RunningMean::default();
+        self.events.iter().filter_map(value).for_each(|value| mean.add(value));
+        mean.get()
     }
 
     /// Returns a count of this drive as a rate per hour.

@@ -74,7 +74,7 @@ fn the_ex_gaussian_fit_matches_r() {
 
 #[test]
 fn the_interval_contains_the_known_median_for_95_percent_of_200_people() {
-    // 20 events each; the advice changes again after 0.7 to 3 s, so that about a quarter of the times is censored.
+    // 20 requests each; the advice changes again after 0.7 to 3 s, so that about a quarter of the times is censored.
     let [mut covered, mut censored] = [0, 0];
     let mut errors = Vec::new();
     for person in 0..200 {

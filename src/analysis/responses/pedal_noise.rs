@@ -2,7 +2,7 @@
 //! seldom exceed, as a share of travel.
 //!
 //! A movement is the distance of the pedals, in one direction, from their extreme position the other way within the last
-//! [`WINDOW_S`]. It is taken at every tick without a pending event, in both directions. The threshold is the 95th percentile of
+//! [`WINDOW_S`]. It is taken at every tick without a pending request, in both directions. The threshold is the 95th percentile of
 //! all movements, at least [`LEAST`]. The detector of responses takes its movements over the same window.
 
 use crate::time::TICKS_PER_S;
@@ -122,7 +122,7 @@ impl PedalNoise {
 pub enum NoiseSource {
     /// Practice of the same participant.
     Practice,
-    /// The drive itself, while no event was pending.
+    /// The drive itself, while no request was pending.
     Drive,
     /// Smallest threshold, since neither had enough idle time.
     #[default]

@@ -12,7 +12,7 @@
 //!   censored: it is longer than [`AdviceResponse::watched_s`].
 
 use super::{
-    events::{DriveOnsets, Onset, OnsetKind},
+    advice_onsets::{DriveOnsets, Onset, OnsetKind},
     pedal_noise::{MovementWindow, NoiseSource, PedalNoise},
 };
 use crate::analysis::data::EgoSample;
@@ -52,7 +52,7 @@ pub struct AdviceResponse {
     pub enter_s: Option<f64>,
     /// Time from the onset to entering the range, in whole steps of the scenario, rounded up.
     pub enter_steps: Option<u64>,
-    /// Time watched, seconds; 0 for a change that is not an event.
+    /// Time watched, seconds; 0 for a change that is not a request.
     pub watched_s: f64,
     /// Threshold of idle pedal movements, share of travel.
     pub threshold: f64,
@@ -78,7 +78,7 @@ impl ResponseWatch {
         self.watches.iter_mut().for_each(|watch| watch.add(ego));
     }
 
-    /// Returns the responses to changes and events in order, then those to shams.
+    /// Returns the responses to changes and requests in order, then those to shams.
     pub fn finish(self) -> Vec<AdviceResponse> {
         self.watches.into_iter().flat_map(ResponseDetector::finish).collect()
     }
@@ -171,7 +171,7 @@ impl PendingResponse {
         let start = self.moved.filter(|_| needs_response).map(|moved| moved.0);
         let is_under_way = start.is_some_and(|start| seconds(start) < EARLIEST_S - 1e-9);
         let reaction = start.filter(|_| !is_under_way);
-        let enter_s = self.entered.filter(|_| kind == OnsetKind::Event).map(seconds);
+        let enter_s = self.entered.filter(|_| kind == OnsetKind::Request).map(seconds);
         AdviceResponse {
             kind,
             onset_s: Tick(tick).seconds(),

@@ -33,8 +33,8 @@ fn responses(
     watch.finish()
 }
 
-fn events(found: &[AdviceResponse]) -> Vec<AdviceResponse> {
-    found.iter().filter(|response| response.kind == OnsetKind::Event).copied().collect()
+fn requests(found: &[AdviceResponse]) -> Vec<AdviceResponse> {
+    found.iter().filter(|response| response.kind == OnsetKind::Request).copied().collect()
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn reaction_ends_where_the_movement_starts_and_movement_5_percent_beyond() {
     let press = |t: f64| (0.2 + 0.1 * (t - 3.0).clamp(0.0, 2.0), 0.0);
     // 3.5 m/s, the lower edge, is reached 2.5 s after 3.00 s.
     let speed = |t: f64| 2.0 + 0.6 * (t - 3.0).max(0.0);
-    let found = events(&responses(1000, press, speed, &[(100, 2.0), (150, 2.05), (200, 4.0)]));
+    let found = requests(&responses(1000, press, speed, &[(100, 2.0), (150, 2.05), (200, 4.0)]));
     assert_eq!(found.len(), 1, "{found:?}");
     assert_eq!((found[0].onset_s, found[0].from_mps, found[0].to_mps, found[0].direction), (2.02, 2.0, 4.0, 1));
     assert_eq!((found[0].threshold, found[0].noise_from), (0.01, NoiseSource::Least));
@@ -57,26 +57,26 @@ fn reaction_ends_where_the_movement_starts_and_movement_5_percent_beyond() {
 #[test]
 fn lifting_the_foot_is_a_response_to_a_lower_target_and_pressing_is_not() {
     let lift = |t: f64| (if t < 2.5 { 0.2 } else { 0.1 }, 0.0);
-    let found = events(&responses(1000, lift, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
+    let found = requests(&responses(1000, lift, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
     assert!((found[0].reaction_s.unwrap() - 0.48).abs() < 0.021 && found[0].enter_s.is_none(), "{found:?}");
     let brake = |t: f64| (0.0, if t < 2.5 { 0.0 } else { 0.3 });
-    let found = events(&responses(1000, brake, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
+    let found = requests(&responses(1000, brake, |_| 5.0, &[(100, 5.0), (200, 3.0)]));
     assert!((found[0].reaction_s.unwrap() - 0.48).abs() < 0.021, "{found:?}");
     let on = |t: f64| (0.2 + 0.02 * t, 0.0);
-    assert_eq!(events(&responses(1000, on, |_| 5.0, &[(100, 5.0), (200, 3.0)]))[0].reaction_s, None);
+    assert_eq!(requests(&responses(1000, on, |_| 5.0, &[(100, 5.0), (200, 3.0)]))[0].reaction_s, None);
 }
 
 #[test]
 fn movements_under_way_are_marked_and_late_ones_censored() {
     let under_way = |t: f64| (0.2 + 0.4 * (t - 1.8).clamp(0.0, 1.0), 0.0);
-    let found = events(&responses(1000, under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
+    let found = requests(&responses(1000, under_way, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
     assert!(found[0].is_under_way && found[0].reaction_s.is_none() && found[0].movement_s.is_none(), "{found:?}");
     // A movement at 9.08 s is late and still a response: long times are not clipped.
     let late = |t: f64| (if t < 9.08 { 0.1 } else { 0.5 }, 0.0);
-    let found = events(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
+    let found = requests(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0)]));
     assert!((found[0].reaction_s.unwrap() - 7.06).abs() < 0.021, "{found:?}");
     // If another target replaces the first, the time to the first is only known to be longer.
-    let found = events(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0), (600, 6.0)]));
+    let found = requests(&responses(1000, late, |_| 2.0, &[(100, 2.0), (200, 4.0), (600, 6.0)]));
     assert_eq!((found.len(), found[0].reaction_s), (1, None), "the second asks the same again: {found:?}");
     assert!((found[0].watched_s - 3.99).abs() < 0.011, "{found:?}");
     let fitted = ResponseTime::Reaction.latencies(&found);

@@ -2,13 +2,13 @@
 //! drive, or of a participant in a condition. Out: their times, censored or seen, and the distributions fitted to them.
 
 use super::{
-    events::OnsetKind,
+    advice_onsets::OnsetKind,
     latency_fit::{Latency, LognormalFit},
     response_detection::AdviceResponse,
     response_time_model::{ResponseFit, chance_per_s},
 };
 
-/// Longest time of a response in shares of responses, for events and shams alike, seconds: with more time to watch, any pedal
+/// Longest time of a response in shares of responses, for requests and shams alike, seconds: with more time to watch, any pedal
 /// moves.
 pub const WITHIN_S: f64 = 3.0;
 
@@ -41,9 +41,9 @@ impl ResponseTime {
     /// All kinds, in order.
     pub const ALL: [Self; 4] = [Self::Reaction, Self::Movement, Self::Compliance, Self::Chance];
 
-    /// Returns the onsets that this time is measured from: shams for chance, else events.
+    /// Returns the onsets that this time is measured from: shams for chance, else requests.
     pub fn onsets(self, responses: &[AdviceResponse]) -> impl Iterator<Item = &AdviceResponse> {
-        let kind = if self == Self::Chance { OnsetKind::Sham } else { OnsetKind::Event };
+        let kind = if self == Self::Chance { OnsetKind::Sham } else { OnsetKind::Request };
         responses.iter().filter(move |response| response.kind == kind)
     }
 
@@ -104,6 +104,6 @@ pub struct TimeFit {
     pub sigma: f64,
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],
-    /// Share of the events with a response at all; `None` for kinds other than reactions.
+    /// Share of the requests with a response at all; `None` for kinds other than reactions.
     pub share_responding: Option<f64>,
 }

@@ -1,11 +1,11 @@
-//! Response times where some events get no response and the feet move anyway. In: [`Latency`]s to events, and the rate of
-//! chance movements. Out: an [`ResponseFit`]: the share of events with a response, the lognormal of the response times, the 95 %
+//! Response times where some requests get no response and the feet move anyway. In: [`Latency`]s to requests, and the rate of
+//! chance movements. Out: an [`ResponseFit`]: the share of requests with a response, the lognormal of the response times, the 95 %
 //! interval of its median. Seconds.
 //!
 //! A driver held up by the vehicle ahead does not press the accelerator, whatever is advised: a plain lognormal takes such an
-//! event for a response of ten seconds. In traffic, pedals also move without advice. The model:
+//! request for a response of ten seconds. In traffic, pedals also move without advice. The model:
 //!
-//! * A share p of the events gets a response, at a lognormal time. The rest never does (a "cure model", Boag 1949).
+//! * A share p of the requests gets a response, at a lognormal time. The rest never does (a "cure model", Boag 1949).
 //! * Chance movements occur in addition, at a constant rate c per second, estimated from the shams: movements over seconds
 //!   watched.
 //! * The earlier of the two is seen, or nothing until the watching ends. With the survival Q of the lognormal and its density
@@ -25,14 +25,14 @@ pub const LEAST_SIGMA: f64 = 0.1;
 /// Largest distance of an end of the interval from ln of the median, whatever the likelihood says.
 const FURTHEST: f64 = 4.0;
 
-/// Fitted response times to events.
+/// Fitted response times to requests.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ResponseFit {
     /// Mean of ln t of the responses.
     pub mu: f64,
     /// Standard deviation of ln t.
     pub sigma: f64,
-    /// Share of the events with a response, 0 to 1.
+    /// Share of the requests with a response, 0 to 1.
     pub share: f64,
     /// 95 % interval of the median, seconds.
     pub interval_s: [f64; 2],

@@ -28,7 +28,7 @@ fn chance_is_movements_over_seconds_watched() {
 
 #[test]
 fn median_is_found_for_people_who_respond_to_half_and_move_anyway() {
-    // 100 people with 20 events each, watched for 5 s. Half to nine tenths get a response, and a foot moves every ten seconds.
+    // 100 people with 20 requests each, watched for 5 s. Half to nine tenths get a response, and a foot moves every ten seconds.
     // 20 shams of 5 s give the chance rate.
     let [mut covered, mut lognormal_covered] = [0, 0];
     let mut errors = Vec::new();
@@ -37,19 +37,19 @@ fn median_is_found_for_people_who_respond_to_half_and_move_anyway() {
         let (mu, sigma) = (stream.uniform(0.6, 1.6).ln(), stream.uniform(0.15, 0.4));
         let share = stream.uniform(0.5, 0.9);
         let mut watch = |share: f64| -> Vec<Latency> {
-            let event = |_| {
+            let request = |_| {
                 let response_s =
                     if stream.uniform(0.0, 1.0) < share { (mu + sigma * stream.normal()).exp() } else { f64::INFINITY };
                 let first = response_s.min(-10.0 * (1.0 - stream.uniform(0.0, 1.0)).ln());
                 if first < 5.0 { Latency::Seen(first) } else { Latency::LongerThan(5.0) }
             };
-            (0..20).map(event).collect()
+            (0..20).map(request).collect()
         };
-        let (events, shams) = (watch(share), watch(0.0));
-        let fit = ResponseFit::of(&events, chance_per_s(&shams)).unwrap();
+        let (requests, shams) = (watch(share), watch(0.0));
+        let fit = ResponseFit::of(&requests, chance_per_s(&shams)).unwrap();
         let holds = |[low, high]: [f64; 2]| usize::from(low <= mu.exp() && mu.exp() <= high);
         covered += holds(fit.interval_s);
-        lognormal_covered += holds(LognormalFit::of(&events).unwrap().interval_s);
+        lognormal_covered += holds(LognormalFit::of(&requests).unwrap().interval_s);
         errors.push(fit.mu - mu);
     }
     // 95 % of 100, less three standard errors of 2.2 %.

@@ -31,6 +31,8 @@ pub struct ScriptedResponse {
     pub min_gap_m: Option<f64>,
     /// Least time to collision with the leader, s.
     pub min_ttc_s: Option<f64>,
+    /// True if the brake was released at the onset.
+    pub could_brake: bool,
     /// Largest deceleration, m/s2; 0 without one.
     pub max_decel_mps2: f64,
     /// Standard deviation of the lateral offset from the lane's middle, m.
@@ -132,10 +134,11 @@ impl Watched {
         let after_s = Tick(ego.tick - response.moment.onset).seconds();
         response.watched_s = after_s;
         response.speed_mps = first.speed_mps;
+        response.could_brake = first.brake <= PRESSED;
         if first.throttle > PRESSED && ego.throttle <= PRESSED {
             response.release_s.get_or_insert(after_s);
         }
-        if first.brake <= PRESSED && ego.brake > PRESSED {
+        if response.could_brake && ego.brake > PRESSED {
             response.brake_s.get_or_insert(after_s);
         }
         if (ego.wheel_rad - first.wheel_rad).abs() > STEERED_RAD {

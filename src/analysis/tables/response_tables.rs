@@ -18,9 +18,9 @@ const ADVICE: [ColumnTexts; 14] = [
         "kind",
         "Kind",
         "",
-        "event: a change that requires a new speed, as the speed is outside the new acceptable range, and inside the \
-         old range or beyond its other side; change: any other change; sham: an event of the drive, all shifted by the \
-         same time to moments without a pending event, to find responses by chance",
+        "request: a change that requires a new speed, as the speed is outside the new acceptable range, and inside the \
+         old range or beyond its other side; change: any other change; sham: a request of the drive, all shifted by the \
+         same time to moments without a pending request, to find responses by chance",
     ),
     (
         "onset_s",
@@ -77,7 +77,7 @@ const ADVICE: [ColumnTexts; 14] = [
         "idle_movement",
         "Idle movement of the pedals",
         "",
-        "95th percentile of the movements of the pedals within 1 s while no event is pending, as a share of travel, at least 0.01",
+        "95th percentile of the movements of the pedals within 1 s while no request is pending, as a share of travel, at least 0.01",
     ),
     (
         "idle_from",
@@ -98,7 +98,7 @@ const REACTIONS: [ColumnTexts; 19] = [
         "reaction: perception-reaction time; movement: movement time; compliance: time to enter the range; chance: \
          reaction time to shams",
     ),
-    ("onsets", "Onsets", "", "number of events, or shams, of these drives"),
+    ("onsets", "Onsets", "", "number of requests, or shams, of these drives"),
     ("seen", "Times seen", "", "number of times that were not censored"),
     ("censored", "Times censored", "", "number of times that were longer than the time watched"),
     ("under_way", "Movements under way", "", "number of onsets left out because a movement was under way"),
@@ -117,9 +117,9 @@ const REACTIONS: [ColumnTexts; 19] = [
     ),
     (
         "answering",
-        "Share of events with a response",
+        "Share of requests with a response",
         "",
-        "share of the events with a response at all, by the fit of the median; the other events have a movement by \
+        "share of the requests with a response at all, by the fit of the median; the other requests have a movement by \
          chance or none; for reaction times only",
     ),
     (
@@ -127,7 +127,7 @@ const REACTIONS: [ColumnTexts; 19] = [
         "Median",
         "s",
         "median of the lognormal distribution of greatest likelihood, with censored times; for reaction times the \
-         median of the responses: the fit allows for events without a response and for movements by chance at the rate \
+         median of the responses: the fit allows for requests without a response and for movements by chance at the rate \
          of the shams",
     ),
     (

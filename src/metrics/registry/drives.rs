@@ -160,39 +160,39 @@ pub(super) const MEASURES: &[Measure] = &[
         "Changes of the advice",
         "",
         "changes of target or range shown to the driver, of at least 0.1 m/s since the last counted change (smaller \
-         changes add up); events are included, the first advice is not",
+         changes add up); requests are included, the first advice is not",
     ),
     ego(
-        "events",
-        "Events",
+        "requests",
+        "Requests of the advice",
         "",
         "changes of the advice that require a new speed: at the frame that shows the change, the speed is outside the \
          new range, and inside the old range or beyond its other side",
     ),
     ego(
         "responded",
-        "Share of events responded to",
+        "Share of requests responded to",
         "",
-        "share of the events with a response within 3 s, of the events with a response or at least 3 s watched; a \
+        "share of the requests with a response within 3 s, of the requests with a response or at least 3 s watched; a \
          response is a movement of the pedals in the required direction that is larger than the person's idle \
-         movements; events with a movement under way at the onset are left out",
+         movements; requests with a movement under way at the onset are left out",
     )
     .with_advice(),
     ego(
         "responded_by_chance",
         "Share of shams responded to",
         "",
-        "share of the shams with such a response; shams are the events, all shifted by the same time to moments \
-         without a pending event; responses to shams are chance",
+        "share of the shams with such a response; shams are the requests, all shifted by the same time to moments \
+         without a pending request; responses to shams are chance",
     )
     .with_advice(),
     ego(
         "reaction_s",
         "Reaction time",
         "s",
-        "perception-reaction time, from the frame that shows an event to the start of the first movement of the pedals \
+        "perception-reaction time, from the frame that shows a request to the start of the first movement of the pedals \
          in the required direction that is larger than the person's idle movements: median of the lognormal \
-         distribution of the responses, with at least three times; the fit allows for events without a response and \
+         distribution of the responses, with at least three times; the fit allows for requests without a response and \
          for movements by chance at the rate of the shams; times are censored at the next change of the advice and at \
          the end of the drive",
     )
@@ -203,15 +203,15 @@ pub(super) const MEASURES: &[Measure] = &[
         "Movement time",
         "s",
         "time from the start of the response to pedals 5 % of travel beyond the idle movements: median of the censored \
-         lognormal distribution over the same events",
+         lognormal distribution over the same requests",
     )
     .with_advice(),
     ego(
         "enter_range_s",
         "Time to enter the range",
         "s",
-        "compliance time, from the frame that shows an event until the speed is in the new range: median of the \
-         censored lognormal distribution over events, with at least three times; censored as the reaction time",
+        "compliance time, from the frame that shows a request until the speed is in the new range: median of the \
+         censored lognormal distribution over requests, with at least three times; censored as the reaction time",
     )
     .with_advice(),
     ego("enter_range_steps", "Steps to enter the range", "steps", "time to enter the range, in steps of the traffic")
@@ -220,7 +220,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "idle_movement",
         "Idle movement of the pedals",
         "",
-        "95th percentile of the movements of the pedals (accelerator minus brake) within 1 s while no event is \
+        "95th percentile of the movements of the pedals (accelerator minus brake) within 1 s while no request is \
          pending, as a share of travel, at least 0.01; from the participant's practice, or from the drive without a \
          practice",
     )

@@ -3,10 +3,11 @@
 //!
 //! * `drives`: measures of every recorded drive. * `networks`: measures of drives on networks only.
 //! * `evaluations`: measures of evaluated policies, benchmarks and trainings. * `moments`: moments of traffic in one lane.
-//! * `secondary_tasks`: measures of drives with a secondary task.
+//! * `secondary_tasks`: measures of drives with a secondary task. * `events`: measures of drives with events.
 
 mod drives;
 mod evaluations;
+mod events;
 mod measure;
 mod moments;
 mod networks;
@@ -14,8 +15,14 @@ mod secondary_tasks;
 
 pub use measure::{Measure, MeasuredOn, MeasuredOver, RoadKinds, unit_text};
 
-const LISTS: [&[Measure]; 5] =
-    [drives::MEASURES, networks::MEASURES, evaluations::MEASURES, moments::MEASURES, secondary_tasks::MEASURES];
+const LISTS: [&[Measure]; 6] = [
+    drives::MEASURES,
+    networks::MEASURES,
+    evaluations::MEASURES,
+    moments::MEASURES,
+    secondary_tasks::MEASURES,
+    events::MEASURES,
+];
 
 /// Returns all measures of the registry.
 pub fn measures() -> impl Iterator<Item = &'static Measure> {
@@ -95,6 +102,7 @@ mod tests {
             "Summaries, evaluations, benchmarks and trainings",
             "Moments of traffic",
             "Recorded drives with a secondary task",
+            "Recorded drives with events",
         ];
         let row = |measure: &Measure| {
             let over = match measure.over {

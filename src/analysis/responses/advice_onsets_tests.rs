@@ -1,4 +1,4 @@
-//! Events among changes, and the times of shams.
+//! Requests among changes, and the times of shams.
 
 use super::*;
 use crate::analysis::data::{ChangeFinder, IssuedAdvice, advice::MOST_CHANGES};
@@ -29,7 +29,8 @@ fn an_event_leaves_the_range_of_the_driver_or_asks_for_its_other_side() {
     // At 4 m/s: 4.3 keeps the speed in range; 5 does not; 5.5 has the same demand; 3 the opposite one; 4.1 none.
     let advice = [(100, 4.0), (200, 4.3), (300, 5.0), (400, 5.5), (500, 3.0), (600, 4.1)];
     let found = onsets(1000, |_| 4.0, &advice);
-    let wanted = [(202, "change", 0), (302, "event", 1), (402, "change", 1), (502, "event", -1), (602, "change", 0)];
+    let wanted =
+        [(202, "change", 0), (302, "request", 1), (402, "change", 1), (502, "request", -1), (602, "change", 0)];
     assert_eq!(
         kinds(&found),
         wanted.map(|(tick, kind, direction)| (tick, kind.to_owned(), direction)),
@@ -45,8 +46,9 @@ fn small_steps_add_up_to_a_change_and_to_an_event_outside_the_range() {
     let advice: Vec<(u64, f64)> = (0..16).map(|k| (100 + 100 * k, 4.0 + 0.06 * k as f64)).collect();
     let found = onsets(3000, |_| 4.0, &advice);
     assert_eq!(found.onsets.len(), 7, "{:?}", kinds(&found));
-    let events: Vec<u64> = kinds(&found).into_iter().filter(|onset| onset.1 == "event").map(|onset| onset.0).collect();
-    assert_eq!(events, [1102], "at 4.60 m/s, ten steps of 0.06: {:?}", kinds(&found));
+    let requests: Vec<u64> =
+        kinds(&found).into_iter().filter(|onset| onset.1 == "request").map(|onset| onset.0).collect();
+    assert_eq!(requests, [1102], "at 4.60 m/s, ten steps of 0.06: {:?}", kinds(&found));
 }
 
 #[test]
@@ -66,20 +68,21 @@ fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
     // The driver reaches each range 2 s after its onset.
     let speed = |t: f64| if ((t - 2.02) / 10.0) as i64 % 2 == 0 { 6.0 } else { 4.0 };
     let found = onsets(7000, speed, &advice);
-    let events: Vec<&Onset> = found.onsets.iter().filter(|onset| onset.kind == OnsetKind::Event).collect();
-    assert_eq!((events.len(), found.shams.len()), (5, 5), "{:?}", kinds(&found));
-    let shift = (found.shams[0].tick + 7000 - events[4].tick) % 7000;
+    let requests: Vec<&Onset> = found.onsets.iter().filter(|onset| onset.kind == OnsetKind::Request).collect();
+    assert_eq!((requests.len(), found.shams.len()), (5, 5), "{:?}", kinds(&found));
+    let shift = (found.shams[0].tick + 7000 - requests[4].tick) % 7000;
     for sham in &found.shams {
-        let of = events.iter().find(|event| (event.tick + 7000 - sham.tick) % 7000 == (7000 - shift) % 7000);
+        let of = requests.iter().find(|request| (request.tick + 7000 - sham.tick) % 7000 == (7000 - shift) % 7000);
         assert!(
-            of.is_some_and(|of| of.direction == sham.direction) || events.iter().any(|e| e.direction == sham.direction)
+            of.is_some_and(|of| of.direction == sham.direction)
+                || requests.iter().any(|e| e.direction == sham.direction)
         );
-        let since = events.iter().map(|event| event.tick).filter(|tick| *tick <= sham.tick).max();
+        let since = requests.iter().map(|request| request.tick).filter(|tick| *tick <= sham.tick).max();
         assert!(since.is_none_or(|tick| sham.tick > tick + 200), "the range was reached 2 s after {since:?}: {sham:?}");
-        assert!(sham.until_tick.is_none_or(|until| events.iter().all(|e| e.tick <= sham.tick || e.tick >= until)));
+        assert!(sham.until_tick.is_none_or(|until| requests.iter().all(|e| e.tick <= sham.tick || e.tick >= until)));
     }
     assert_eq!(onsets(7000, speed, &advice), found, "the same again");
-    // An event is always pending: there is no time for shams.
+    // A request is always pending: there is no time for shams.
     let always: Vec<(u64, f64)> = (0..60).map(|k| (100 * k, if k % 2 == 0 { 2.0 } else { 6.0 })).collect();
     let shams = onsets(6000, |_| 4.0, &always).shams;
     assert!(shams.iter().all(|sham| sham.tick < 102), "but before the first: {shams:?}");
@@ -89,7 +92,7 @@ fn shams_are_the_events_shifted_by_one_time_to_where_none_is_pending() {
 fn shams_are_where_a_driver_can_be_watched_for_five_seconds() {
     let onset = |kind, tick| Onset { kind, tick, ..Onset::default() };
     // Pending until 11 s; from 11.5 s on there are 2 s to the next change, and after that change the full 5 s.
-    let onsets = [onset(OnsetKind::Event, 1000), onset(OnsetKind::Change, 1350)];
+    let onsets = [onset(OnsetKind::Request, 1000), onset(OnsetKind::Change, 1350)];
     let ticks: Vec<u64> = shams(&onsets, &[[1000, 1100]], 20_000).iter().map(|sham| sham.tick).collect();
     assert_eq!(ticks, [1350], "the smallest shift of those with the most time");
 }

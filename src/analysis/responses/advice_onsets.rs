@@ -1,24 +1,24 @@
 //! Changes of the advice that need a response of the driver. In: advices, then the ego's rows, in order. Out: the [`Onset`]s of
-//! a drive, sham onsets, and the pedal movements while no event is pending ([`PedalNoise`]).
+//! a drive, sham onsets, and the pedal movements while no request is pending ([`PedalNoise`]).
 //!
 //! * **change**: target or range differ by at least [`CHANGE_MPS`](crate::analysis::data::advice::CHANGE_MPS) from the last
 //!   change, so that small steps add up. Smaller steps cannot be seen on the dial. The first advice of a drive replaces
 //!   nothing and is not a change.
 //! * **demand**: faster if the speed is below the range, slower if it is above, none within it.
-//! * **event**: a change with a demand at its onset (the speed is outside the new range) that differs from the demand of the
+//! * **request**: a change with a demand at its onset (the speed is outside the new range) that differs from the demand of the
 //!   old range: the driver was in the old range, or on its other side. A change with the same demand, or with none, is no
-//!   event.
+//!   request.
 //! * **onset**: the first frame that shows the change (its tick); without a screen, the tick of its issue.
-//! * **pending**: from an event's onset until the speed enters the range, at most [`PENDING_S`].
-//! * **sham**: the onsets of the events, all shifted by the same time (round the drive's end), with their directions. The shift
-//!   comes from a fixed grid and moves most of them to times without a pending event; the others are left out. Responses to
+//! * **pending**: from a request's onset until the speed enters the range, at most [`PENDING_S`].
+//! * **sham**: the onsets of the requests, all shifted by the same time (round the drive's end), with their directions. The shift
+//!   comes from a fixed grid and moves most of them to times without a pending request; the others are left out. Responses to
 //!   shams are chance detections.
 
 use super::pedal_noise::{MovementWindow, PedalNoise};
 use crate::analysis::data::{AdviceChange, EgoSample, RecordedTrial};
 use crate::{record::RecordError, time::TICKS_PER_S};
 
-/// Longest time that an event is pending, seconds.
+/// Longest time that a request is pending, seconds.
 pub const PENDING_S: f64 = 5.0;
 /// Largest number of shifts tried for sham onsets, and their smallest spacing, ticks.
 const SHIFTS: [u64; 2] = [600, 50];
@@ -31,11 +31,11 @@ fn demand(speed_mps: f64, [low, high]: [f64; 2]) -> i8 {
 /// Kind of an onset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnsetKind {
-    /// A change without a new demand, which is not an event.
+    /// A change without a new demand, which is not a request.
     #[default]
     Change,
     /// A change with a new demand.
-    Event,
+    Request,
     /// A moment without a change, to measure chance detections.
     Sham,
 }
@@ -45,7 +45,7 @@ impl std::fmt::Display for OnsetKind {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Change => "change",
-            Self::Event => "event",
+            Self::Request => "request",
             Self::Sham => "sham",
         })
     }
@@ -63,18 +63,18 @@ pub struct Onset {
     pub direction: i8,
     /// Speed of the ego, m/s.
     pub speed_mps: f64,
-    /// Change at the onset; of a sham, the change of its event.
+    /// Change at the onset; of a sham, the change of its request.
     pub change: AdviceChange,
 }
 
-/// The onsets of a drive, and its pedals while no event is pending.
+/// The onsets of a drive, and its pedals while no request is pending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DriveOnsets {
-    /// Changes and events, in order.
+    /// Changes and requests, in order.
     pub onsets: Vec<Onset>,
     /// Shams in the order of their ticks.
     pub shams: Vec<Onset>,
-    /// Pedal movements while no event is pending.
+    /// Pedal movements while no request is pending.
     pub noise: PedalNoise,
 }
 
@@ -97,7 +97,7 @@ impl DriveOnsets {
 pub struct OnsetFinder {
     ahead: std::vec::IntoIter<AdviceChange>,
     onsets: Vec<Onset>,
-    /// First and last tick of each pending event.
+    /// First and last tick of each pending request.
     pending: Vec<[u64; 2]>,
     is_pending: bool,
     window: MovementWindow,
@@ -143,15 +143,15 @@ impl OnsetFinder {
 
     fn begin(&mut self, change: AdviceChange, speed_mps: f64) {
         let now = demand(speed_mps, change.range_mps);
-        let is_event = now != 0 && now != demand(speed_mps, change.before_mps);
+        let is_request = now != 0 && now != demand(speed_mps, change.before_mps);
         if let Some(before) = self.onsets.last_mut() {
             before.until_tick = Some(change.seen_tick);
         }
-        let kind = if is_event { OnsetKind::Event } else { OnsetKind::Change };
-        let direction = if is_event { now } else { 0 };
+        let kind = if is_request { OnsetKind::Request } else { OnsetKind::Change };
+        let direction = if is_request { now } else { 0 };
         self.onsets.push(Onset { kind, tick: change.seen_tick, until_tick: None, direction, speed_mps, change });
-        // A change with the same demand keeps the event pending, now towards the new range.
-        if is_event {
+        // A change with the same demand keeps the request pending, now towards the new range.
+        if is_request {
             self.pending.push([change.seen_tick, change.seen_tick]);
             self.is_pending = true;
         } else if let (true, Some(last)) = (self.is_pending, self.onsets.last_mut()) {
@@ -179,15 +179,15 @@ impl OnsetFinder {
     }
 }
 
-/// Returns the events, shifted to times at which most of them meet no pending event.
+/// Returns the requests, shifted to times at which most of them meet no pending request.
 fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
-    let events: Vec<&Onset> = onsets.iter().filter(|onset| onset.kind == OnsetKind::Event).collect();
-    if events.is_empty() || last_tick < 2 {
+    let requests: Vec<&Onset> = onsets.iter().filter(|onset| onset.kind == OnsetKind::Request).collect();
+    if requests.is_empty() || last_tick < 2 {
         return Vec::new();
     }
     let most = u64::from(TICKS_PER_S) * PENDING_S as u64;
-    let shifted = |event: &Onset, shift: u64| (event.tick + shift - 1) % last_tick + 1;
-    // Ticks from here to the next change, at most the longest pending time; `None` while an event is pending.
+    let shifted = |request: &Onset, shift: u64| (request.tick + shift - 1) % last_tick + 1;
+    // Ticks from here to the next change, at most the longest pending time; `None` while a request is pending.
     let free = |tick: u64| {
         let before = pending.partition_point(|span| span[0] <= tick);
         if before > 0 && tick <= pending[before - 1][1] {
@@ -201,17 +201,17 @@ fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
     let step = step.max(last_tick / tried);
     // Most shams first, then the most time to watch them, then the smallest shift.
     let score = |shift: u64| {
-        let spans: Vec<u64> = events.iter().filter_map(|event| free(shifted(event, shift))).collect();
+        let spans: Vec<u64> = requests.iter().filter_map(|request| free(shifted(request, shift))).collect();
         (spans.len(), spans.iter().sum::<u64>(), std::cmp::Reverse(shift))
     };
     let Some(shift) = (1..).map(|k| k * step).take_while(|shift| *shift < last_tick).max_by_key(|shift| score(*shift))
     else {
         return Vec::new();
     };
-    let mut found: Vec<Onset> = events
+    let mut found: Vec<Onset> = requests
         .iter()
-        .filter(|event| free(shifted(event, shift)).is_some())
-        .map(|event| Onset { kind: OnsetKind::Sham, tick: shifted(event, shift), ..**event })
+        .filter(|request| free(shifted(request, shift)).is_some())
+        .map(|request| Onset { kind: OnsetKind::Sham, tick: shifted(request, shift), ..**request })
         .collect();
     found.sort_by_key(|sham| sham.tick);
     for i in 0..found.len() {
@@ -224,5 +224,5 @@ fn shams(onsets: &[Onset], pending: &[[u64; 2]], last_tick: u64) -> Vec<Onset> {
 }
 
 #[cfg(test)]
-#[path = "events_tests.rs"]
+#[path = "advice_onsets_tests.rs"]
 mod tests;
