@@ -179,7 +179,7 @@ impl Drive {
 
     /// Orders a vehicle to change lanes by this many to the left within a time, s, and then only by order.
     fn change_lane(&self, py: Python<'_>, car: u32, to_the_left: i32, duration_s: f64) -> PyResult<()> {
-        self.order(py, &TrafficOrder::ChangeLane { id: VehicleId(car), to_the_left, duration_s })
+        self.order(py, &TrafficOrder::ChangeLane { id: VehicleId(car), to_the_left, duration_s, keeps_gaps: true })
     }
 
     /// Orders a vehicle to drive along these edges from the first one, where it is.

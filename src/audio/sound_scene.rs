@@ -138,6 +138,9 @@ impl Listener {
         let on_grass = ego.wheels.iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
         self.sound_scene.speed_mps = ego.speed_mps as f32;
         self.sound_scene.engine_rpm = ego.engine_rpm;
+        if let Some(weather) = snapshot.weather {
+            self.sound_scene.rain_mmph = weather.rain_mmph as f32;
+        }
         self.sound_scene.throttle = controls.sane().throttle;
         self.sound_scene.grass = on_grass as f32 / ego.wheels.len() as f32;
         for event in events {

@@ -1,14 +1,15 @@
 //! `codrive study`: the steps of a study, one subcommand each: check, rehearse, preregister, lead a participant, and exclude, export or
 //! erase one participant's data. In: arguments. Out: text, a data set.
 
-use super::{CliError, desktop::session, out, progress::progress, stop_on_ctrl_c};
+use super::{CliError, desktop::session, evaluate::report::put_figure, out, progress::progress, stop_on_ctrl_c};
 use crate::{
     analysis::{analyse, find},
     drive_loop::{RunError, recording_manifest, rehearsal::Rehearsal},
     driver::{DriversFile, Population},
     record,
+    scenario::{PlannedDrive, event_chart},
     study::{
-        Completion, DataSet, ParticipantCode, Study, StudyError,
+        Completion, DataSet, ParticipantCode, PlanItem, Study, StudyError,
         preregistration::{self, OutcomeSpread, PreregistrationError},
     },
 };
@@ -36,8 +37,16 @@ pub(super) fn command() -> Command {
 fn check_command() -> Command {
     Command::new("check")
         .about("Check every scenario and questionnaire, and print each participant's order of conditions")
-        .after_help("Example: codrive study check assets/studies/congestion.toml")
+        .after_help(
+            "Example: codrive study check assets/studies/congestion.toml\n\
+             Example: codrive study check assets/studies/lead-braking.toml --pictures events/",
+        )
         .args([file(), participants()])
+        .arg(path_flag(
+            "pictures",
+            "DIR",
+            "Draw the events of each drive there, as SVG and PNG: a timeline, and the route with the places of triggers",
+        ))
 }
 
 fn rehearse_command() -> Command {
@@ -207,7 +216,18 @@ fn participant_count(study: &Study, matches: &ArgMatches) -> usize {
 
 fn check(matches: &ArgMatches) -> Result<(), CliError> {
     let study = load(matches, None)?;
-    out::text(study.table(participant_count(&study, matches)))
+    out::text(study.table(participant_count(&study, matches)))?;
+    let Some(folder) = matches.get_one::<PathBuf>("pictures") else { return Ok(()) };
+    std::fs::create_dir_all(folder).map_err(|error| CliError::Failed(format!("{}: {error}", folder.display())))?;
+    let mut drawn = 0;
+    for planned in study.plan(0).items {
+        let PlanItem::Drive { scenario, .. } = planned.item else { continue };
+        let drive = PlannedDrive::new(&scenario).map_err(|error| CliError::Input(error.to_string()))?;
+        let Some(svg) = event_chart(&drive) else { continue };
+        put_figure(folder, &format!("events-{}.svg", planned.name), &svg)?;
+        drawn += 1;
+    }
+    out::line(format_args!("\n{}: events of {drawn} drives of the first participant, as SVG and PNG", folder.display()))
 }
 
 /// Opens the data set of `--from`. Returns it with the study and the participant's code.

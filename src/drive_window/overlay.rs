@@ -13,7 +13,9 @@ use crate::{
         DrivePhase, PanelCommand, PanelState, PresetList, Readings, SettingChoices, SettingsPanel, SingleStep,
         calibration::CalibrationPage,
         contact_flash, dropped_time,
-        experimenter::{DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState, map as road_map},
+        experimenter::{
+            DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState, listed_events, map as road_map,
+        },
         recording_sign,
     },
     policy,
@@ -136,7 +138,8 @@ impl DriveOverlay {
         let Self { panel, experimenter, log, loop_health, engine, error, .. } = self;
         let health = loop_health.health(live, engine, error.as_deref());
         let drive = state(live, log, loop_health, engine, error.as_deref());
-        let state = ExperimenterState { drive, snapshot: Some(live.drive.world.snapshot()), health: &health, picture };
+        let (snapshot, events) = (Some(live.drive.world.snapshot()), listed_events(&live.drive.world));
+        let state = ExperimenterState { drive, snapshot, health: &health, picture, events: &events };
         let mut asked = experimenter.show(ui, &state, Some(log), panel, None);
         asked.extend(self.wheel_page(ui, live).into_iter().map(ExperimenterCommand::Drive));
         asked
@@ -271,6 +274,7 @@ impl DriveOverlay {
             ExperimenterCommand::Drive(command) => self.handle_panel_command(command, live),
             ExperimenterCommand::Mark(number) => live.note("mark", &format!("by the experimenter, {number}")),
             ExperimenterCommand::Note(text) => live.note("note", &text),
+            ExperimenterCommand::BeginEvent(event) => live.drive.world.begin_event(event),
             // The window ends the program.
             ExperimenterCommand::End => {}
         }

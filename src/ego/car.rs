@@ -4,6 +4,7 @@
 use super::{
     Contact, EgoError, EgoState, GroundModel, GroundShape, GroundSurface, Obstacle, WheelPose,
     body::{CarBody, GRAVITY, WheelContact},
+    disturbance::Disturbance,
     params::CarParams,
     powertrain::Powertrain,
     tyre::{BristleState, ContactPatch, TreadParams, TyreForce},
@@ -33,6 +34,7 @@ pub struct EgoCar {
     brake: f32,
     steering_wheel_rad: f32,
     steering_torque_nm: f32,
+    disturbance: Disturbance,
     /// Height and slope of the ground under the ego.
     ground: GroundShape,
     state: EgoState,
@@ -70,6 +72,7 @@ impl EgoCar {
             brake: 0.0,
             steering_wheel_rad: 0.0,
             steering_torque_nm: 0.0,
+            disturbance: Disturbance::default(),
             ground: GroundShape::default(),
             state: EgoState::default(),
             contacts: Vec::new(),
@@ -98,10 +101,21 @@ impl EgoCar {
         self.state = self.observe();
     }
 
+    /// Disturbs the car from the next tick on, until it is called again.
+    pub fn disturb(&mut self, disturbance: Disturbance) {
+        self.disturbance = disturbance;
+        if let Some(water_mm) = disturbance.water_mm {
+            self.params.tyres.water_mm = water_mm;
+        }
+    }
+
     /// Advances by one tick. `obstacles` are the other vehicles at the end of it; they may change from tick to tick.
     /// Returns the contacts, one per vehicle.
     pub fn tick(&mut self, controls: &Controls, ground: &dyn GroundModel, obstacles: &[Obstacle]) -> &[Contact] {
-        let controls = controls.sane();
+        let mut controls = controls.sane();
+        if self.disturbance.is_powerless {
+            controls.throttle = 0.0;
+        }
         let before = self.state;
         self.body.begin_tick(obstacles);
         self.ground = ground.shape(before.position.truncate());
@@ -173,7 +187,8 @@ impl EgoCar {
         let (velocity, centre) = (chassis.linvel(), chassis.center_of_mass());
         let ground_speed = chassis.velocity_at_point(chassis.translation()).dot(axes.forward);
         let drag = 0.5 * (p.body.air_density_kgm3 * p.body.drag_area_m2) as f32;
-        let air = velocity * (-drag * velocity.length());
+        let side_n = self.disturbance.side_force_n(p.body.air_density_kgm3, f64::from(ground_speed)) as f32;
+        let air = velocity * (-drag * velocity.length()) + axes.left * side_n;
         let drive_n = self.powertrain.step(p, controls, f64::from(ground_speed), f64::from(SUBSTEP_S)) as f32;
         // All tyres are computed for the same state. Otherwise the force of one would act as slip of the next, and a
         // standing ego would creep.
@@ -228,7 +243,7 @@ impl EgoCar {
                 * pick(p.brakes.front_share, 1.0 - p.brakes.front_share)
                 / 2.0,
             rolling_n: rolling as f32 * ray.load_n,
-            friction: friction as f32,
+            friction: (friction * self.disturbance.friction) as f32,
             cornering: pick(p.tyres.front_cornering, p.tyres.rear_cornering),
         };
         (patch, forward, left)

@@ -6,6 +6,7 @@
 
 mod body;
 mod car;
+mod disturbance;
 mod longitudinal;
 mod params;
 mod powertrain;
@@ -14,6 +15,7 @@ mod tyre;
 mod wet_road;
 
 pub use car::EgoCar;
+pub use disturbance::Disturbance;
 pub use longitudinal::LongitudinalCar;
 pub use params::{
     BodyParams, BrakeParams, CarParams, EgoError, EngineParams, GearboxParams, SteeringParams, SuspensionParams,

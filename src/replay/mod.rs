@@ -28,7 +28,7 @@ use crate::{
     drive_loop::{Drive, RunError},
     record::{self, AlteredFile, CellDifference, Table, TableComparison, TableReader, tables::PUT_BACK},
     scenario::Scenario,
-    sim::World,
+    sim::{EventStage, World},
     time::{Pace, Tick},
 };
 use facts::DriveFacts;
@@ -81,6 +81,8 @@ pub struct Replay {
     ticks: u64,
     /// Ticks at which the ego was put back on its lane, in descending order.
     put_back: Vec<u64>,
+    /// Ticks at which the experimenter began events by hand, in descending order, and their numbers in the scenario.
+    by_hand: Vec<(u64, usize)>,
     controls: Controls,
     report: ReplayReport,
 }
@@ -107,7 +109,8 @@ impl Replay {
             drive,
             recorded,
             ticks,
-            put_back: put_back(recording)?,
+            put_back: ticks_of(recording, PUT_BACK)?.into_iter().map(|(tick, _)| tick).collect(),
+            by_hand: by_hand(recording, scenario)?,
             controls: Controls::default(),
             report: ReplayReport { changes, is_empty: ticks == 0, ..ReplayReport::default() },
         })
@@ -152,6 +155,10 @@ impl Replay {
                 // If this is no longer possible, the missing event is the difference.
                 let _ = self.drive.world.put_back();
             }
+            // The row has the tick at which its step began.
+            while let Some((_, event)) = self.by_hand.pop_if(|(tick, _)| *tick + 1 == due.0) {
+                self.drive.world.begin_event(event);
+            }
             self.facts.before(&self.drive.world, &controls);
             self.drive.clock.single_step(1);
             self.drive.frame(Duration::ZERO, |_| controls, |_, _| ())?;
@@ -192,16 +199,23 @@ impl Replay {
     }
 }
 
-/// Returns the ticks at which the ego was put back on its lane, in descending order.
-fn put_back(recording: &Path) -> Result<Vec<u64>, RunError> {
+/// Returns the ticks and details of a recording's events of this kind, the last one first.
+fn ticks_of(recording: &Path, kind: &str) -> Result<Vec<(u64, String)>, RunError> {
     let mut found = Vec::new();
-    for part in TableReader::parts(&Table::Events.parquet(recording), &["tick", "event"])? {
+    for part in TableReader::parts(&Table::Events.parquet(recording), &["tick", "event", "detail"])? {
         let part = part?;
-        let events = part.wholes("tick").into_iter().zip(part.words("event"));
-        found.extend(events.filter(|(_, event)| event == PUT_BACK).map(|(tick, _)| tick));
+        let rows = part.wholes("tick").into_iter().zip(part.words("event")).zip(part.words("detail"));
+        found.extend(rows.filter(|((_, event), _)| event == kind).map(|((tick, _), detail)| (tick, detail)));
     }
     found.reverse();
     Ok(found)
+}
+
+/// Returns the ticks at which the experimenter began events by hand, and the numbers of these events, the last one first.
+fn by_hand(recording: &Path, scenario: &Scenario) -> Result<Vec<(u64, usize)>, RunError> {
+    let number = |name: &str| scenario.events.iter().position(|event| event.name == name);
+    let rows = ticks_of(recording, EventStage::TriggeredByHand.name())?.into_iter();
+    Ok(rows.filter_map(|(tick, name)| Some((tick, number(&name)?))).collect())
 }
 
 /// Returns the scenario of a recording that has ended.
@@ -216,6 +230,7 @@ mod tests {
     use crate::drive_loop::{offline::OfflineDrive, recording_manifest};
     use crate::{
         scenario::{AdvisedVehicles, DisplaySettings},
+        sim::{EventKind, ScriptedState},
         traffic::EngineChoice,
     };
 
@@ -300,26 +315,58 @@ mod tests {
             display: DisplaySettings { trees: 0, ..DisplaySettings::default() },
             ..Scenario::default()
         };
-        let mut world = World::new(&scenario).unwrap();
-        let mut summary = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
-        let mut recorder =
-            recording_manifest::begin(&path, &world, recording_manifest::manifest(&world, "test".into(), None))
-                .unwrap();
         let away = Controls { throttle: 0.5, steering_wheel_rad: 3.0, ..Controls::default() };
         let mut wished = 0;
-        while world.ended().is_none() {
+        record_drive(&path, &scenario, &away, |world| {
             if world.snapshot().lane_offset_m.abs() > 4.0 {
                 wished += u32::from(world.put_back().is_ok());
             }
-            world.tick(&away).unwrap();
-            summary.add(world.snapshot(), world.events());
-            recorder.tick(&world, &away).unwrap();
-        }
-        recorder.finish(&summary.to_summary()).unwrap();
+        });
         assert!(wished > 1, "left the road and was put back {wished} times");
         let mut replay = Replay::open(&path).unwrap();
         assert_eq!(replay.put_back.len(), wished as usize);
         replay.advance(u64::MAX).unwrap();
         assert!(replay.report().is_proven() && replay.report().ticks == 1200, "{:?}", replay.report());
+    }
+
+    /// Records a drive with constant controls; `act` acts on the world before each tick.
+    fn record_drive(path: &Path, scenario: &Scenario, controls: &Controls, mut act: impl FnMut(&mut World)) {
+        let mut world = World::new(scenario).unwrap();
+        let mut summary = crate::sim::SummaryAccumulator::new([0.0, f64::INFINITY]);
+        let manifest = recording_manifest::manifest(&world, "test".into(), None);
+        let mut recorder = recording_manifest::begin(path, &world, manifest).unwrap();
+        while world.ended().is_none() {
+            act(&mut world);
+            world.tick(controls).unwrap();
+            summary.add(world.snapshot(), world.events());
+            recorder.tick(&world, controls).unwrap();
+        }
+        recorder.finish(&summary.to_summary()).unwrap();
+    }
+
+    #[test]
+    fn a_replay_begins_an_event_that_was_begun_by_hand_at_the_same_step() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("drive");
+        // Its chance is 0, and its speed is never driven: only the experimenter begins it.
+        let text = "traffic = \"native\"\nvehicles = 6\nduration_s = 8\ntrees = 0\n[[event]]\nname = \"stop\"\ntrigger = { speed_above_mps = 60 }\n\
+             probability = 0\nactions = [{ brake = { vehicle = \"leader\", decel_mps2 = 2 } }]\n";
+        let scenario = Scenario::from_toml(text, "trial.toml").unwrap();
+        let mut stages = Vec::new();
+        record_drive(&path, &scenario, &Controls::default(), |world| {
+            stages.extend(world.events().iter().filter_map(|event| match event.kind {
+                EventKind::Scripted { stage, .. } => Some((event.tick.0, stage)),
+                _ => None,
+            }));
+            if world.snapshot().tick.0 == 403 {
+                world.begin_event(0);
+                assert_eq!(world.scripted_events().next(), Some(("stop", ScriptedState::Running)));
+            }
+        });
+        assert_eq!(stages[..2], [(410, EventStage::TriggeredByHand), (411, EventStage::Onset)], "{stages:?}");
+        let mut replay = Replay::open(&path).unwrap();
+        assert_eq!(replay.by_hand, [(410, 0)]);
+        replay.advance(u64::MAX).unwrap();
+        assert!(replay.report().is_proven() && replay.report().ticks == 800, "{:?}", replay.report());
     }
 }

@@ -5,6 +5,7 @@
 mod advised;
 pub mod colour;
 mod display;
+mod event_chart;
 mod files;
 mod load;
 mod logged_traffic;
@@ -16,6 +17,7 @@ mod sumo_config;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
 pub use display::{CockpitView, DialPalette, GuidanceView, QualityLevel};
+pub use event_chart::event_chart;
 pub use files::NamedFiles;
 pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;

@@ -120,11 +120,7 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        let road = DrivenRoad {
-            length_m: map.route.length_m(),
-            is_open: fixed_vehicles.is_none(),
-            duration_s: scenario.duration_s,
-        };
+        let road = DrivenRoad { map: &map, is_open: fixed_vehicles.is_none(), duration_s: scenario.duration_s };
         ScriptedEvent::check_on(&scenario.events, &road).map_err(|message| fault(("event", message)))?;
         let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })

@@ -4,6 +4,7 @@
 use super::{MirrorOptions, ViewKind};
 use crate::hud::Palette;
 use crate::scenario::CockpitView;
+use crate::snapshot::Weather;
 use crate::traffic::{EGO, VehicleId};
 use glam::Vec3;
 use std::collections::BTreeMap;
@@ -98,6 +99,12 @@ impl ViewOptions {
         const LOW_SUN_DEG: f32 = 3.0;
         const FOG_M: f32 = 400.0;
         self.sun_elevation_deg < LOW_SUN_DEG || self.visibility_m < FOG_M || self.rain_mmph > 0.0
+    }
+
+    /// Returns the options in another weather, at another time of day.
+    pub(super) fn in_weather(&self, weather: &Weather) -> Self {
+        let (visibility_m, rain_mmph) = ((1000.0 * weather.visibility_km) as f32, weather.rain_mmph as f32);
+        Self { visibility_m, rain_mmph, ..self.clone() }.at_hour(weather.time_h as f32)
     }
 
     /// Returns the options with the sun's position at a solar hour (12 is its highest) late in August at 48 degrees north: 43

@@ -32,6 +32,8 @@ pub fn view(
     options: &ViewOptions,
     static_scene: &StaticScene,
 ) -> View {
+    let changed = snapshot.weather.map(|weather| options.in_weather(&weather));
+    let options = changed.as_ref().unwrap_or(options);
     let before_s = (1.0 - f64::from(fraction)) * crate::time::TICK_S;
     let now_s = (snapshot.tick.seconds() - before_s).max(0.0);
     let ego = EgoAt::new(snapshot, fraction, static_scene.origin);

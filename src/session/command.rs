@@ -49,6 +49,10 @@ impl LiveSession {
                 let text = if text.is_empty() { "by the experimenter" } else { &text };
                 Ok(self.write("mark", text, backend)?)
             }
+            SessionCommand::BeginEvent(event) => {
+                backend.begin_event(event);
+                Ok(())
+            }
             SessionCommand::Close | SessionCommand::Interrupt(_) => Ok(()),
             SessionCommand::Pause => self.hold(true, backend),
             SessionCommand::Resume => self.hold(false, backend),

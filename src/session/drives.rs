@@ -252,6 +252,12 @@ impl DriveBackend for WindowBackend<'_> {
         }
     }
 
+    fn begin_event(&mut self, event: usize) {
+        if let Some(live) = self.resources.live.as_mut().filter(|_| self.resources.began) {
+            live.drive.world.begin_event(event);
+        }
+    }
+
     fn chime(&mut self) {
         if let Some(live) = &mut self.resources.live {
             live.chime();

@@ -7,7 +7,10 @@ use crate::{
     panel::{
         DrivePhase, PanelState, Readings, SessionCommand, SessionPanel, SessionPanelState, SettingChoices,
         SettingsPanel, SpeedHistory,
-        experimenter::{DriveHealth, DriveLog, ExperimenterPanel, ExperimenterState, WheelHealth},
+        experimenter::{
+            DriveHealth, DriveLog, ExperimenterCommand, ExperimenterPanel, ExperimenterState, WheelHealth,
+            listed_events,
+        },
     },
     scenario::Scenario,
     sim::World,
@@ -128,9 +131,14 @@ impl ExperimenterView {
         };
         let mut commands = Vec::new();
         let mut plan = |ui: &mut Ui| commands.extend(part.show(ui, &state));
-        let around = ExperimenterState { drive, snapshot, health: &health, picture };
+        let events = live.map_or(Vec::new(), |live| listed_events(&live.drive.world));
+        let around = ExperimenterState { drive, snapshot, health: &health, picture, events: &events };
         let asked = experimenter.show(ui, &around, log.as_ref(), panel, Some(&mut plan));
-        debug_assert!(asked.is_empty(), "{asked:?}: beside a plan the session's own commands are the only ones");
+        // Beside a plan the session's own commands are the only others.
+        commands.extend(asked.into_iter().filter_map(|command| match command {
+            ExperimenterCommand::BeginEvent(event) => Some(SessionCommand::BeginEvent(event)),
+            _ => None,
+        }));
         for command in &mut commands {
             match command {
                 SessionCommand::Mark(text) => {

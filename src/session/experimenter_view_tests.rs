@@ -50,6 +50,8 @@ impl DriveBackend for NoRoad {
 
     fn note_value(&mut self, _kind: &str, _detail: &str, _value: f64) {}
 
+    fn begin_event(&mut self, _event: usize) {}
+
     fn chime(&mut self) {}
 
     fn extend(&mut self, _seconds: f64) -> Result<(), crate::drive_loop::RunError> {

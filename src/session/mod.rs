@@ -59,6 +59,8 @@ pub trait DriveBackend {
     fn note(&mut self, kind: &str, detail: &str);
     /// Adds an event with a value to the recording.
     fn note_value(&mut self, kind: &str, detail: &str, value: f64);
+    /// Begins the event of this number in the drive's scenario by hand.
+    fn begin_event(&mut self, event: usize);
     /// Plays a gentle sound for a question, if there is an audio device.
     fn chime(&mut self);
     /// Extends the drive by this many seconds.

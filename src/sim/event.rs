@@ -144,12 +144,25 @@ pub enum EventKind {
 pub enum EventStage {
     /// The trigger came true.
     Triggered,
+    /// The experimenter began the event by hand.
+    TriggeredByHand,
     /// The tick is the first that shows an action of the event.
     Onset,
     /// All actions are over.
     Ended,
     /// The event, or one of its actions, is not carried out.
     NotDone(NotDone),
+}
+
+/// State of an event of the scenario in a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ScriptedState {
+    /// It waits for its trigger.
+    Waiting,
+    /// It has begun.
+    Running,
+    /// It is over, or the draw was against it.
+    Over,
 }
 
 /// Reason why an event, or an action of it, is not carried out.
@@ -167,6 +180,12 @@ pub enum NotDone {
     Refused,
     /// The vehicle has left the road before the end.
     HasLeft,
+    /// It was not possible within its time.
+    TooLate,
+    /// There is no signal ahead on the path.
+    NoSignal,
+    /// The signal's program has no phase with this light.
+    NoPhase,
 }
 
 impl EventStage {
@@ -174,6 +193,7 @@ impl EventStage {
     pub fn name(self) -> &'static str {
         match self {
             Self::Triggered => "event_triggered",
+            Self::TriggeredByHand => "event_triggered_by_hand",
             Self::Onset => "event_onset",
             Self::Ended => "event_ended",
             Self::NotDone(_) => "event_not_done",
@@ -191,6 +211,9 @@ impl NotDone {
             Self::OtherEvent => "another event moves the vehicle",
             Self::Refused => "refused by the traffic",
             Self::HasLeft => "the vehicle has left",
+            Self::TooLate => "not possible in its time",
+            Self::NoSignal => "no signal ahead",
+            Self::NoPhase => "no phase of the signal has this light",
         }
     }
 }

@@ -12,11 +12,14 @@ mod advised_selection;
 mod agent;
 mod checked_drive;
 mod contacts;
+mod cut_in;
 mod derived_state;
 mod detour;
 mod driving_order;
 mod ego_insertion;
 mod event_script;
+mod event_vehicles;
+mod event_view;
 mod hand_over;
 mod light_agent;
 mod light_body;
@@ -57,7 +60,8 @@ use crate::{
 };
 use advice::DriveAdvice;
 use driving_order::DrivingOrder;
-use event_script::{EventScript, ScriptView};
+use event_script::EventScript;
+use event_view::ScriptView;
 use observer::Observer;
 use std::{
     collections::BTreeSet,
@@ -209,13 +213,15 @@ impl World {
         agents_mut(&mut self.observer, &mut self.others).for_each(|agent| agent.begin_tick(controls));
         if within == 0 {
             self.is_prepared = false;
-            self.show_events();
+            self.apply_events();
             agents_mut(&mut self.observer, &mut self.others).for_each(Agent::begin_step);
             self.observer.events_mut().extend(self.script.take_events());
             self.traffic.begin_step(self.observer.view());
         }
         let fraction = (within + ticks) as f64 / step_ticks as f64;
         self.traffic.move_vehicles(self.observer.view_mut(), fraction, ticks as f64 * TICK_S);
+        self.script.switch_hazard_lights(&mut self.observer.view_mut().cars);
+        self.script.watch(controls);
         if let Some(participant) = self.observer.participant_mut() {
             participant.place_on_lane(self.drive.scenario())?;
         }
@@ -258,7 +264,7 @@ impl World {
         let seen = ScriptView {
             view: all,
             map: self.drive.map(),
-            own: self.observer.participant().map(|participant| &participant.image),
+            participant: self.observer.participant(),
             agents: &|id| others.iter().any(|agent| agent.id() == id),
         };
         self.script.step(&seen, &mut self.traffic);
@@ -267,12 +273,14 @@ impl World {
         Ok(())
     }
 
-    /// Shows the participant what events of the scenario show in the step that begins.
-    fn show_events(&mut self) {
+    /// Lets events of the scenario act on the participant and the car in the step that begins.
+    fn apply_events(&mut self) {
         if let Some(participant) = self.observer.participant_mut() {
-            let shown = self.script.shown(participant.view.tick);
-            participant.view.message = shown.message;
-            participant.hides_advice = shown.hides_advice;
+            let effects = self.script.effects(participant.view.tick);
+            participant.view.message = effects.message;
+            participant.hides_advice = effects.hides_advice;
+            participant.view.weather = effects.weather;
+            participant.disturb(effects.disturbance);
         }
     }
 

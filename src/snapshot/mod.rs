@@ -1,9 +1,11 @@
 //! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
 mod task_display;
+mod weather;
 
 pub use crate::traffic::Leader;
 pub use task_display::{TaskDisplay, TaskPicture};
+pub use weather::Weather;
 
 use crate::{
     controls::Indicator,
@@ -113,6 +115,8 @@ pub struct Snapshot {
     pub advice: Option<Advice>,
     /// Text that an event shows the participant.
     pub message: Option<Arc<str>>,
+    /// Weather and daylight, if events have changed those of the scenario.
+    pub weather: Option<Weather>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
     pub mean_speed_mps: f64,
     /// Secondary task of the ego's driver.
@@ -237,6 +241,10 @@ impl Snapshot {
         }
         if let Some(message) = &self.message {
             put("message", 0, rng::fnv_1a(HASH_START, message.as_bytes()) as f64);
+        }
+        if let Some(Weather { visibility_km, rain_mmph, time_h }) = self.weather {
+            let numbers = [("visibility", visibility_km), ("rain", rain_mmph), ("time of day", time_h)];
+            numbers.iter().for_each(|(name, value)| put(name, 0, *value));
         }
         self.task.visit(put);
     }

@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 53] = [
+const WORDS: [[&str; 3]; 54] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -178,6 +178,11 @@ const WORDS: [[&str; 3]; 53] = [
         "event_triggered",
         "the trigger of an event of the scenario came true",
         "Experiment-structure, Label/Event-triggered",
+    ],
+    [
+        "event_triggered_by_hand",
+        "the experimenter began an event of the scenario",
+        "Experiment-control, Label/Event-triggered-by-hand",
     ],
     [
         "event_onset",

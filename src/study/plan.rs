@@ -322,10 +322,15 @@ impl std::fmt::Display for PlanItem {
                 let sooner = practice.until_in_range_s;
                 let sooner = sooner.map_or(String::new(), |s| format!(", or until {s} s in range without a break"));
                 let skills: Vec<&str> = practice.skills.iter().map(|skill| skill.name()).collect();
+                let events = match scenario.events.len() {
+                    0 => String::new(),
+                    1 => ", 1 event".into(),
+                    count => format!(", {count} events"),
+                };
                 let shown = if skills.is_empty() { String::new() } else { format!(", skills: {}", skills.join(" ")) };
                 write!(
                     f,
-                    "{} s on {}{vehicles}{}, {}{sooner}{shown}",
+                    "{} s on {}{vehicles}{}, {}{events}{sooner}{shown}",
                     scenario.duration_s,
                     scenario.map,
                     drivers_text(scenario),

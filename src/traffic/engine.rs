@@ -166,6 +166,8 @@ pub enum TrafficOrder {
         to_the_left: i32,
         /// Time in which the change has to begin, s.
         duration_s: f64,
+        /// False for a vehicle that changes into a gap that is too short for others, as long as it touches none.
+        keeps_gaps: bool,
     },
     /// The vehicle drives along these edges, the first of which is its own.
     Route {

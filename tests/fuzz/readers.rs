@@ -208,7 +208,8 @@ fn settings(folder: &Path) -> Vec<Reader> {
     vec![
         Reader {
             name: "scenario",
-            good: vec![scenario],
+            good: [vec![scenario], shipped(&["docs/how-to/leader-brakes.toml", "docs/how-to/all-events.toml"])]
+                .concat(),
             change: mutate::text,
             share: 800,
             read: Box::new(|bytes| text(bytes).is_some_and(|text| Scenario::from_toml(text, "fuzz").is_ok())),

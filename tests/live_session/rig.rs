@@ -100,6 +100,10 @@ impl DriveBackend for Counted {
         self.notes.push(format!("{kind} {value}: {detail}"));
     }
 
+    fn begin_event(&mut self, event: usize) {
+        self.notes.push(format!("event {event}"));
+    }
+
     fn chime(&mut self) {
         self.notes.push("chime".into());
     }

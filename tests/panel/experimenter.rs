@@ -6,13 +6,13 @@ use codrive::{
         DrivePhase, PanelCommand, PanelState, PresetList, Readings, SettingChoices, SettingsPanel, SingleStep,
         experimenter::{
             ContactHealth, DriveHealth, DriveLog, ExperimenterCommand as Command, ExperimenterPanel, ExperimenterState,
-            RecordingHealth, WheelHealth,
+            ListedEvent, RecordingHealth, WheelHealth,
         },
         theme,
     },
     policy::{Action, Advice},
     scenario::Scenario,
-    sim::{Leader, Snapshot, VehicleSnapshot},
+    sim::{Leader, ScriptedState, Snapshot, VehicleSnapshot},
     space::Pose,
     time::Tick,
     traffic::VehicleId,
@@ -39,6 +39,7 @@ pub struct Bench {
     log: DriveLog,
     pub now: Snapshot,
     health: DriveHealth,
+    events: Vec<ListedEvent>,
     picture: Option<egui::TextureHandle>,
     plan: Option<&'static str>,
     /// True before the first drive.
@@ -136,6 +137,7 @@ impl Bench {
             log,
             now: snapshot(steps),
             health,
+            events: Vec::new(),
             picture: None,
             plan: None,
             before_drives: false,
@@ -168,7 +170,8 @@ impl Bench {
             recorded_in: None,
         };
         let picture = Some((picture.id(), [320, 180]));
-        let state = ExperimenterState { drive, snapshot: Some(&self.now), health: &self.health, picture };
+        let state =
+            ExperimenterState { drive, snapshot: Some(&self.now), health: &self.health, picture, events: &self.events };
         let words = self.plan;
         let mut plan = |ui: &mut egui::Ui| {
             ui.label(words.unwrap_or_default());
@@ -335,6 +338,23 @@ fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
     assert_eq!(press(&mut harness, Modifiers::NONE, Key::Enter), [Command::Note("twice".into())]);
     harness.get_by_label("yawned");
     assert_eq!(harness.get_all_by_label("2:05.0").count(), 5, "the clock above and four lines");
+}
+
+#[test]
+fn an_event_that_waits_is_begun_by_hand() {
+    let mut bench = Bench::after(300);
+    let event = |name: &str, state: ScriptedState| ListedEvent { name: name.into(), state };
+    bench.events = vec![event("leader brakes", ScriptedState::Over), event("cut-in", ScriptedState::Waiting)];
+    let mut harness = tall(bench);
+    harness.run();
+    let buttons: Vec<_> = harness.get_all_by_role_and_label(Role::Button, "Begin").collect();
+    assert_eq!(buttons.len(), 2);
+    assert!(buttons[0].accesskit_node().is_disabled(), "it is over");
+    buttons[1].click();
+    drop(buttons);
+    harness.run();
+    assert_eq!(std::mem::take(&mut harness.state_mut().commands), [Command::BeginEvent(1)]);
+    assert!(harness.query_by_label("over").is_some() && harness.query_by_label("waits").is_some());
 }
 
 #[test]

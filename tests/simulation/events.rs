@@ -16,7 +16,11 @@ type SeenStep = (f64, f64, f64, bool);
 
 /// Drives a scenario by its simulated driver for `seconds`; `look` sees the world at each step's end. Returns the events of the scenario: number, vehicle,
 /// tick, stage.
-fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec<(u16, Option<u32>, u64, EventStage)> {
+pub(crate) fn drive(
+    scenario: &Scenario,
+    seconds: f64,
+    mut look: impl FnMut(&World),
+) -> Vec<(u16, Option<u32>, u64, EventStage)> {
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap_or_else(|error| panic!("{error}"));
     let mut seen = Vec::new();
     let steps = (seconds / 0.01).round() as usize;
@@ -33,11 +37,12 @@ fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec
     seen
 }
 
-fn scenario(text: &str) -> Scenario {
+pub(crate) fn scenario(text: &str) -> Scenario {
     Scenario::from_toml(text, "events.toml").unwrap_or_else(|fault| panic!("{fault}"))
 }
 
-const RING: &str = "traffic = \"native\"\nwarm_up_s = 60\nidm = { noise = 0 }\npolicy = \"none\"\ntrees = 0\n";
+pub(crate) const RING: &str =
+    "traffic = \"native\"\nwarm_up_s = 60\nidm = { noise = 0 }\npolicy = \"none\"\ntrees = 0\n";
 
 /// Returns the speed of a vehicle, m/s.
 fn speed_mps(world: &World, id: u32) -> f64 {
@@ -137,7 +142,7 @@ fn triggers_on_speeds_gaps_and_the_brake_come_true_at_their_step() {
         + &word("collision", "{ time_to_collision = { to = \"leader\", below_s = 4 } }")
         + &word("gap", "{ all = [{ time_s = 5 }, { time_gap = { to = \"leader\", below_s = 2.1 } }] }")
         + &word("slow", "{ all = [{ time_s = 5 }, { speed_below_mps = 5 }] }")
-        + &word("brakes", "{ all = [{ time_s = 5 }, \"ego_brakes\"] }");
+        + &word("brakes", "{ all = [{ time_s = 5 }, { pressed = \"brake\" }] }");
     let mut seen: Vec<SeenStep> = Vec::new();
     let stages = drive(&scenario(&text), 20.0, |world| {
         let view = world.snapshot();
@@ -192,9 +197,14 @@ fn what_cannot_happen_on_a_road_is_said_before_the_drive() {
     };
     let word = "{ message = { text = \"a\", for_s = 1 } }";
     assert!(fault("{ time_s = 400 }", word).contains("can never begin: time_s is 400, and the drive ends at 300 s"));
+    assert!(fault("{ edge = { id = \"nowhere\" } }", word).contains("the network has no edge \"nowhere\""));
+    let signal = "{ signal_ahead = { light = \"red\", below_m = 50 } }";
+    assert!(fault(signal, word).contains("can never begin: signal_ahead, and the road has no signals"));
     assert!(fault("{ place_m = 260 }", word).contains("place_m is 260, and the route is 250.0 m long"));
     let lane = fault("{ time_s = 1 }", "{ change_lane = { vehicle = \"leader\", to_the_left = 1 } }");
     assert!(lane.contains("change_lane; allowed: on a network"), "{lane}");
+    let light = fault("{ time_s = 1 }", "{ signal_ahead = { light = \"red\" } }");
+    assert!(light.contains("signal_ahead; the road has no signals"), "{light}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod agents_network;
 mod driver;
 mod ego;
 mod episode;
+mod event_actions;
 mod events;
 mod fixed_objects;
 mod hills;

@@ -6,7 +6,7 @@ mod checks;
 #[cfg(test)]
 mod columns_tests;
 pub(super) mod plan;
-mod report;
+pub(super) mod report;
 
 use super::{CliError, flags, out, own_program::own_program, stop_on_ctrl_c};
 use crate::{

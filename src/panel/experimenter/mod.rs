@@ -10,13 +10,15 @@
 //! narrow window (or a large scale) shows these as four pages. On the keyboard, Tab and the arrow keys move the focus;
 //! the other keys are in [`KEYS`], which F1 lists.
 
-pub mod lamps;
+pub mod events;
+mod lamps;
 pub mod log;
 pub mod map;
 pub mod notes;
 pub mod plots;
 pub mod space_time;
 
+pub use events::{ListedEvent, listed_events};
 pub use lamps::{ContactHealth, DriveHealth, Lamp, LampColour, RecordingHealth, WheelHealth};
 pub use log::DriveLog;
 
@@ -56,6 +58,8 @@ pub struct ExperimenterState<'a> {
     pub health: &'a DriveHealth,
     /// The driver's picture, and its size in pixels.
     pub picture: Option<(TextureId, [u32; 2])>,
+    /// Events of the scenario; empty without a drive.
+    pub events: &'a [ListedEvent],
 }
 
 /// Commands of the experimenter.
@@ -67,6 +71,8 @@ pub enum ExperimenterCommand {
     Mark(u32),
     /// Write this note into the recording.
     Note(String),
+    /// Begin the event of this number in the scenario by hand.
+    BeginEvent(usize),
     /// End the program (Ctrl+Q).
     End,
 }
@@ -303,6 +309,11 @@ impl ExperimenterPanel {
             ui.separator();
             lamps::show(ui, lamps);
             ui.separator();
+            if !state.events.is_empty() {
+                title(ui, "Events");
+                events::show(ui, state.events, commands);
+                ui.separator();
+            }
             let time_s = state.drive.readings.map_or(0.0, |now| now.time_s);
             if may_drive {
                 self.notes.show(ui, time_s, commands);

@@ -118,6 +118,8 @@ pub enum SessionCommand {
     Note(String),
     /// Mark this moment; the text may be empty.
     Mark(String),
+    /// Begin the event of this number in the drive's scenario by hand.
+    BeginEvent(usize),
     /// Pause the running drive.
     Pause,
     /// Resume the paused drive.

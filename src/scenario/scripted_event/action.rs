@@ -1,11 +1,13 @@
 //! Actions of a scenario's events: what happens on the road, in the car and on its displays. In: one entry of `actions`. Out: a checked [`Action`].
 //! Seconds, metres, m/s.
 
-use super::{FASTEST_MPS, LATEST_S, VehicleName, check_vehicle, within};
+use super::{DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, VehicleName, check_vehicle, within};
 use serde::{Deserialize, Serialize};
 
 /// Longest text for the participant, letters: it is read at a glance, beside the speedometer.
 const TEXT_LETTERS: usize = 60;
+/// Strongest wind, m/s: a hurricane.
+const STRONGEST_WIND_MPS: f64 = 40.0;
 /// Strongest acceleration and braking, m/s2: the bound of all vehicles of the traffic.
 const HARDEST_MPS2: f64 = crate::traffic::HARDEST_MPS2;
 
@@ -36,6 +38,30 @@ pub enum Action {
         #[serde(default)]
         keep_s: f64,
     },
+    /// A vehicle keeps the speed that it has, as far as the vehicle ahead of it allows.
+    KeepSpeed {
+        vehicle: VehicleName,
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// A vehicle brakes to a standstill and stands with its hazard lights on.
+    BreakDown {
+        vehicle: VehicleName,
+        /// Deceleration, m/s2.
+        #[serde(default = "firm_mps2")]
+        decel_mps2: f64,
+        /// Time for which it stands, s.
+        for_s: f64,
+    },
+    /// A vehicle of a neighbouring lane drives beside the ego's way and changes into its lane close before it.
+    CutIn {
+        vehicle: VehicleName,
+        /// Gap from the ego's front to its rear when it begins to change lanes, m.
+        gap_m: f64,
+        /// Time in which the change has to begin, s.
+        #[serde(default = "usual_cut_in_s")]
+        within_s: f64,
+    },
     /// A vehicle changes lanes as soon as there is room.
     ChangeLane {
         vehicle: VehicleName,
@@ -44,6 +70,44 @@ pub enum Action {
         /// Time in which the change has to begin, s.
         #[serde(default = "usual_change_s")]
         within_s: f64,
+    },
+    /// The next signal on the ego's path goes to the phase of its program that shows it this light.
+    SignalAhead { light: EventLight },
+    /// The accelerator of the ego has no effect.
+    PowerLoss {
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// Wind blows from the side, across the ego's heading.
+    SideWind {
+        /// Side that it comes from.
+        from: Side,
+        /// Speed of the wind, m/s.
+        wind_mps: f64,
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// The road is slippery under the ego.
+    Friction {
+        /// Friction as a share of that at other times.
+        share: f64,
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// Weather and daylight change, and stay so; what is not stated stays as it is.
+    Weather {
+        /// Range of sight, km; below 1 km there is fog.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        visibility_km: Option<f64>,
+        /// Rain, mm/h; the road is wet with it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        rain_mmph: Option<f64>,
+        /// Solar time of day, h.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        time_h: Option<f64>,
+        /// Duration of the change, s.
+        #[serde(default)]
+        over_s: f64,
     },
     /// A text appears above the participant's speedometer.
     Message {
@@ -62,14 +126,71 @@ fn usual_change_s() -> f64 {
     5.0
 }
 
+fn usual_cut_in_s() -> f64 {
+    20.0
+}
+
+fn firm_mps2() -> f64 {
+    3.0
+}
+
+/// Side of the ego.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    Left,
+    Right,
+}
+
 impl Action {
     /// Returns the vehicle that acts; `None` for an action on the participant.
     pub fn vehicle(&self) -> Option<&VehicleName> {
         match self {
-            Self::Brake { vehicle, .. } | Self::Accelerate { vehicle, .. } | Self::ChangeLane { vehicle, .. } => {
-                Some(vehicle)
+            Self::Brake { vehicle, .. }
+            | Self::Accelerate { vehicle, .. }
+            | Self::KeepSpeed { vehicle, .. }
+            | Self::BreakDown { vehicle, .. }
+            | Self::CutIn { vehicle, .. }
+            | Self::ChangeLane { vehicle, .. } => Some(vehicle),
+            Self::SignalAhead { .. }
+            | Self::PowerLoss { .. }
+            | Self::SideWind { .. }
+            | Self::Friction { .. }
+            | Self::Weather { .. }
+            | Self::Message { .. }
+            | Self::HideAdvice { .. } => None,
+        }
+    }
+
+    /// Returns the reason why this action is impossible on a road; `None` if it is possible.
+    pub(super) fn impossible(&self, road: &DrivenRoad) -> Option<&'static str> {
+        match self {
+            Self::ChangeLane { .. } | Self::CutIn { .. } if !road.is_open => Some(
+                "allowed: on a network, as vehicles of a closed route keep their lane\n  remedy: a path or a [demand]",
+            ),
+            Self::SignalAhead { .. } if road.map.network.signals().is_empty() => {
+                Some("the road has no signals\n  remedy: a network with signals")
             }
-            Self::Message { .. } | Self::HideAdvice { .. } => None,
+            _ => None,
+        }
+    }
+
+    /// Returns the name of the action in a scenario.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Brake { .. } => "brake",
+            Self::Accelerate { .. } => "accelerate",
+            Self::KeepSpeed { .. } => "keep_speed",
+            Self::BreakDown { .. } => "break_down",
+            Self::CutIn { .. } => "cut_in",
+            Self::ChangeLane { .. } => "change_lane",
+            Self::SignalAhead { .. } => "signal_ahead",
+            Self::PowerLoss { .. } => "power_loss",
+            Self::SideWind { .. } => "side_wind",
+            Self::Friction { .. } => "friction",
+            Self::Weather { .. } => "weather",
+            Self::Message { .. } => "message",
+            Self::HideAdvice { .. } => "hide_advice",
         }
     }
 
@@ -96,7 +217,38 @@ impl Action {
                 }
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
-            Self::HideAdvice { for_s } => within("for_s", *for_s, [0.1, LATEST_S])?,
+            Self::SideWind { wind_mps, for_s, .. } => {
+                within("wind_mps", *wind_mps, [0.1, STRONGEST_WIND_MPS])?;
+                within("for_s", *for_s, [0.1, LATEST_S])?;
+            }
+            Self::Friction { share, for_s } => {
+                within("share", *share, [0.05, 1.0])?;
+                within("for_s", *for_s, [0.1, LATEST_S])?;
+            }
+            Self::Weather { visibility_km, rain_mmph, time_h, over_s } => {
+                if [visibility_km, rain_mmph, time_h].iter().all(|value| value.is_none()) {
+                    return Err(
+                        "weather changes nothing; allowed: one or more of visibility_km, rain_mmph, time_h".into()
+                    );
+                }
+                // The bounds of the settings of these names.
+                visibility_km.map_or(Ok(()), |km| within("visibility_km", km, [0.05, 100.0]))?;
+                rain_mmph.map_or(Ok(()), |mmph| within("rain_mmph", mmph, [0.0, 50.0]))?;
+                time_h.map_or(Ok(()), |hour| within("time_h", hour, [0.0, 24.0]))?;
+                within("over_s", *over_s, [0.0, LATEST_S])?;
+            }
+            Self::BreakDown { decel_mps2, for_s, .. } => {
+                within("decel_mps2", *decel_mps2, [0.1, HARDEST_MPS2])?;
+                within("for_s", *for_s, [0.0, LATEST_S])?;
+            }
+            Self::CutIn { gap_m, within_s, .. } => {
+                within("gap_m", *gap_m, [0.5, 200.0])?;
+                within("within_s", *within_s, [0.1, 600.0])?;
+            }
+            Self::KeepSpeed { for_s, .. } | Self::PowerLoss { for_s } | Self::HideAdvice { for_s } => {
+                within("for_s", *for_s, [0.1, LATEST_S])?;
+            }
+            Self::SignalAhead { .. } => {}
         }
         self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
     }

@@ -5,9 +5,9 @@ mod action;
 mod trigger;
 
 use crate::toml_text::did_you_mean;
-pub use action::Action;
+pub use action::{Action, Side};
 use serde::{Deserialize, Serialize};
-pub use trigger::{DrivenRoad, Trigger};
+pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -26,13 +26,19 @@ const FARTHEST_M: f64 = 1_000_000.0;
 /// Highest speed, m/s.
 const FASTEST_MPS: f64 = 70.0;
 
-/// Name of a vehicle of the traffic: `leader` or `follower` of the ego when the event begins, a number, or its name in the demand.
+/// Name of a vehicle of the traffic: its place beside the ego when the event begins, such as `leader`, a number, or its name in the demand.
 pub type VehicleName = String;
 
 /// Vehicle ahead of the ego.
 pub const LEADER: &str = "leader";
 /// Vehicle behind the ego.
 pub const FOLLOWER: &str = "follower";
+/// Next vehicle ahead on the lane to the ego's left.
+pub const LEFT_LEADER: &str = "left_leader";
+/// Next vehicle ahead on the lane to the ego's right.
+pub const RIGHT_LEADER: &str = "right_leader";
+/// Names of vehicles by their places beside the ego.
+pub const PLACES: [&str; 4] = [LEADER, FOLLOWER, LEFT_LEADER, RIGHT_LEADER];
 
 /// An event of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -127,13 +133,9 @@ impl ScriptedEvent {
             if let Some(why) = event.trigger.unreachable(road) {
                 return Err(format!("event \"{}\" can never begin: {why}", event.name));
             }
-            let changes = |action: &Action| matches!(action, Action::ChangeLane { .. });
-            if !road.is_open && event.actions.iter().any(changes) {
-                return Err(format!(
-                    "event \"{}\": change_lane; allowed: on a network, as vehicles of a closed route keep their lane\n  \
-                     remedy: a path or a [demand]",
-                    event.name
-                ));
+            let mut impossible = event.actions.iter().filter_map(|action| Some((action, action.impossible(road)?)));
+            if let Some((action, why)) = impossible.next() {
+                return Err(format!("event \"{}\": {}; {why}", event.name, action.name()));
             }
         }
         Ok(())
@@ -169,7 +171,8 @@ fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
 fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
     match name.trim().is_empty() || name.parse() == Ok(crate::traffic::EGO.0) {
         true => Err(format!(
-            "{what} is \"{name}\"; allowed: {LEADER}, {FOLLOWER}, the number of another vehicle, or its name in the demand"
+            "{what} is \"{name}\"; allowed: {}, the number of another vehicle, or its name in the demand",
+            PLACES.join(", ")
         )),
         false => Ok(()),
     }
@@ -197,7 +200,7 @@ mod tests {
     fn events_read_back_from_the_text_of_a_scenario() {
         let text = format!(
             "{BRAKES}[[event]]\nname = \"word\"\nprobability = 0.5\nrepeats = true\n\
-             trigger = {{ all = [\"ego_brakes\", {{ after = {{ event = \"brakes\", delay_s = 2 }} }}, {{ distance = {{ to = \"7\", below_m = 25 }} }}] }}\n\
+             trigger = {{ all = [{{ pressed = \"brake\" }}, {{ after = {{ event = \"brakes\", delay_s = 2 }} }}, {{ distance = {{ to = \"7\", below_m = 25 }} }}] }}\n\
              actions = [{{ message = {{ text = \"Well done\", for_s = 3 }} }}, {{ change_lane = {{ vehicle = \"bus\", to_the_left = -1 }} }}]\n"
         );
         let scenario = Scenario::from_toml(&text, "trial.toml").unwrap_or_else(|fault| panic!("{fault}"));

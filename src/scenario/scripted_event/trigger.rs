@@ -2,6 +2,11 @@
 //! m/s.
 
 use super::{FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_ahead, within};
+use crate::{
+    controls::{Controls, Indicator, TaskButton},
+    map::{RoadMap, network::SignalLight},
+    toml_text::did_you_mean,
+};
 use serde::{Deserialize, Serialize};
 
 /// Condition at which an event begins, evaluated at each step of the traffic.
@@ -42,25 +47,136 @@ pub enum Trigger {
         #[serde(default)]
         delay_s: f64,
     },
+    /// Edge of a network, or one lane of it, that the ego's front is on, at a place of it or beyond.
+    Edge {
+        /// Edge by its id in the network.
+        id: String,
+        /// Lane by its number from 0 on the right, as in SUMO; any lane without it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        lane: Option<usize>,
+        /// Distance from the begin of the edge, m.
+        #[serde(default)]
+        at_m: f64,
+    },
+    /// Light of the next signal on the ego's path, from a distance on.
+    SignalAhead {
+        light: EventLight,
+        /// Distance from the ego's front to the stop line, m.
+        below_m: f64,
+    },
     /// Change of the advice on the speedometer.
     AdviceChanges,
-    /// Brake of the ego pressed.
-    EgoBrakes,
+    /// Pedal, button or stalk that the driver presses.
+    Pressed(DriverInput),
     /// One or more of these conditions.
     Any(Vec<Trigger>),
     /// All of these conditions at once.
     All(Vec<Trigger>),
 }
 
+/// Light of a signal, as events name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EventLight {
+    Red,
+    /// Red and yellow together, before green.
+    RedYellow,
+    Yellow,
+    /// Green with or without priority.
+    Green,
+}
+
+impl EventLight {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Red => "red",
+            Self::RedYellow => "red and yellow",
+            Self::Yellow => "yellow",
+            Self::Green => "green",
+        }
+    }
+
+    /// Checks whether a signal shows this light.
+    pub fn is(self, light: SignalLight) -> bool {
+        match self {
+            Self::Red => light == SignalLight::Red,
+            Self::RedYellow => light == SignalLight::RedYellow,
+            Self::Yellow => light == SignalLight::Yellow,
+            Self::Green => matches!(light, SignalLight::GreenMinor | SignalLight::GreenMajor),
+        }
+    }
+}
+
+/// Input of the driver that can trigger an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DriverInput {
+    Accelerator,
+    Brake,
+    /// Button of the secondary task.
+    Respond,
+    IndicatorLeft,
+    IndicatorRight,
+    MainBeam,
+}
+
+/// Travel of a pedal that counts as pressed, as a share: beyond the noise of pedals at rest.
+const PRESSED: f32 = 0.02;
+
+impl DriverInput {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Accelerator => "accelerator",
+            Self::Brake => "brake",
+            Self::Respond => "response button",
+            Self::IndicatorLeft => "left indicator",
+            Self::IndicatorRight => "right indicator",
+            Self::MainBeam => "main beam",
+        }
+    }
+
+    /// Checks whether the driver gives this input.
+    pub fn is_given(self, controls: &Controls) -> bool {
+        match self {
+            Self::Accelerator => controls.throttle > PRESSED,
+            Self::Brake => controls.brake > PRESSED,
+            Self::Respond => controls.task_button == TaskButton::Respond,
+            Self::IndicatorLeft => controls.indicator == Indicator::Left,
+            Self::IndicatorRight => controls.indicator == Indicator::Right,
+            Self::MainBeam => controls.main_beam,
+        }
+    }
+}
+
 /// Road of a drive, as far as events depend on it.
 #[derive(Clone, Copy, Debug)]
-pub struct DrivenRoad {
-    /// Length of the ego's route, m.
-    pub length_m: f64,
+pub struct DrivenRoad<'a> {
+    pub map: &'a RoadMap,
     /// True where vehicles enter and leave.
     pub is_open: bool,
     /// Length of the drive, s; 0 without an end.
     pub duration_s: f64,
+}
+
+impl DrivenRoad<'_> {
+    /// Returns the reason why the ego's path has no such place; `None` if it has.
+    fn no_place(&self, id: &str, lane: Option<usize>, at_m: f64) -> Option<String> {
+        let network = &self.map.network;
+        let Some(edge) = network.edge_named(id) else {
+            let ids: Vec<&str> = network.edges().iter().map(|edge| edge.id.as_str()).collect();
+            return Some(format!("the network has no edge {id:?}{}", did_you_mean(id, &ids)));
+        };
+        let edge = network.edge(edge);
+        let length_m = edge.lanes().map(|lane| network.lane(lane).length_m).fold(0.0, f64::max);
+        let lanes = edge.lanes().len();
+        if !self.map.route.lanes().iter().any(|part| part.edge_id(network) == id) {
+            Some(format!("edge {id:?} is not on the path"))
+        } else if lane.is_some_and(|lane| lane >= lanes) {
+            Some(format!("lane is {}, and the edge {id:?} has lanes 0 to {}", lane.unwrap_or(0), lanes - 1))
+        } else {
+            (at_m >= length_m).then(|| format!("at_m is {at_m}, and the edge {id:?} is {length_m:.1} m long"))
+        }
+    }
 }
 
 impl Trigger {
@@ -70,8 +186,12 @@ impl Trigger {
             Self::TimeS(time_s) if road.duration_s > 0.0 && *time_s >= road.duration_s => {
                 Some(format!("time_s is {time_s}, and the drive ends at {} s", road.duration_s))
             }
-            Self::PlaceM(place_m) if *place_m >= road.length_m => {
-                Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.length_m))
+            Self::PlaceM(place_m) if *place_m >= road.map.route.length_m() => {
+                Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.map.route.length_m()))
+            }
+            Self::Edge { id, lane, at_m } => road.no_place(id, *lane, *at_m),
+            Self::SignalAhead { .. } if road.map.network.signals().is_empty() => {
+                Some("signal_ahead, and the road has no signals".into())
             }
             Self::All(list) => list.iter().find_map(|trigger| trigger.unreachable(road)),
             Self::Any(list) => {
@@ -100,6 +220,37 @@ impl Trigger {
         }
     }
 
+    /// Returns the condition in words, such as `at 60 s`.
+    pub fn in_words(&self) -> String {
+        let joined = |list: &[Self], word: &str| list.iter().map(Self::in_words).collect::<Vec<_>>().join(word);
+        match self {
+            Self::TimeS(time_s) => format!("at {time_s} s"),
+            Self::PlaceM(place_m) => format!("at {place_m} m"),
+            Self::SpeedAboveMps(speed_mps) => format!("faster than {speed_mps} m/s"),
+            Self::SpeedBelowMps(speed_mps) => format!("slower than {speed_mps} m/s"),
+            Self::Distance { to, below_m } => format!("{to} nearer than {below_m} m"),
+            Self::TimeGap { to, below_s } => format!("time gap to {to} below {below_s} s"),
+            Self::TimeToCollision { to, below_s } => format!("time to collision with {to} below {below_s} s"),
+            Self::After { event, delay_s } => format!("{delay_s} s after \"{event}\""),
+            Self::Edge { id, lane: None, at_m } => format!("on edge {id} from {at_m} m"),
+            Self::Edge { id, lane: Some(lane), at_m } => format!("on lane {lane} of edge {id} from {at_m} m"),
+            Self::SignalAhead { light, below_m } => format!("{} signal nearer than {below_m} m", light.name()),
+            Self::AdviceChanges => "advice changes".into(),
+            Self::Pressed(input) => format!("{} pressed", input.name()),
+            Self::Any(list) => joined(list, " or "),
+            Self::All(list) => joined(list, ", "),
+        }
+    }
+
+    /// Returns the inputs of the driver that the trigger looks at.
+    pub fn inputs(&self) -> Vec<DriverInput> {
+        match self {
+            Self::Pressed(input) => vec![*input],
+            Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::inputs).collect(),
+            _ => vec![],
+        }
+    }
+
     /// Checks the values of the condition.
     pub(super) fn check(&self) -> Result<(), String> {
         match self {
@@ -114,7 +265,9 @@ impl Trigger {
                 within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_ahead(to))
             }
             Self::After { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
-            Self::AdviceChanges | Self::EgoBrakes => Ok(()),
+            Self::Edge { at_m, .. } => within("at_m", *at_m, [0.0, FARTHEST_M]),
+            Self::SignalAhead { below_m, .. } => within("below_m", *below_m, [0.1, FARTHEST_M]),
+            Self::AdviceChanges | Self::Pressed(_) => Ok(()),
             Self::Any(list) | Self::All(list) if list.is_empty() => {
                 Err("a list of conditions is empty; allowed: one or more".into())
             }

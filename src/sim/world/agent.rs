@@ -21,7 +21,7 @@ use super::{
 use crate::{
     controls::{Controls, Indicator},
     driver::{DriverParams, SimulatedDriver},
-    ego::{CarParams, EgoCar, GroundModel, GroundSurface, Obstacle, ObstacleId, water_mm},
+    ego::{CarParams, Disturbance, EgoCar, GroundModel, GroundSurface, Obstacle, ObstacleId, water_mm},
     map::RoadMap,
     policy::Advice,
     rng,
@@ -222,6 +222,13 @@ impl Agent {
         } else if self.view.advice.is_some() && standing.is_none() {
             self.view.advice = None;
             self.events.push(Event { tick, kind: EventKind::AdviceWithheld });
+        }
+    }
+
+    /// Disturbs a full body from the next tick on.
+    pub(super) fn disturb(&mut self, disturbance: Disturbance) {
+        if let AgentBody::Full(car) = &mut self.body {
+            car.disturb(disturbance);
         }
     }
 

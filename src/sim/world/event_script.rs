@@ -4,19 +4,22 @@
 //! Triggers are looked at where a step of the traffic begins. The engine then makes that step with the motions, so that a vehicle begins to
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
-use super::{driving_order::DrivingOrder, speed_control::SpeedControl, traffic_coupling::TrafficCoupling};
+use super::{World, event_vehicles::EventVehicles, event_view::ScriptView, traffic_coupling::TrafficCoupling};
 use crate::{
-    map::RoadMap,
+    controls::Controls,
+    ego::{Disturbance, water_mm},
+    map::network::SignalPhase,
     policy::Advice,
     rng::{self, Stream},
     scenario::{
         PlannedDrive, ScriptedEvent,
-        scripted_event::{Action, FOLLOWER, LEADER, Trigger},
+        scripted_event::{Action, DriverInput, PLACES, Side, Trigger},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
-        event::{EventStage, NotDone},
+        event::{EventStage, NotDone, ScriptedState},
     },
+    snapshot::Weather,
     time::{TICK_S, Tick},
     traffic::{EGO, LaneMotion, TrafficOrder, VehicleId},
 };
@@ -25,33 +28,28 @@ use std::{
     sync::Arc,
 };
 
-/// Bits of SUMO's speed mode: all checks; and those without the vehicle's own limits of acceleration and braking.
-const ALL_CHECKS: u32 = 31;
-const WITHOUT_OWN_LIMITS: u32 = 1 + 8 + 16;
-/// Distance from the ego's front within which another vehicle is its follower, metres.
-const FOLLOWER_REACH_M: f64 = 200.0;
-
 /// State of all events of a drive.
 pub(super) struct EventScript {
     runs: Vec<EventRun>,
-    controls: Vec<SpeedControl>,
+    vehicles: EventVehicles,
+    /// Inputs of the driver that triggers look at, and those given since the last step.
+    looks_at: Vec<DriverInput>,
+    given: Vec<DriverInput>,
     /// True if an event names a vehicle by its name in the demand.
     has_names: bool,
     /// Vehicles by these names.
     names: BTreeMap<String, VehicleId>,
     /// Vehicles whose names are known.
     asked: BTreeSet<VehicleId>,
-    order: DrivingOrder,
-    step_s: f64,
-    is_open: bool,
     /// Number of vehicles that move as in a file: the first of the others.
     logged: u32,
     /// Ego's place and advice at the step before.
     before: Option<(f64, Option<Advice>)>,
+    /// Weather of the scenario, and its last change by an event.
+    weather: Weather,
+    change: Option<WeatherChange>,
     /// Records of the tick that begins next.
     events: Vec<Event>,
-    /// Motions in the step that begins, by ascending id.
-    motions: Vec<LaneMotion>,
 }
 
 /// An event with its state.
@@ -60,6 +58,8 @@ struct EventRun {
     stage: Stage,
     chance: Stream,
     was_true: bool,
+    /// True once the experimenter has begun it by hand, until the next step.
+    is_asked: bool,
     ended: Option<Tick>,
 }
 
@@ -71,56 +71,37 @@ enum Stage {
     Over,
 }
 
-/// Message and advice as events show them to the participant.
+/// Change of the weather by an event.
+struct WeatherChange {
+    from: Weather,
+    to: Weather,
+    begun: Tick,
+    over_s: f64,
+}
+
+impl WeatherChange {
+    /// Returns the weather at a tick. It changes once a second, as a new sky takes long to paint.
+    fn at(&self, now: Tick) -> Weather {
+        let passed_s = (now.seconds() - self.begun.seconds()).floor();
+        self.from.towards(&self.to, if passed_s < self.over_s { passed_s / self.over_s } else { 1.0 })
+    }
+}
+
+/// Effects of events on the participant and the car.
 #[derive(Default)]
-pub(super) struct ShownByEvents {
+pub(super) struct EffectsOfEvents {
     pub message: Option<Arc<str>>,
     pub hides_advice: bool,
-}
-
-/// View of a drive where a step begins.
-pub(super) struct ScriptView<'a> {
-    /// The participant's view of all vehicles.
-    pub view: &'a Snapshot,
-    pub map: &'a RoadMap,
-    /// Image of the participant's vehicle.
-    pub own: Option<&'a VehicleSnapshot>,
-    /// Vehicles with drivers of their own.
-    pub agents: &'a dyn Fn(VehicleId) -> bool,
-}
-
-impl ScriptView<'_> {
-    /// Returns the distance from the ego's front to another vehicle ahead, bumper to bumper along the route; beside the route, from body to body.
-    /// `None` for one that is behind.
-    fn distance_m(&self, id: VehicleId) -> Option<f64> {
-        if let Some(leader) = self.view.leader.filter(|leader| leader.id == id) {
-            return Some(leader.gap_m);
-        }
-        let car = self.view.vehicle(id)?;
-        let along_m = car.s_m.map(|s_m| self.map.route.drawn_ahead_m(self.view.ego_s_m, s_m) - car.body.length_m);
-        let beside_m = || {
-            self.own.map(|own| {
-                own.pose.position.distance(car.pose.position) - (own.body.length_m + car.body.length_m) / 2.0
-            })
-        };
-        along_m.or_else(beside_m).filter(|distance_m| *distance_m >= 0.0)
-    }
-
-    fn follower(&self) -> Option<VehicleId> {
-        let own_m = self.own?.body.length_m;
-        let behind = self.view.vehicles().filter_map(|car| {
-            let gap_m = self.map.route.drawn_ahead_m(car.s_m?, self.view.ego_s_m) - own_m;
-            (0.0..FOLLOWER_REACH_M).contains(&gap_m).then_some((gap_m, car.id))
-        });
-        behind.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
-    }
+    pub disturbance: Disturbance,
+    /// Weather, once an event has changed it.
+    pub weather: Option<Weather>,
 }
 
 impl EventScript {
     /// Arms the events of a drive.
     pub fn new(drive: &PlannedDrive) -> Self {
         let scenario = drive.scenario();
-        let is_name = |name: &String| name != LEADER && name != FOLLOWER && name.parse::<u32>().is_err();
+        let is_name = |name: &String| !PLACES.contains(&name.as_str()) && name.parse::<u32>().is_err();
         let has_name = |event: &ScriptedEvent| {
             event.actions.iter().filter_map(Action::vehicle).chain(event.trigger.vehicles()).any(is_name)
         };
@@ -129,27 +110,31 @@ impl EventScript {
             stage: Stage::Armed,
             chance: rng::stream(scenario.seed, &format!("event/{}", event.name)),
             was_true: false,
+            is_asked: false,
             ended: None,
         };
         Self {
             runs: scenario.events.iter().map(run).collect(),
-            controls: Vec::new(),
+            vehicles: EventVehicles::new(drive),
+            looks_at: scenario.events.iter().flat_map(|event| event.trigger.inputs()).collect(),
+            given: Vec::new(),
             has_names: drive.is_open() && scenario.events.iter().any(has_name),
             names: BTreeMap::new(),
             asked: BTreeSet::new(),
-            order: DrivingOrder::default(),
-            step_s: scenario.step_s,
-            is_open: drive.is_open(),
             logged: drive.logged().map_or(0, |logged| logged.log.vehicles().len() as u32),
             before: None,
+            weather: Weather {
+                visibility_km: scenario.display.visibility_km,
+                rain_mmph: scenario.rain_mmph,
+                time_h: scenario.display.time_h,
+            },
+            change: None,
             events: Vec::new(),
-            motions: Vec::new(),
         }
     }
 
     /// Begins and ends events where a step begins, and moves vehicles in that step.
     pub fn step(&mut self, seen: &ScriptView, traffic: &mut TrafficCoupling) {
-        self.motions.clear();
         if self.runs.is_empty() {
             return;
         }
@@ -160,13 +145,16 @@ impl EventScript {
             let run = &mut self.runs[k];
             let comes_true = is_true && !run.was_true;
             run.was_true = is_true;
-            if comes_true && run.stage == Stage::Armed {
-                self.begin(k, seen, traffic);
+            let by_hand = std::mem::take(&mut run.is_asked);
+            if (comes_true || by_hand) && run.stage == Stage::Armed {
+                self.begin(k, by_hand, (seen, traffic));
             }
         }
-        self.control_speeds(seen, traffic);
+        for (event, id, why) in self.vehicles.step(seen, traffic) {
+            self.note(event, Some(id), now, EventStage::NotDone(why));
+        }
         for k in 0..self.runs.len() {
-            let is_moving = self.controls.iter().any(|control| control.event == k);
+            let is_moving = self.vehicles.are_moved_by(k);
             let run = &mut self.runs[k];
             if matches!(run.stage, Stage::Running(_, until) if until <= now) && !is_moving {
                 run.stage = if run.event.repeats { Stage::Armed } else { Stage::Over };
@@ -175,11 +163,18 @@ impl EventScript {
             }
         }
         self.before = Some((seen.view.ego_s_m, seen.view.advice));
+        self.given.clear();
+    }
+
+    /// Takes the driver's controls of a tick, for triggers on them.
+    pub fn watch(&mut self, controls: &Controls) {
+        let given = self.looks_at.iter().filter(|input| input.is_given(controls));
+        self.given.extend(given);
     }
 
     /// Returns the motions of vehicles in the step that begins, by ascending id.
     pub fn motions(&self) -> &[LaneMotion] {
-        &self.motions
+        self.vehicles.motions()
     }
 
     /// Takes what is recorded in the tick that begins.
@@ -187,16 +182,24 @@ impl EventScript {
         self.events.drain(..)
     }
 
-    /// Returns what the participant is shown in the step that begins.
-    pub fn shown(&self, now: Tick) -> ShownByEvents {
-        let mut shown = ShownByEvents::default();
+    /// Returns the effects of the events that are under way in the step that begins.
+    pub fn effects(&self, now: Tick) -> EffectsOfEvents {
+        let mut shown = EffectsOfEvents::default();
+        shown.weather = self.change.as_ref().map(|change| change.at(now));
+        shown.disturbance.water_mm = shown.weather.map(|weather| water_mm(weather.rain_mmph));
         for run in &self.runs {
             let Stage::Running(begun, _) = run.stage else { continue };
             let is_on = |for_s: f64| now < Tick::at_seconds(begun.seconds() + for_s);
             for action in &run.event.actions {
+                let car = &mut shown.disturbance;
                 match action {
                     Action::Message { text, for_s } if is_on(*for_s) => shown.message = Some(text.as_str().into()),
                     Action::HideAdvice { for_s } if is_on(*for_s) => shown.hides_advice = true,
+                    Action::PowerLoss { for_s } if is_on(*for_s) => car.is_powerless = true,
+                    Action::Friction { share, for_s } if is_on(*for_s) => car.friction *= share,
+                    Action::SideWind { from, wind_mps, for_s } if is_on(*for_s) => {
+                        car.side_wind_mps += if *from == Side::Right { *wind_mps } else { -wind_mps };
+                    }
                     _ => {}
                 }
             }
@@ -229,7 +232,9 @@ impl EventScript {
                 let target = |advice: Option<Advice>| advice.map(|advice| advice.target_mps);
                 view.advice.is_some() && target(view.advice) != target(before)
             }),
-            Trigger::EgoBrakes => view.ego.braking,
+            Trigger::Edge { id, lane, at_m } => seen.is_on_edge(id, *lane, *at_m),
+            Trigger::SignalAhead { light, below_m } => seen.has_signal_ahead(*light, *below_m),
+            Trigger::Pressed(input) => self.given.contains(input),
             Trigger::Any(list) => list.iter().any(|trigger| self.holds(trigger, seen)),
             Trigger::All(list) => list.iter().all(|trigger| self.holds(trigger, seen)),
         }
@@ -249,13 +254,12 @@ impl EventScript {
 
     /// Returns the vehicle of this name.
     fn vehicle(&self, name: &str, seen: &ScriptView) -> Option<VehicleId> {
-        match name {
-            LEADER => seen.view.leader.map(|leader| leader.id),
-            FOLLOWER => seen.follower(),
-            _ => match name.parse() {
-                Ok(number) => seen.view.vehicle(VehicleId(number)).map(|car| car.id),
-                Err(_) => self.names.get(name).copied().filter(|id| seen.view.vehicle(*id).is_some()),
-            },
+        if PLACES.contains(&name) {
+            return seen.neighbour(name);
+        }
+        match name.parse() {
+            Ok(number) => seen.view.vehicle(VehicleId(number)).map(|car| car.id),
+            Err(_) => self.names.get(name).copied().filter(|id| seen.view.vehicle(*id).is_some()),
         }
     }
 
@@ -273,27 +277,27 @@ impl EventScript {
         }
     }
 
-    /// Begins an event whose trigger has come true.
-    fn begin(&mut self, k: usize, seen: &ScriptView, traffic: &mut TrafficCoupling) {
+    /// Begins an event whose trigger has come true, or which the experimenter begins by hand, then without a draw.
+    fn begin(&mut self, k: usize, by_hand: bool, (seen, traffic): (&ScriptView, &mut TrafficCoupling)) {
         let now = seen.view.tick;
         let run = &mut self.runs[k];
         let event = run.event.clone();
-        if run.chance.uniform(0.0, 1.0) >= event.probability {
+        if !by_hand && run.chance.uniform(0.0, 1.0) >= event.probability {
             run.stage = if event.repeats { Stage::Armed } else { Stage::Over };
             self.note(k, None, now, EventStage::NotDone(NotDone::ByChance));
             return;
         }
         run.ended = None;
-        self.note(k, None, now, EventStage::Triggered);
+        self.note(k, None, now, if by_hand { EventStage::TriggeredByHand } else { EventStage::Triggered });
         let mut until = now;
         for action in &event.actions {
             let id = action.vehicle().map(|name| self.vehicle(name, seen));
             let begun = match id {
                 Some(None) => Err(NotDone::NoVehicle),
                 Some(Some(id)) if (seen.agents)(id) || id.0 <= self.logged => Err(NotDone::OwnDriver),
-                Some(Some(id)) if self.controls.iter().any(|control| control.id == id) => Err(NotDone::OtherEvent),
-                Some(id) => self.act(k, action, id, traffic),
-                None => self.act(k, action, None, traffic),
+                Some(Some(id)) if self.vehicles.moves(id) => Err(NotDone::OtherEvent),
+                Some(id) => self.act(k, action, id, (seen, traffic)),
+                None => self.act(k, action, None, (seen, traffic)),
             };
             let id = id.flatten();
             match begun {
@@ -307,68 +311,76 @@ impl EventScript {
         self.runs[k].stage = Stage::Running(now, until);
     }
 
-    /// Begins an action. Returns its duration, s, without that of a change of speed.
+    /// Begins an action. Returns its duration, s, without that of a vehicle's movement.
     fn act(
         &mut self,
         event: usize,
         action: &Action,
         id: Option<VehicleId>,
-        traffic: &mut TrafficCoupling,
+        (seen, traffic): (&ScriptView, &mut TrafficCoupling),
     ) -> Result<f64, NotDone> {
-        let id = id.unwrap_or(EGO);
+        if let Some(id) = id {
+            return self.vehicles.begin(event, action, id, (seen, traffic));
+        }
         match action {
-            Action::Brake { decel_mps2: rate_mps2, to_mps, keep_s, .. }
-            | Action::Accelerate { accel_mps2: rate_mps2, to_mps, keep_s, .. } => {
-                if self.is_open {
-                    let order = TrafficOrder::SpeedMode { id, mode: WITHOUT_OWN_LIMITS };
-                    traffic.order(&order).map_err(|_| NotDone::Refused)?;
-                }
-                let (to_mps, rate_mps2, keep_s) = (*to_mps, *rate_mps2, *keep_s);
-                self.controls.push(SpeedControl { event, id, to_mps, rate_mps2, keep_s, since: None });
-                Ok(0.0)
+            Action::SignalAhead { light } => {
+                let (_, line) = seen.signal_ahead().ok_or(NotDone::NoSignal)?;
+                let signal = &seen.map.network.signals()[line.signal.index()];
+                let phases = signal.programs.first().map_or(&[][..], |program| &program.phases);
+                let shows = |phase: &SignalPhase| phase.light(line.link).is_some_and(|shown| light.is(shown));
+                let phase = phases.iter().position(shows).ok_or(NotDone::NoPhase)?;
+                let order = TrafficOrder::Phase { signal: line.signal, phase: phase as u32 };
+                traffic.order(&order).map(|_| 0.0).map_err(|_| NotDone::Refused)
             }
-            Action::ChangeLane { to_the_left, within_s, .. } => {
-                let (to_the_left, duration_s) = (*to_the_left, *within_s);
-                let order = TrafficOrder::ChangeLane { id, to_the_left, duration_s };
-                traffic.order(&order).map_err(|_| NotDone::Refused)?;
-                Ok(duration_s)
+            Action::Weather { visibility_km, rain_mmph, time_h, over_s } => {
+                let now = seen.view.tick;
+                let from = self.change.as_ref().map_or(self.weather, |change| change.at(now));
+                let to = Weather {
+                    visibility_km: visibility_km.unwrap_or(from.visibility_km),
+                    rain_mmph: rain_mmph.unwrap_or(from.rain_mmph),
+                    time_h: time_h.unwrap_or(from.time_h),
+                };
+                self.change = Some(WeatherChange { from, to, begun: now, over_s: *over_s });
+                Ok(*over_s)
             }
-            Action::Message { for_s, .. } | Action::HideAdvice { for_s } => Ok(*for_s),
+            Action::Message { for_s, .. }
+            | Action::HideAdvice { for_s }
+            | Action::PowerLoss { for_s }
+            | Action::SideWind { for_s, .. }
+            | Action::Friction { for_s, .. } => Ok(*for_s),
+            _ => Ok(0.0),
         }
     }
 
-    /// Moves the vehicles whose speeds events change, and gives back those whose time is over.
-    fn control_speeds(&mut self, seen: &ScriptView, traffic: &mut TrafficCoupling) {
-        if self.controls.is_empty() {
-            return;
-        }
-        if !self.is_open {
-            self.order.take(seen.view, seen.own);
-        }
-        let mut controls = std::mem::take(&mut self.controls);
-        controls.retain_mut(|control| {
-            let Some(car) = seen.view.vehicle(control.id) else {
-                self.note(control.event, Some(control.id), seen.view.tick, EventStage::NotDone(NotDone::HasLeft));
-                return false;
-            };
-            if control.is_over(car.speed_mps, seen.view.tick) {
-                if self.is_open {
-                    // It may have left in this step; then there is nothing to give back.
-                    let _ = traffic.order(&TrafficOrder::SpeedMode { id: control.id, mode: ALL_CHECKS });
-                }
-                return false;
-            }
-            // An engine of networks keeps safe distances by itself.
-            let leader = self.order.leader(control.id, &seen.map.route).filter(|_| !self.is_open);
-            self.motions.push(control.motion(car.speed_mps, leader, self.step_s));
-            true
-        });
-        self.controls = controls;
-        self.motions.sort_by_key(|motion| motion.id);
+    /// Switches the hazard lights of vehicles on that have broken down.
+    pub fn switch_hazard_lights(&self, cars: &mut [VehicleSnapshot]) {
+        self.vehicles.switch_hazard_lights(cars);
     }
 
     fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
         let kind = EventKind::Scripted { event: event as u16, vehicle, stage };
         self.events.push(Event { tick, kind });
+    }
+}
+
+impl World {
+    /// Returns the names of the scenario's events with what they are at, in the order of the scenario.
+    pub fn scripted_events(&self) -> impl ExactSizeIterator<Item = (&str, ScriptedState)> {
+        self.script.runs.iter().map(|run| {
+            let state = match run.stage {
+                Stage::Armed if run.is_asked => ScriptedState::Running,
+                Stage::Armed => ScriptedState::Waiting,
+                Stage::Running(..) => ScriptedState::Running,
+                Stage::Over => ScriptedState::Over,
+            };
+            (run.event.name.as_str(), state)
+        })
+    }
+
+    /// Begins an event by hand where the next step begins, if it still waits. The recording has it, and a replay begins it there, too.
+    pub fn begin_event(&mut self, event: usize) {
+        if let Some(run) = self.script.runs.get_mut(event).filter(|run| run.stage == Stage::Armed) {
+            run.is_asked = true;
+        }
     }
 }

@@ -180,7 +180,7 @@ impl NetworkView {
     }
 
     /// Returns the distance to the next line at a signal of the ego's path, metres, and the line.
-    fn next_line(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<(f64, &StopLine)> {
+    pub fn next_line(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<(f64, &StopLine)> {
         let ahead =
             self.lanes.stop_lines().iter().map(|line| (map.route.drawn_ahead_m(snapshot.ego_s_m, line.s_m), line));
         ahead.filter(|(ahead_m, _)| *ahead_m >= 0.0).min_by(|a, b| a.0.total_cmp(&b.0))

@@ -25,6 +25,8 @@ pub(super) struct SpeedControl {
     pub keep_s: f64,
     /// Tick from which the vehicle has that speed.
     pub since: Option<Tick>,
+    /// True for a vehicle that has its hazard lights on.
+    pub is_broken_down: bool,
 }
 
 impl SpeedControl {
@@ -63,7 +65,7 @@ mod tests {
     use super::*;
 
     fn control(to_mps: f64, rate_mps2: f64) -> SpeedControl {
-        SpeedControl { event: 0, id: VehicleId(3), to_mps, rate_mps2, keep_s: 1.0, since: None }
+        SpeedControl { event: 0, id: VehicleId(3), to_mps, rate_mps2, keep_s: 1.0, since: None, is_broken_down: false }
     }
 
     /// Returns the way to the target speed, metres, and the number of steps.

@@ -227,13 +227,15 @@ API int cs_take_pedals(uint32_t number, const char** edges) {
     });
 }
 
-// Changes a vehicle's lane by this many to the left, and gives it no other way to change lanes any more: safe ones by order.
-API int cs_change_lane(uint32_t number, int to_the_left, double duration) {
+// Changes a vehicle's lane by this many to the left, and gives it no other way to change lanes any more: by order, into gaps that are safe or, without
+// `keeps_gaps`, in which it touches none at once.
+API int cs_change_lane(uint32_t number, int to_the_left, double duration, bool keeps_gaps) {
     return guard([&] {
         const Mobile& v = vehicle(number);
         if (v.is_person) throw std::invalid_argument("a person has no lane");
-        constexpr int BY_ORDER_WITHOUT_COLLISION = 512;
-        sim::Vehicle::setLaneChangeMode(v.id, BY_ORDER_WITHOUT_COLLISION);
+        constexpr int INTO_SAFE_GAPS = 512;
+        constexpr int WITHOUT_TOUCH = 256;
+        sim::Vehicle::setLaneChangeMode(v.id, keeps_gaps ? INTO_SAFE_GAPS : WITHOUT_TOUCH);
         const std::string edge = sim::Vehicle::getRoadID(v.id);
         if (edge.empty() || edge[0] == ':') return;
         const int lane = sim::Vehicle::getLaneIndex(v.id) + to_the_left;

@@ -40,7 +40,7 @@ struct Interface {
 impl Interface {
     /// Interface of this program.
     const OWN: Self = Self {
-        number: 12,
+        number: 13,
         command_bytes: size_of::<RawCommand>() as u32,
         record_bytes: size_of::<Record>() as u32,
         departure_bytes: size_of::<RawDeparture>() as u32,
@@ -80,7 +80,7 @@ struct Api {
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     names: unsafe extern "C" fn(u32, *mut Text) -> c_int,
-    change_lane: unsafe extern "C" fn(u32, c_int, f64) -> c_int,
+    change_lane: unsafe extern "C" fn(u32, c_int, f64, bool) -> c_int,
     set_route: unsafe extern "C" fn(u32, Texts, usize) -> c_int,
     set_phase: unsafe extern "C" fn(usize, u32) -> c_int,
     set_state: unsafe extern "C" fn(usize, Text) -> c_int,
@@ -344,8 +344,8 @@ impl Shim {
     pub fn order(&mut self, order: &TrafficOrder) -> Result<(), TrafficError> {
         let api = &self.api;
         let code = match order {
-            TrafficOrder::ChangeLane { id, to_the_left, duration_s } => unsafe {
-                (api.change_lane)(id.0, *to_the_left, *duration_s)
+            TrafficOrder::ChangeLane { id, to_the_left, duration_s, keeps_gaps } => unsafe {
+                (api.change_lane)(id.0, *to_the_left, *duration_s, *keeps_gaps)
             },
             TrafficOrder::Route { id, edges } => {
                 with_texts(edges, |texts, n| unsafe { (api.set_route)(id.0, texts, n) })

@@ -12,7 +12,7 @@ namespace {
 struct Interface {
     uint32_t number, command_bytes, record_bytes, departure_bytes, vehicle_type_bytes;
 };
-constexpr uint32_t INTERFACE = 12;
+constexpr uint32_t INTERFACE = 13;
 
 // Same layout as in shim_data.rs.
 struct Command {

@@ -1,0 +1,103 @@
+//! View of a drive for the events of its scenario. In: the participant's view where a step begins, and the road. Out: the vehicles that events name by
+//! their places, distances to them, and the next signal. Metres, m/s.
+
+use super::agent::Agent;
+use crate::{
+    map::{RoadMap, StopLine},
+    scenario::scripted_event::{EventLight, FOLLOWER, LEADER, LEFT_LEADER, RIGHT_LEADER},
+    sim::{Snapshot, VehicleSnapshot},
+    traffic::VehicleId,
+};
+
+/// Distance from the ego within which a vehicle is one of its neighbours, metres.
+const NEIGHBOUR_M: f64 = 200.0;
+/// Lateral distances between the ways of vehicles in neighbouring lanes, metres: half of a wide lane to one and a half narrow ones.
+const ASIDE_M: [f64; 2] = [1.8, 4.8];
+
+/// View of a drive where a step begins.
+pub(super) struct ScriptView<'a> {
+    /// The participant's view of all vehicles.
+    pub view: &'a Snapshot,
+    pub map: &'a RoadMap,
+    /// The participant's vehicle.
+    pub participant: Option<&'a Agent>,
+    /// Vehicles with drivers of their own.
+    pub agents: &'a dyn Fn(VehicleId) -> bool,
+}
+
+impl ScriptView<'_> {
+    /// Returns the image of the participant's vehicle.
+    pub fn own(&self) -> Option<&VehicleSnapshot> {
+        self.participant.map(|participant| &participant.image)
+    }
+
+    /// Returns the distance from the ego's front to another vehicle ahead, bumper to bumper along the route; beside the route, from body to body.
+    /// `None` for one that is behind.
+    pub fn distance_m(&self, id: VehicleId) -> Option<f64> {
+        if let Some(leader) = self.view.leader.filter(|leader| leader.id == id) {
+            return Some(leader.gap_m);
+        }
+        let car = self.view.vehicle(id)?;
+        let along_m = car.s_m.map(|s_m| self.map.route.drawn_ahead_m(self.view.ego_s_m, s_m) - car.body.length_m);
+        let beside_m = || {
+            self.own().map(|own| {
+                own.pose.position.distance(car.pose.position) - (own.body.length_m + car.body.length_m) / 2.0
+            })
+        };
+        along_m.or_else(beside_m).filter(|distance_m| *distance_m >= 0.0)
+    }
+
+    /// Returns the vehicle at a place beside the ego; `None` if there is none, or for another name.
+    pub fn neighbour(&self, place: &str) -> Option<VehicleId> {
+        match place {
+            LEADER => self.view.leader.map(|leader| leader.id),
+            FOLLOWER => self.follower(),
+            LEFT_LEADER => self.beside(1.0),
+            RIGHT_LEADER => self.beside(-1.0),
+            _ => None,
+        }
+    }
+
+    fn follower(&self) -> Option<VehicleId> {
+        let own_m = self.own()?.body.length_m;
+        let behind = self.view.vehicles().filter_map(|car| {
+            let gap_m = self.map.route.drawn_ahead_m(car.s_m?, self.view.ego_s_m) - own_m;
+            (0.0..NEIGHBOUR_M).contains(&gap_m).then_some((gap_m, car.id))
+        });
+        behind.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
+    }
+
+    /// Returns the next vehicle whose centre is ahead of the ego's, on the lane to its left (1) or right (-1).
+    fn beside(&self, left: f64) -> Option<VehicleId> {
+        let own = self.own()?;
+        let own_m = self.map.route.project(own.pose.position, Some(self.view.ego_s_m));
+        let ahead = self.view.vehicles().filter_map(|car| {
+            let near = own.pose.position.distance(car.pose.position) < NEIGHBOUR_M;
+            let is_along = own.pose.forward().dot(car.pose.forward()) > 0.0;
+            let at = (near && is_along).then(|| self.map.route.project(car.pose.position, Some(self.view.ego_s_m)))?;
+            let aside_m = left * (at.offset_m - own_m.offset_m);
+            let ahead_m = self.map.route.drawn_ahead_m(own_m.s_m, at.s_m);
+            ((ASIDE_M[0]..ASIDE_M[1]).contains(&aside_m) && ahead_m >= 0.0).then_some((ahead_m, car.id))
+        });
+        ahead.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
+    }
+
+    /// Returns the distance to the next signal on the ego's path, metres, and its stop line.
+    pub fn signal_ahead(&self) -> Option<(f64, &StopLine)> {
+        self.participant?.network.next_line(self.view, self.map)
+    }
+
+    /// Checks whether the next signal on the ego's path is nearer than this and shows a light.
+    pub fn has_signal_ahead(&self, light: EventLight, below_m: f64) -> bool {
+        let ahead = self.signal_ahead().filter(|(distance_m, _)| *distance_m < below_m);
+        ahead.and_then(|(_, line)| self.view.signals.light(line.signal, line.link)).is_some_and(|shown| light.is(shown))
+    }
+
+    /// Checks whether the ego's front is on an edge, on this lane of it if one is given, at a place or beyond.
+    pub fn is_on_edge(&self, id: &str, lane: Option<usize>, at_m: f64) -> bool {
+        let Some(at) = self.view.ego_lane else { return false };
+        let edge = self.map.network.edge_of(at.lane);
+        let is_lane = |number: usize| edge.lanes().nth(number) == Some(at.lane);
+        edge.id == id && at.s_m >= at_m && lane.is_none_or(is_lane)
+    }
+}
