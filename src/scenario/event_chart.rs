@@ -15,10 +15,11 @@ const TALLEST: f64 = 420.0;
 const SPACING_M: f64 = 5.0;
 const POSSIBLE: &str = "#cfe3f1";
 
-/// Returns the picture of a drive's events; `None` without events.
+/// Returns the picture of a drive's events, with the route if a trigger names a place on it; `None` without events.
 pub fn event_chart(drive: &PlannedDrive) -> Option<String> {
     let events = &drive.scenario().events;
-    let charts = [timeline(drive), Some(route(drive))];
+    let has_places = events.iter().any(|event| !places_m(&event.trigger, drive).is_empty());
+    let charts = [timeline(drive), has_places.then(|| route(drive))];
     let charts: Vec<Chart> = charts.into_iter().flatten().collect();
     let note = "Pale: the time in which the event can begin, as far as its trigger tells it beforehand. Blue: the event, if it begins as early as possible.";
     (!events.is_empty()).then(|| picture(&charts, note))

@@ -206,6 +206,11 @@ pub enum TrafficOrder {
         /// Highest speed, m/s.
         speed_mps: f64,
     },
+    /// The vehicle's own model has its speed again, with all checks.
+    GiveBack {
+        /// Vehicle of the order.
+        id: VehicleId,
+    },
     /// The vehicle obeys the checks of SUMO's speed mode.
     SpeedMode {
         /// Vehicle of the order.
@@ -223,6 +228,7 @@ impl TrafficOrder {
             | Self::Route { id, .. }
             | Self::Speed { id, .. }
             | Self::MaxSpeed { id, .. }
+            | Self::GiveBack { id }
             | Self::SpeedMode { id, .. } => Some(*id),
             Self::Phase { .. } | Self::State { .. } => None,
         }

@@ -37,7 +37,7 @@ fn a_vehicle_that_breaks_down_stands_with_hazard_lights_and_drives_on() {
 #[test]
 fn a_vehicle_keeps_its_speed_among_others_that_do_not() {
     let noisy = RING.replace("idm = { noise = 0 }", "idm = { noise = 0.3 }\nvehicles = 4");
-    let action = "{ keep_speed = { vehicle = \"leader\", for_s = 5 } }";
+    let action = "{ keep_speed = { vehicle = \"1\", for_s = 5 } }";
     let mut speeds = Vec::new();
     drive(&scenario(&(noisy + &event("keep", "{ time_s = 5 }", action))), 14.0, |world| {
         speeds.push(world.snapshot().vehicle(VehicleId(1)).expect("on the ring").speed_mps);

@@ -245,6 +245,8 @@ fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
     let hardest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
     assert!((hardest - 0.6).abs() < 1e-6, "{hardest}");
     assert!(speeds.iter().filter(|speed| (**speed - 5.0).abs() < 1e-6).count() >= 10, "a second at 5 m/s: {speeds:?}");
+    // Its own model accelerates with 1 m/s² or more afterwards.
+    assert!(speeds.last().is_some_and(|speed| *speed > 15.0), "it drives on: {:?}", speeds.last());
     assert!(lanes.windows(2).any(|pair| pair[0] != pair[1]), "{lanes:?}");
     let mut replay = Replay::open(&path).expect("it can be driven");
     replay.advance(u64::MAX).expect("SUMO goes on");

@@ -218,7 +218,7 @@ mod tests {
             ("time_s", "tim_s", ["trial.toml:3", "time_s"]),
             ("\"leader\"", "\"0\"", ["trial.toml:4", "vehicle is \"0\""]),
             ("\"brakes\"", "\"\"", ["trial.toml:2", "0 letters"]),
-            ("brake = {", "break = {", ["trial.toml:4", "brake"]),
+            ("brake = {", "brak = {", ["trial.toml:4", "did you mean `brake`"]),
             (
                 "time_s = 30",
                 "distance = { to = \"follower\", below_m = 9 }",

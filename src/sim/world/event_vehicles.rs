@@ -19,8 +19,7 @@ use crate::{
 const KEEPS_MPS2: f64 = 3.0;
 /// Time in which SUMO keeps a vehicle on the lane that it has cut into, s.
 const CUT_IN_S: f64 = 5.0;
-/// Bits of SUMO's speed mode: all checks; and those without the vehicle's own limits of acceleration and braking.
-const ALL_CHECKS: u32 = 31;
+/// Bits of SUMO's speed mode without those of the vehicle's own limits of acceleration and braking.
 const WITHOUT_OWN_LIMITS: u32 = 1 + 8 + 16;
 
 /// Number of an event, vehicle that it no longer moves, and the reason.
@@ -124,7 +123,7 @@ impl EventVehicles {
     /// Gives a vehicle back to its own driver. It may have left in this step; then there is nothing to give back.
     fn give_back(&self, id: VehicleId, traffic: &mut TrafficCoupling) {
         if self.is_open {
-            let _ = traffic.order(&TrafficOrder::SpeedMode { id, mode: ALL_CHECKS });
+            let _ = traffic.order(&TrafficOrder::GiveBack { id });
         }
     }
 

@@ -305,6 +305,17 @@ API int cs_set_speed_mode(uint32_t number, uint32_t mode) {
     return guard([&] { sim::Vehicle::setSpeedMode(driven(number), static_cast<int>(mode)); });
 }
 
+// A vehicle's own model has its speed again, with all checks.
+API int cs_give_back(uint32_t number) {
+    return guard([&] {
+        const std::string id = driven(number);
+        constexpr double NO_ORDER = -1.;
+        constexpr int ALL_CHECKS = 31;
+        sim::Vehicle::setSpeed(id, NO_ORDER);
+        sim::Vehicle::setSpeedMode(id, ALL_CHECKS);
+    });
+}
+
 // The commands, one step, and everything that it changed.
 API int cs_step(const Command* commands, size_t n, double step_s, Step* out) {
     return guard([&] {

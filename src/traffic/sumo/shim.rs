@@ -80,6 +80,7 @@ struct Api {
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     names: unsafe extern "C" fn(u32, *mut Text) -> c_int,
+    give_back: unsafe extern "C" fn(u32) -> c_int,
     change_lane: unsafe extern "C" fn(u32, c_int, f64, bool) -> c_int,
     set_route: unsafe extern "C" fn(u32, Texts, usize) -> c_int,
     set_phase: unsafe extern "C" fn(usize, u32) -> c_int,
@@ -148,6 +149,7 @@ impl Api {
             take: symbol!(b"cs_take\0"),
             take_pedals: symbol!(b"cs_take_pedals\0"),
             names: symbol!(b"cs_names\0"),
+            give_back: symbol!(b"cs_give_back\0"),
             change_lane: symbol!(b"cs_change_lane\0"),
             set_route: symbol!(b"cs_set_route\0"),
             set_phase: symbol!(b"cs_set_phase\0"),
@@ -359,6 +361,7 @@ impl Shim {
                 (api.set_speed)(id.0, *speed_mps, *duration_s)
             },
             TrafficOrder::MaxSpeed { id, speed_mps } => unsafe { (api.set_max_speed)(id.0, *speed_mps) },
+            TrafficOrder::GiveBack { id } => unsafe { (api.give_back)(id.0) },
             TrafficOrder::SpeedMode { id, mode } => unsafe { (api.set_speed_mode)(id.0, *mode) },
         };
         self.check(code)
