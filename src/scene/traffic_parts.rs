@@ -63,6 +63,7 @@ fn traffic_part(
     let shape = vehicles::shape(&car.body, part, length_m, &static_scene.hubs);
     let radius_m = WHEEL_RADIUS_M * shape.wheel_scale.x;
     let spin = ((car.odometer_m - rest_m) / f64::from(radius_m)).rem_euclid(TAU);
+    let posture = vehicles::posture(car.body.kind, car.id.0, car.odometer_m - rest_m, car.speed_mps.abs());
     // Ackermann: the steering angle that rolls the vehicle along the bend under its centre. The wheels behind a joint do not steer.
     let wheelbase_m = shape.hubs[0].x - shape.hubs[2].x;
     let bend_per_m = if part == 0 { bend_per_m(car) } else { 0.0 };
@@ -84,7 +85,10 @@ fn traffic_part(
         wheel_scale: shape.wheel_scale,
         steer_rad: (wheelbase_m * bend_per_m).atan(),
         spin_rad: spin as f32,
-        style: shape.style.unwrap_or_else(|| style(car.id)).min(static_scene.cars.len().saturating_sub(1)),
+        style: shape
+            .style
+            .map_or_else(|| style(car.id), |first| first + posture)
+            .min(static_scene.cars.len().saturating_sub(1)),
         plate: number_plate::number(car.id.0),
         is_parked: false,
         is_ego: false,

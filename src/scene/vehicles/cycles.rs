@@ -2,7 +2,8 @@
 //! module.
 
 use super::{
-    limbs::{JACKET, SHIRT, SKIN, TROUSERS, limb, limbs},
+    gait,
+    limbs::{Hair, JACKET, SKIN, Sides, TROUSERS, arm, head, leg, limb, limbs, matt, shoe, tube},
     model::{Model, Shape, block},
 };
 use crate::scene::{
@@ -11,6 +12,7 @@ use crate::scene::{
     mesh::{SurfaceFinish, TriangleList},
 };
 use glam::Vec3;
+use std::f32::consts::{PI, TAU};
 
 /// Sizes of SUMO's `motorcycle` and `bicycle`.
 pub(super) const MOTORCYCLE: Shape = Shape {
@@ -31,34 +33,64 @@ pub(super) const BICYCLE: Shape = Shape {
 };
 
 const LIGHT: SurfaceFinish = SurfaceFinish::new(Material::HeadLamp, [0.85, 1.0, 1.0]);
+/// Yellow of a cyclist's jacket.
+const SHIRT: SurfaceFinish = matt([0.46, 0.40, 0.06]);
 const STEEL: SurfaceFinish = SurfaceFinish::grey(Material::Metal, 0.40);
 
-/// Posture of a rider: positions in the body's frame, metres; hand, knee and foot are those of the left side.
+/// Number of positions of the cranks that have a model of their own.
+const CRANKS: usize = 16;
+/// Number of models of a bicycle.
+pub(super) const BICYCLES: usize = 1 + CRANKS;
+/// Middle of the cranks and their length.
+const CRANK: [f32; 3] = [-0.06, 0.0, 0.30];
+const CRANK_M: f32 = 0.17;
+/// Way of a bicycle in a turn of the cranks: a middle gear.
+const TURN_M: f64 = 4.6;
+/// Speed below which a cyclist stands, m/s.
+const STANDS_MPS: f64 = 0.1;
+/// Height of a rider, and the top of the helmet above the shoulders.
+const RIDER_M: f32 = 1.74;
+const HELMET_M: f32 = 0.30;
+
+/// Posture of a rider: positions in the body's frame, metres; the hand is that of the left side.
 struct Rider {
     hips: [f32; 3],
     shoulders: [f32; 3],
-    head: [f32; 3],
     hand: [f32; 3],
-    knee: [f32; 3],
-    foot: [f32; 3],
+    /// Pedals or foot rests, the left one first.
+    feet: [[f32; 3]; 2],
     top: SurfaceFinish,
     helmet: SurfaceFinish,
 }
 
-fn rider(triangles: &mut TriangleList, rider: &Rider) {
-    let Rider { hips, shoulders, head, hand, knee, foot, top, helmet } = rider;
-    limb(triangles, *hips, *shoulders, [0.155, 0.175], *top);
-    let across = |[x, _, z]: [f32; 3], y: f32| [x, y, z];
-    limb(triangles, across(*shoulders, -0.20), across(*shoulders, 0.20), [0.075, 0.075], *top);
-    let elbow = [(shoulders[0] + hand[0]) / 2.0 - 0.02, 0.27, (shoulders[2] + hand[2]) / 2.0 - 0.06];
-    limbs(triangles, across(*shoulders, 0.20), elbow, [0.06, 0.05], *top);
-    limbs(triangles, elbow, *hand, [0.05, 0.04], *top);
-    limbs(triangles, across(*hips, 0.10), *knee, [0.095, 0.07], TROUSERS);
-    limbs(triangles, *knee, *foot, [0.07, 0.05], TROUSERS);
-    limbs(triangles, *foot, [foot[0] + 0.16, foot[1], foot[2] - 0.03], [0.05, 0.04], DARK);
-    triangles.ellipsoid(Vec3::from(*head), Vec3::new(0.125, 0.105, 0.135), [8, 12], |outwards| {
-        if outwards.x > 0.45 && outwards.z < 0.35 { SKIN } else { *helmet }
-    });
+fn rider(triangles: &mut TriangleList, rider: &Rider, sides: Sides) {
+    let Rider { hips, shoulders, hand, feet, top, helmet } = rider;
+    let (hips, shoulders) = (Vec3::from(*hips), Vec3::from(*shoulders));
+    let back = (shoulders - hips).normalize();
+    let sections: Vec<_> = [(-0.08, 0.115), (0.10, 0.150), (0.45, 0.125), (0.80, 0.165), (0.97, 0.150), (1.05, 0.075)]
+        .map(|(part, radius): (f32, f32)| (hips + back * (part * hips.distance(shoulders)), radius))
+        .into();
+    tube(triangles, &sections, sides + 2, *top);
+    for (side, foot) in [(1.0, feet[0]), (-1.0, feet[1])] {
+        let flip = |[x, y, z]: [f32; 3]| Vec3::new(x, y.abs() * side, z);
+        let leg_of = gait::leg_on_pedal(RIDER_M, hips + Vec3::Y * 0.09 * side, flip(foot));
+        leg(triangles, &leg_of, 1.0, false, sides, TROUSERS);
+        shoe(triangles, &leg_of, sides, DARK);
+        let arm_of = gait::arm_on_grip(RIDER_M, shoulders + Vec3::Y * 0.155 * side, flip(*hand));
+        arm(triangles, &arm_of, 1.0, sides, *top);
+    }
+    let hair = Hair { finish: matt([0.05, 0.03, 0.02]), is_long: false };
+    let top_m = shoulders.z + HELMET_M - 0.015;
+    head(triangles, shoulders + back * 0.04, top_m, sides, SKIN, hair);
+    let middle = Vec3::new(shoulders.x + back.x * 0.04 + 0.012, 0.0, top_m - 0.095);
+    let shell = |outwards: Vec3| if outwards.z > -0.2 { *helmet } else { hair.finish };
+    triangles.ellipsoid(middle, Vec3::new(0.132, 0.098, 0.110), [sides.max(6), sides.max(6) + 2], shell);
+}
+
+/// Returns the index of the model of a cyclist who has ridden `moved_m`.
+pub(super) fn model_of(moved_m: f64, speed_mps: f64) -> usize {
+    let turns = (moved_m / TURN_M).rem_euclid(1.0);
+    if speed_mps < STANDS_MPS { 0 } else { 1 + ((turns * CRANKS as f64) as usize).min(CRANKS - 1) }
 }
 
 pub(super) fn motorcycle() -> Model {
@@ -85,24 +117,30 @@ pub(super) fn motorcycle() -> Model {
     rider(
         &mut triangles,
         &Rider {
-            hips: [-0.32, 0.0, 0.86],
-            shoulders: [-0.08, 0.0, 1.24],
-            head: [0.02, 0.0, 1.366],
+            hips: [-0.32, 0.0, 0.80],
+            shoulders: [-0.08, 0.0, 1.20],
             hand: [0.38, 0.33, 1.0],
-            knee: [0.10, 0.22, 0.72],
-            foot: [-0.22, 0.20, 0.34],
+            feet: [[-0.18, 0.20, 0.30]; 2],
             top: JACKET,
             helmet: PAINT,
         },
+        8,
     );
     Model { triangles, shape: MOTORCYCLE }
 }
 
-pub(super) fn bicycle() -> Model {
+/// Returns the models of a bicycle with its rider at each level of detail: one who stands with a foot on the ground, then the positions of the cranks.
+pub(super) fn bicycles() -> impl Iterator<Item = [Model; 3]> {
+    let ridden = (0..CRANKS).map(|k| Some(TAU * k as f32 / CRANKS as f32));
+    std::iter::once(None).chain(ridden).map(|turn_rad| [10, 6, 4].map(|sides| bicycle(turn_rad, sides)))
+}
+
+/// Returns a bicycle whose left crank has turned by this angle from its foremost position; `None` stands with the left foot on the ground.
+fn bicycle(turn_rad: Option<f32>, sides: Sides) -> Model {
     let mut triangles = TriangleList::default();
     let [front, rear] = BICYCLE.axles;
     // Frame: crank, saddle and head tube.
-    let (crank, saddle, head) = ([-0.06, 0.0, 0.30], [-0.22, 0.0, 0.86], [0.33, 0.0, 0.82]);
+    let (crank, saddle, head) = (CRANK, [-0.22, 0.0, 0.86], [0.33, 0.0, 0.82]);
     for (from, to) in [(crank, saddle), (crank, head), ([-0.18, 0.0, 0.74], head)] {
         limb(&mut triangles, from, to, [0.02, 0.02], PAINT);
     }
@@ -117,18 +155,28 @@ pub(super) fn bicycle() -> Model {
     block(&mut triangles, [0.38, -0.03, 0.88], [0.44, 0.03, 0.94], LIGHT);
     // The mudguards end where the wheels end.
     block(&mut triangles, [rear - 0.34, -0.03, 0.34], [rear - 0.325, 0.03, 0.52], TRIM);
+    let pedal = |angle_rad: f32, side: f32| {
+        let (sin, cos) = angle_rad.sin_cos();
+        [CRANK[0] + CRANK_M * cos, 0.12 * side, CRANK[2] - CRANK_M * sin]
+    };
+    let angle_rad = turn_rad.unwrap_or(-0.5 * PI);
+    let pedals = [pedal(angle_rad, 1.0), pedal(angle_rad + PI, -1.0)];
+    for [x, y, z] in pedals {
+        limb(&mut triangles, [CRANK[0], y * 0.5, CRANK[2]], [x, y * 0.5, z], [0.014, 0.012], STEEL);
+        block(&mut triangles, [x - 0.045, y - 0.045, z - 0.010], [x + 0.045, y + 0.045, z + 0.010], DARK);
+    }
+    let left = if turn_rad.is_some() { pedals[0] } else { [-0.10, 0.26, 0.02] };
     rider(
         &mut triangles,
         &Rider {
-            hips: [-0.22, 0.0, 0.96],
-            shoulders: [0.02, 0.0, 1.40],
-            head: [0.10, 0.0, 1.566],
+            hips: [-0.22, 0.0, 0.94],
+            shoulders: [0.05, 0.0, 1.40],
             hand: [0.28, 0.27, 1.05],
-            knee: [0.14, 0.12, 0.74],
-            foot: [-0.06, 0.12, 0.24],
+            feet: [left, pedals[1]],
             top: SHIRT,
             helmet: PAINT,
         },
+        sides,
     );
     Model { triangles, shape: BICYCLE }
 }

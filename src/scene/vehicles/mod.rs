@@ -7,6 +7,7 @@
 
 mod boxes;
 mod cycles;
+mod gait;
 mod limbs;
 mod model;
 mod walkers;
@@ -19,10 +20,13 @@ use model::Model;
 /// Number of body styles of cars: models of other kinds follow them in [`StaticScene::cars`](super::StaticScene::cars).
 const CAR_STYLES: usize = 3;
 
+/// Index of the first model of people on foot among those of all kinds but the car.
+const FIRST_WALKER: usize = 8 + cycles::BICYCLES;
+
 /// Model of a vehicle and its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct VehicleShape {
-    /// Index of the model; `None` for cars, whose style the caller chooses.
+    /// Index of the model, or of the first one of people in several postures; `None` for cars, whose style the caller chooses.
     pub style: Option<usize>,
     /// Scale of the body along its axes.
     pub scale: Vec3,
@@ -42,7 +46,7 @@ fn car_size() -> Vec3 {
     Vec3::new(length_m as f32, width_m as f32, height_m as f32)
 }
 
-/// Returns the models of all kinds but the car, in the order of their styles.
+/// Returns the models of all kinds but the car, in the order of their styles. Bicycles and people on foot have a model for each posture.
 pub(super) fn models() -> Vec<CarModel> {
     let built = [
         boxes::van(),
@@ -53,13 +57,17 @@ pub(super) fn models() -> Vec<CarModel> {
         boxes::bus_front(),
         boxes::bus_rear(),
         cycles::motorcycle(),
-        cycles::bicycle(),
-        walkers::walker(),
     ];
-    built.into_iter().map(model).collect()
+    let built = built.map(|Model { triangles, shape }| {
+        let body = stored(Model { triangles, shape });
+        [body.clone(), body.clone(), body]
+    });
+    let people = cycles::bicycles().chain(walkers::walkers()).map(|levels| levels.map(stored));
+    built.into_iter().chain(people).map(model).collect()
 }
 
-fn model(Model { triangles, shape }: Model) -> CarModel {
+/// Returns a model's mesh at the size of a car.
+fn stored(Model { triangles, shape }: Model) -> Mesh {
     let ratio = shape.size / car_size();
     let mut body = triangles.into_mesh(0.7);
     for vertex in &mut body.vertices {
@@ -67,12 +75,21 @@ fn model(Model { triangles, shape }: Model) -> CarModel {
         // The renderer transforms a normal like a position; after its scaling this is the model's own normal.
         vertex.normal = (Vec3::from(vertex.normal) / ratio).normalize_or(Vec3::Z).into();
     }
-    let level = || body.clone();
-    CarModel {
-        levels: [level(), level(), level()],
-        glass: [Mesh::default(), Mesh::default()],
-        plan: level(),
-        shade: body,
+    body
+}
+
+fn model([near, mid, far]: [Mesh; 3]) -> CarModel {
+    let glass = [Mesh::default(), Mesh::default()];
+    CarModel { plan: far.clone(), shade: far.clone(), levels: [near, mid, far], glass }
+}
+
+/// Returns how many models after the first of its kind the one is that shows a cyclist or a person on foot in the posture after `moved_m`; 0 for
+/// other kinds.
+pub(super) fn posture(kind: VehicleKind, number: u32, moved_m: f64, speed_mps: f64) -> usize {
+    match kind {
+        VehicleKind::Bicycle => cycles::model_of(moved_m, speed_mps),
+        VehicleKind::Pedestrian => walkers::model_of(number, moved_m, speed_mps),
+        _ => 0,
     }
 }
 
@@ -99,9 +116,9 @@ pub(super) fn shape(body: &VehicleBody, part: usize, length_m: f64, car_hubs: &[
         VehicleKind::Bus => 5 + part,
         VehicleKind::Motorcycle => 7,
         VehicleKind::Bicycle => 8,
-        VehicleKind::Pedestrian => 9,
+        VehicleKind::Pedestrian => FIRST_WALKER,
     };
-    let shape = [
+    let boxes = [
         boxes::VAN,
         boxes::LORRY,
         boxes::TRACTOR,
@@ -111,8 +128,8 @@ pub(super) fn shape(body: &VehicleBody, part: usize, length_m: f64, car_hubs: &[
         boxes::BUS_REAR,
         cycles::MOTORCYCLE,
         cycles::BICYCLE,
-        walkers::WALKER,
-    ][style];
+    ];
+    let shape = boxes.get(style).copied().unwrap_or(walkers::WALKER);
     let stretch = size / shape.size;
     let [radius, width] = shape.wheel;
     // Wheels stay round: their radius is that of their kind, or smaller if the body is lower.
@@ -153,16 +170,22 @@ mod tests {
     }
 
     #[test]
-    fn a_person_is_as_tall_and_wide_as_sumos_and_in_mid_step() {
+    fn people_on_foot_are_about_as_tall_as_sumos_and_make_steps() {
         let models = models();
         let shape = shape(&body(VehicleKind::Pedestrian, 0.215, 0.478, 1.719), 0, 0.215, &car::hubs());
-        let model = &models[shape.style.expect("a model of its own") - CAR_STYLES];
-        check(&model.levels[0], "pedestrian");
-        let (low, high) = model.levels[0].bounds();
-        let size = (high - low) * shape.scale;
-        // A step is about two fifths of a person's height long.
-        assert!((0.55..0.85).contains(&size.x), "{size}");
-        assert!((size.y - 0.478).abs() < 0.03 && (size.z - 1.719).abs() < 0.01 && low.z.abs() < 1e-3, "{size} {low}");
+        let first = shape.style.expect("a model of its own") - CAR_STYLES;
+        assert_eq!(first, FIRST_WALKER);
+        let of = |model: &CarModel| {
+            check(&model.levels[0], "pedestrian");
+            let (low, high) = model.levels[0].bounds();
+            (high - low) * shape.scale
+        };
+        for number in 0..4 {
+            let [standing, walking] = [0.0, 1.4]
+                .map(|speed_mps| of(&models[first + posture(VehicleKind::Pedestrian, number, 0.0, speed_mps)]));
+            assert!((1.6..1.85).contains(&standing.z) && (0.4..0.7).contains(&standing.y), "{standing}");
+            assert!(walking.x > standing.x && standing.x < 0.45, "{standing} {walking}");
+        }
     }
 
     /// Uses the sizes of SUMO's classes (its documentation, "Vehicle Type Parameter Defaults").
