@@ -144,7 +144,10 @@ impl Listener {
         self.sound_scene.throttle = controls.sane().throttle;
         self.sound_scene.grass = on_grass as f32 / ego.wheels.len() as f32;
         for event in events {
-            if let EventKind::Contact { closing_mps, .. } | EventKind::ObjectContact { closing_mps, .. } = event.kind {
+            // A contact with a person ends the drive without a crash.
+            if let EventKind::Contact { closing_mps, .. } | EventKind::ObjectContact { closing_mps, .. } = event.kind
+                && !event.kind.touches_person()
+            {
                 self.sound_scene.contacts += 1;
                 self.sound_scene.contact_mps = closing_mps as f32;
             }

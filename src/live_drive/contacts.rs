@@ -31,6 +31,9 @@ pub struct Jolt {
 /// Describes a contact; `None` for any other event.
 pub fn contact_text(event: &Event) -> Option<String> {
     match event.kind {
+        EventKind::Contact { kind, closing_mps, .. } if event.kind.touches_person() => {
+            Some(format!("contact with a {}, closing at {closing_mps:.1} m/s", kind.name()))
+        }
         EventKind::Contact { car, closing_mps, .. } => {
             Some(format!("contact with road user {}, closing at {closing_mps:.1} m/s", car.0))
         }
@@ -61,7 +64,8 @@ impl ContactCount {
             };
             self.count += 1;
             self.last = Some((closing_mps, Duration::ZERO));
-            if self.flash_left.is_zero() {
+            // A contact with a person ends the drive, and a text says so; a flash would add a shock.
+            if self.flash_left.is_zero() && !event.kind.touches_person() {
                 self.flash_left = FLASH;
             }
             self.texts.extend(contact_text(event));

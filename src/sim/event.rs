@@ -6,7 +6,7 @@ use crate::{
     policy::Advice,
     roadside::fixed_objects::FixedObjectKind,
     time::Tick,
-    traffic::VehicleId,
+    traffic::{VehicleId, VehicleKind},
 };
 
 /// An event at one tick.
@@ -29,16 +29,28 @@ impl Event {
     }
 }
 
+/// Text that the participant reads after a contact with a person.
+pub const PERSON_TOUCHED: &str = "You have touched a person. The drive is over.";
+
+impl EventKind {
+    /// Checks for a contact with a person on foot or on a bicycle.
+    pub fn touches_person(&self) -> bool {
+        matches!(self, Self::Contact { kind: VehicleKind::Pedestrian | VehicleKind::Bicycle, .. })
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
     /// A new advice appears on the speedometer.
     Advice(Advice),
     /// The advice disappears: the policy withholds advice from now on.
     AdviceWithheld,
-    /// The ego begins to touch another vehicle.
+    /// The ego begins to touch another vehicle or a person.
     Contact {
         /// Id of the other vehicle.
         car: VehicleId,
+        /// Kind of the other vehicle, or `Pedestrian`.
+        kind: VehicleKind,
         /// Speed of the ego just before, m/s.
         ego_speed_mps: f64,
         /// Speed of the other vehicle just before, m/s.
@@ -224,7 +236,7 @@ impl NotDone {
 pub enum EndReason {
     /// The scenario's duration has passed.
     Duration,
-    /// A contact with another vehicle or a fixed object, in a scenario that ends at the first one.
+    /// A contact with a person; or with another vehicle or a fixed object, in a scenario that ends at the first one.
     Contact,
     /// The ego is at the end of its path.
     PathEnd,

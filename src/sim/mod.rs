@@ -10,7 +10,7 @@ mod world;
 
 pub use crate::snapshot::{HASH_START, Leader, Pitch, Snapshot, VehicleSnapshot, is_in_lane};
 pub use error::WorldError;
-pub use event::{EndReason, Event, EventKind, EventStage, NotDone, ScriptedState};
+pub use event::{EndReason, Event, EventKind, EventStage, NotDone, PERSON_TOUCHED, ScriptedState};
 pub use summary::{ContactRecord, Summary, SummaryAccumulator};
 pub use world::{
     Agent, AgentDrivers, CheckedDrive, CostlyInputs, ExpectedSpeeds, HandOver, NotPutBack, OutsideSettings,

@@ -10,7 +10,7 @@ use crate::{
         event::{Event, EventKind},
     },
     time::Tick,
-    traffic::VehicleId,
+    traffic::{VehicleId, VehicleKind},
 };
 
 fn snapshot(tick: u64, ego_mps: f64, car_mps: f64, gap_m: Option<f64>, target_mps: Option<f64>) -> Snapshot {
@@ -103,6 +103,7 @@ fn events_are_counted_and_contacts_keep_their_numbers() {
     let at = |tick: u64, kind: EventKind| Event { tick: Tick(tick), kind };
     let contact = EventKind::Contact {
         car: VehicleId(7),
+        kind: VehicleKind::Car,
         ego_speed_mps: 4.0,
         car_speed_mps: 3.0,
         closing_mps: 1.25,
@@ -142,6 +143,7 @@ fn a_drive_of_days_lists_its_first_contacts_and_counts_them_all() {
     for tick in 0..=MOST_CONTACTS as u64 {
         let kind = EventKind::Contact {
             car: VehicleId(1),
+            kind: VehicleKind::Car,
             ego_speed_mps: 2.0,
             car_speed_mps: 1.0,
             closing_mps: 1.0,

@@ -30,6 +30,7 @@ mod outside;
 mod perception;
 mod persons_ahead;
 mod put_back;
+mod road_people;
 mod road_rules;
 mod sham;
 mod speed_control;
@@ -39,6 +40,7 @@ mod touchable;
 mod traffic_coupling;
 mod traffic_start;
 mod vehicles_across;
+mod yielding;
 
 pub use advice::{CostlyInputs, ExpectedSpeeds, policy_of, policy_settings, road_kind};
 pub use agent::Agent;
@@ -54,7 +56,7 @@ use crate::{
     ego::CarParams,
     map::RoadMap,
     policy,
-    scenario::{AdvisedBody, AdvisedVehicles, OnContact, PlannedDrive, Scenario},
+    scenario::{AdvisedBody, AdvisedVehicles, PlannedDrive, Scenario},
     time::{TICK_S, Tick},
     traffic::{Demand, Traffic, VehicleId},
 };
@@ -163,6 +165,7 @@ impl World {
             is_prepared: false,
             ended: None,
         };
+        world.show_moved_by_events(0);
         world.update_derived()?;
         world.sync_agents()?;
         Ok(world)
@@ -220,12 +223,12 @@ impl World {
         }
         let fraction = (within + ticks) as f64 / step_ticks as f64;
         self.traffic.move_vehicles(self.observer.view_mut(), fraction, ticks as f64 * TICK_S);
-        self.script.switch_hazard_lights(&mut self.observer.view_mut().cars);
+        self.show_moved_by_events(ticks);
         self.script.watch(controls);
         if let Some(participant) = self.observer.participant_mut() {
             participant.place_on_lane(self.drive.scenario())?;
         }
-        if self.move_agents() && self.scenario().contact == OnContact::End {
+        if self.move_to_contact() {
             self.end(EndReason::Contact);
         }
         self.observer.view_mut().tick.0 += ticks;

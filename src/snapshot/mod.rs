@@ -138,9 +138,9 @@ impl Snapshot {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
     }
 
-    /// Returns all other vehicles: [`Snapshot::cars`] without persons on foot.
+    /// Returns all other vehicles: [`Snapshot::cars`] without [`Snapshot::persons`].
     pub fn vehicles(&self) -> impl Iterator<Item = &VehicleSnapshot> {
-        self.cars.iter().filter(|car| car.body.kind != VehicleKind::Pedestrian)
+        self.cars.iter().filter(|car| !car.is_person())
     }
 
     /// Returns another vehicle or person by its id; `None` if it is not there.
@@ -148,9 +148,9 @@ impl Snapshot {
         self.cars.binary_search_by_key(&id, |car| car.id).ok().map(|at| &self.cars[at])
     }
 
-    /// Returns all persons on foot.
+    /// Returns all persons on foot, and the cyclists of events, who are no part of the traffic either.
     pub fn persons(&self) -> impl Iterator<Item = &VehicleSnapshot> {
-        self.cars.iter().filter(|car| car.body.kind == VehicleKind::Pedestrian)
+        self.cars.iter().filter(|car| car.is_person())
     }
 
     /// Returns the speeds of all vehicles, m/s, the ego's last; negative is backwards.
@@ -251,6 +251,11 @@ impl Snapshot {
 }
 
 impl VehicleSnapshot {
+    /// Checks whether this is a person on foot or a cyclist of an event, rather than a vehicle of the traffic.
+    pub fn is_person(&self) -> bool {
+        self.body.kind == VehicleKind::Pedestrian || self.id.is_of_event()
+    }
+
     /// Returns the parts of this vehicle, the front one first.
     pub fn parts(&self) -> impl Iterator<Item = VehiclePart> + use<> {
         self.body.parts(&self.pose, self.articulation)

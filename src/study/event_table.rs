@@ -30,7 +30,7 @@ const WORDS: [[&str; 3]; 54] = [
     ],
     [
         "contact",
-        "the participant's vehicle began to touch another vehicle",
+        "the participant's vehicle began to touch another vehicle or a person",
         "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Car)), Label/Contact",
     ],
     [

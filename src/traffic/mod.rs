@@ -45,7 +45,9 @@ pub use log::{LoggedVehicle, TrafficLog};
 pub use mixture::{FollowingModel, ModelMixture};
 pub use native::NativeTraffic;
 pub use reported::is_on_lane;
-pub use vehicles::{Departure, EGO, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps, VehicleState};
+pub use vehicles::{
+    Departure, EGO, FIRST_OF_EVENTS, VehicleBody, VehicleChanges, VehicleId, VehicleKind, VehicleLamps, VehicleState,
+};
 
 /// Starts the chosen engine with all vehicles at their initial positions. A log needs [`NativeTraffic::behind`] instead.
 ///

@@ -19,6 +19,16 @@ pub struct VehicleId(pub u32);
 /// Number of the participant's vehicle, in every engine.
 pub const EGO: VehicleId = VehicleId(0);
 
+/// Smallest number of a person whom an event of the scenario moves; no engine counts as far.
+pub const FIRST_OF_EVENTS: VehicleId = VehicleId(100_000_000);
+
+impl VehicleId {
+    /// Checks whether this is a person whom an event of the scenario moves.
+    pub fn is_of_event(self) -> bool {
+        self >= FIRST_OF_EVENTS
+    }
+}
+
 /// Kind of a vehicle, which selects its model in the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

@@ -18,6 +18,7 @@ mod no_participant;
 mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;
+mod people_of_events;
 mod persons;
 mod policies;
 mod python_episode;

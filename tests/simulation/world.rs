@@ -259,7 +259,8 @@ fn a_contact_with_the_leader_is_an_event_and_can_end_the_drive() {
             world.tick(&controls).unwrap();
             contacts.extend(world.events().iter().filter(|e| matches!(e.kind, EventKind::Contact { .. })).copied());
         }
-        let EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, angle_rad } = contacts[0].kind else {
+        let EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, angle_rad, .. } = contacts[0].kind
+        else {
             panic!("only contacts were kept")
         };
         assert_eq!(car.0, 1, "the leader");

@@ -5,6 +5,7 @@ use crate::{
     map::network::{LaneId, Network},
     record::{RecordError, TableParts, TableReader},
     time::TICKS_PER_S,
+    traffic::VehicleId,
 };
 use std::{
     collections::BTreeSet,
@@ -65,7 +66,7 @@ pub struct TrafficSteps {
 }
 
 impl TrafficSteps {
-    /// Opens the table of the vehicles; lanes are looked up if there is a network, and persons on foot are left out.
+    /// Opens the table of the vehicles; lanes are looked up if there is a network, and persons on foot and people of events are left out.
     ///
     /// # Errors
     /// The table cannot be read; each step can fail in the same way.
@@ -93,7 +94,7 @@ impl TrafficSteps {
             Some((network.lane_named(names.get(i)?)?, lane_s_m[i]?))
         };
         let row = |i: usize| {
-            if self.persons.contains(&ids[i]) {
+            if self.persons.contains(&ids[i]) || VehicleId(ids[i]).is_of_event() {
                 return None;
             }
             let vehicle = StepVehicle { id: ids[i], s_m: s_m[i], speed_mps: speeds[i]?, lane: lane(i) };

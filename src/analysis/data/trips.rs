@@ -3,7 +3,7 @@
 use crate::{
     record::{RecordError, Table, TableReader},
     time::TICKS_PER_S,
-    traffic::VehicleKind,
+    traffic::{VehicleId, VehicleKind},
 };
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -65,7 +65,7 @@ const DEPARTURES: [&str; 7] = ["tick", "vehicle", "lane", "lane_s_m", "kind", "l
 pub struct TripTable {
     /// Trips by vehicle number.
     pub trips: BTreeMap<u32, Trip>,
-    /// Numbers of persons on foot, who are no vehicles and make no trips here.
+    /// Numbers of persons on foot and people of events, who are no vehicles and make no trips here.
     pub persons: BTreeSet<u32>,
     /// Number of arrivals without a departure, which occur if a recording lost rows.
     pub stray_arrivals: usize,
@@ -84,7 +84,7 @@ impl TripTable {
             let (kinds, lengths, speeds) = (part.words("kind"), part.numbers("length_m"), part.numbers("speed_mps"));
             for (i, (vehicle, departed)) in ends(&part, &path)?.into_iter().enumerate() {
                 let (kind, length_m) = (kinds.get(i).cloned().unwrap_or_default(), lengths[i]);
-                if kind == VehicleKind::Pedestrian.name() {
+                if kind == VehicleKind::Pedestrian.name() || VehicleId(vehicle).is_of_event() {
                     table.persons.insert(vehicle);
                     continue;
                 }

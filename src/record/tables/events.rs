@@ -82,8 +82,8 @@ impl EventRow {
         match event.kind {
             EventKind::Advice(_) => None,
             EventKind::AdviceWithheld => row(ADVICE_WITHHELD, String::new(), None, None),
-            EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, angle_rad } => {
-                let detail = format!("ego at {ego_speed_mps:.3} m/s, car at {car_speed_mps:.3} m/s");
+            EventKind::Contact { car, kind, ego_speed_mps, car_speed_mps, closing_mps, angle_rad } => {
+                let detail = format!("ego at {ego_speed_mps:.3} m/s, {} at {car_speed_mps:.3} m/s", kind.name());
                 let contact = row("contact", detail, Some(car.0), Some(closing_mps))?;
                 Some(Self { angle_rad: Some(angle_rad), ..contact })
             }

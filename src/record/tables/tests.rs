@@ -11,7 +11,7 @@ use crate::{
     scenario::Scenario,
     sim::{EndReason, Event, EventKind, EventStage, Leader, NotDone, Snapshot, VehicleSnapshot},
     space::Pose,
-    traffic::VehicleId,
+    traffic::{VehicleId, VehicleKind},
 };
 use glam::{DVec3, Quat, dvec2};
 use std::{collections::BTreeMap, f64::consts::PI};
@@ -263,6 +263,7 @@ fn rows_of_cars_advice_and_events_have_their_values() {
     assert!(at(EventKind::Advice(ADVISED)).is_none(), "advice has its own table");
     let contact = EventKind::Contact {
         car: VehicleId(3),
+        kind: VehicleKind::Car,
         ego_speed_mps: 9.0,
         car_speed_mps: 2.0,
         closing_mps: 7.0,

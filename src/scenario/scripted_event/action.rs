@@ -1,7 +1,12 @@
 //! Actions of a scenario's events: what happens on the road, in the car and on its displays. In: one entry of `actions`. Out: a checked [`Action`].
 //! Seconds, metres, m/s.
 
-use super::{DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, VehicleName, check_vehicle, within};
+use super::{
+    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, VehicleName, check_vehicle,
+    people::{CyclistRide, PedestrianCrossing},
+    within,
+};
+use crate::map::network::Side;
 use serde::{Deserialize, Serialize};
 
 /// Longest text for the participant, letters: it is read at a glance, beside the speedometer.
@@ -109,6 +114,10 @@ pub enum Action {
         #[serde(default)]
         over_s: f64,
     },
+    /// A pedestrian crosses the ego's route.
+    PedestrianCrosses(PedestrianCrossing),
+    /// A cyclist rides along the edge of the ego's route.
+    CyclistRides(CyclistRide),
     /// A text appears above the participant's speedometer.
     Message {
         text: String,
@@ -134,14 +143,6 @@ fn firm_mps2() -> f64 {
     3.0
 }
 
-/// Side of the ego.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Side {
-    Left,
-    Right,
-}
-
 impl Action {
     /// Returns the vehicle that acts; `None` for an action on the participant.
     pub fn vehicle(&self) -> Option<&VehicleName> {
@@ -157,6 +158,8 @@ impl Action {
             | Self::SideWind { .. }
             | Self::Friction { .. }
             | Self::Weather { .. }
+            | Self::PedestrianCrosses(_)
+            | Self::CyclistRides(_)
             | Self::Message { .. }
             | Self::HideAdvice { .. } => None,
         }
@@ -189,8 +192,19 @@ impl Action {
             Self::SideWind { .. } => "side_wind",
             Self::Friction { .. } => "friction",
             Self::Weather { .. } => "weather",
+            Self::PedestrianCrosses(_) => "pedestrian_crosses",
+            Self::CyclistRides(_) => "cyclist_rides",
             Self::Message { .. } => "message",
             Self::HideAdvice { .. } => "hide_advice",
+        }
+    }
+
+    /// Returns the place on the ego's route at which a person waits; `None` for an action without a person.
+    pub fn place_m(&self) -> Option<f64> {
+        match self {
+            Self::PedestrianCrosses(crossing) => Some(crossing.place_m),
+            Self::CyclistRides(ride) => Some(ride.place_m),
+            _ => None,
         }
     }
 
@@ -210,6 +224,8 @@ impl Action {
                 }
                 within("within_s", *within_s, [0.1, 600.0])?;
             }
+            Self::PedestrianCrosses(crossing) => crossing.check()?,
+            Self::CyclistRides(ride) => ride.check()?,
             Self::Message { text, for_s } => {
                 let letters = text.chars().count();
                 if text.trim().is_empty() || letters > TEXT_LETTERS {

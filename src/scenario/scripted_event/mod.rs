@@ -2,10 +2,12 @@
 //! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
 
 mod action;
+mod people;
 mod trigger;
 
 use crate::toml_text::did_you_mean;
-pub use action::{Action, Side};
+pub use action::Action;
+pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
 pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
 
@@ -132,6 +134,13 @@ impl ScriptedEvent {
         for event in events {
             if let Some(why) = event.trigger.unreachable(road) {
                 return Err(format!("event \"{}\" can never begin: {why}", event.name));
+            }
+            if let Some(place_m) = event.actions.iter().filter_map(Action::place_m).find(|m| *m >= road.length_m) {
+                return Err(format!(
+                    "event \"{}\": place_m is {place_m}, and the route is {:.1} m long",
+                    event.name,
+                    road.map.route.length_m()
+                ));
             }
             let mut impossible = event.actions.iter().filter_map(|action| Some((action, action.impossible(road)?)));
             if let Some((action, why)) = impossible.next() {

@@ -80,16 +80,10 @@ pub(super) enum AgentBody {
 
 impl AgentBody {
     /// Returns a full body at its start. Its physics has room for `bodies` other vehicles.
-    pub fn full(
-        scenario: &Scenario,
-        map: &RoadMap,
-        network: &NetworkView,
-        start: StartPlace,
-        bodies: usize,
-    ) -> Result<Self, WorldError> {
+    pub fn full(scenario: &Scenario, map: &RoadMap, start: StartPlace, bodies: usize) -> Result<Self, WorldError> {
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
         let mut car = EgoCar::new(&car_params(scenario), pose, start.speed_mps, bodies)?;
-        car.stand_on(network.ground_at(map, start.s_m).shape(pose.position));
+        car.stand_on(NetworkView::ground_at(map, start.s_m).shape(pose.position));
         Ok(Self::Full(Box::new(car)))
     }
 }
@@ -107,7 +101,7 @@ impl Agent {
         let scenario = drive.scenario();
         let network = NetworkView::new(map);
         let body = match kind {
-            AdvisedBody::Full => AgentBody::full(scenario, map, &network, start, bodies)?,
+            AdvisedBody::Full => AgentBody::full(scenario, map, start, bodies)?,
             AdvisedBody::Light => AgentBody::Light(Box::new(LightBody::new(&car_params(scenario), start)?)),
         };
         let pose = map.route.pose_of_front(start.s_m, CAR_LENGTH_M);
@@ -260,7 +254,9 @@ impl Agent {
         let touches = car.tick(&controls, &ground, obstacles);
         let known = self.events.len();
         let kind = |number| self.objects.kind(number);
-        self.events.extend(self.contacts.begun(touches, Tick(self.view.tick.0 + 1), &kind));
+        let view = &self.view;
+        let vehicle_kind = |id: VehicleId| view.vehicle(id).map(|car| car.body.kind).unwrap_or_default();
+        self.events.extend(self.contacts.begun(touches, Tick(view.tick.0 + 1), &kind, &vehicle_kind));
         self.view.ego = *car.state();
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;

@@ -6,7 +6,7 @@ use crate::{
     roadside::fixed_objects::FixedObjectKind,
     sim::{Event, EventKind},
     time::{TICKS_PER_S, Tick},
-    traffic::VehicleId,
+    traffic::{VehicleId, VehicleKind},
 };
 use std::collections::BTreeMap;
 
@@ -27,12 +27,13 @@ pub(super) struct ContactTracker {
 }
 
 impl ContactTracker {
-    /// Returns the contacts that begin at `now`, given all touches of this tick and the kinds of fixed objects by number.
+    /// Returns the contacts that begin at `now`, given all touches of this tick and the kinds of fixed objects and vehicles by number.
     pub fn begun<'a>(
         &'a mut self,
         touches: &'a [Contact],
         now: Tick,
         kind_of: &'a dyn Fn(u32) -> Option<FixedObjectKind>,
+        vehicle_kind: &'a dyn Fn(VehicleId) -> VehicleKind,
     ) -> impl Iterator<Item = Event> + 'a {
         touches.iter().filter_map(move |contact| {
             let touched = match contact.with {
@@ -46,7 +47,8 @@ impl ContactTracker {
             let Contact { ego_speed_mps, car_speed_mps, closing_mps, angle_rad, .. } = *contact;
             let kind = match touched {
                 Touched::Vehicle(car) => {
-                    EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, angle_rad }
+                    let kind = vehicle_kind(car);
+                    EventKind::Contact { car, kind, ego_speed_mps, car_speed_mps, closing_mps, angle_rad }
                 }
                 Touched::Object(object) => EventKind::ObjectContact { object, ego_speed_mps, closing_mps },
             };
@@ -67,7 +69,8 @@ mod tests {
     fn contacts_are_separated_by_vehicle_id_while_others_enter_and_leave() {
         let mut tracker = ContactTracker::default();
         let car = |id| touch(ObstacleId::Vehicle(id));
-        let mut begun = |tick, touches: &[Contact]| tracker.begun(touches, Tick(tick), &|_| None).count();
+        let mut begun =
+            |tick, touches: &[Contact]| tracker.begun(touches, Tick(tick), &|_| None, &|_| VehicleKind::Car).count();
         assert_eq!(begun(1, &[car(70), car(8)]), 2);
         assert_eq!(begun(2, &[car(8), car(900)]), 1);
         assert_eq!(begun(51, &[car(8)]), 0, "within half a second of the last touch");
@@ -81,7 +84,7 @@ mod tests {
         let part = |number| touch(ObstacleId::FixedObject(number));
         let mut begun = |tick, touches: &[Contact]| -> Vec<EventKind> {
             let kind_of = |number: u32| kinds.get(number as usize).copied();
-            tracker.begun(touches, Tick(tick), &kind_of).map(|event| event.kind).collect()
+            tracker.begun(touches, Tick(tick), &kind_of, &|_| VehicleKind::Car).map(|event| event.kind).collect()
         };
         let of = |object| EventKind::ObjectContact { object, ego_speed_mps: 3.0, closing_mps: 2.0 };
         assert_eq!(begun(1, &[part(0), part(1)]), [of(FixedObjectKind::Building)]);

@@ -4,16 +4,16 @@
 //! Triggers are looked at where a step of the traffic begins. The engine then makes that step with the motions, so that a vehicle begins to
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
-use super::{World, event_vehicles::EventVehicles, event_view::ScriptView, traffic_coupling::TrafficCoupling};
+use super::{World, event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, traffic_coupling::TrafficCoupling};
 use crate::{
     controls::Controls,
     ego::{Disturbance, water_mm},
-    map::network::SignalPhase,
+    map::network::{Side, SignalPhase},
     policy::Advice,
     rng::{self, Stream},
     scenario::{
         PlannedDrive, ScriptedEvent,
-        scripted_event::{Action, DriverInput, PLACES, Side, Trigger},
+        scripted_event::{Action, DriverInput, PLACES, Trigger},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
@@ -41,6 +41,8 @@ pub(super) struct EventScript {
     names: BTreeMap<String, VehicleId>,
     /// Vehicles whose names are known.
     asked: BTreeSet<VehicleId>,
+    /// People whom the events move.
+    pub people: RoadPeople,
     /// Number of vehicles that move as in a file: the first of the others.
     logged: u32,
     /// Ego's place and advice at the step before.
@@ -121,6 +123,7 @@ impl EventScript {
             has_names: drive.is_open() && scenario.events.iter().any(has_name),
             names: BTreeMap::new(),
             asked: BTreeSet::new(),
+            people: RoadPeople::new(&scenario.events, drive.map()),
             logged: drive.logged().map_or(0, |logged| logged.log.vehicles().len() as u32),
             before: None,
             weather: Weather {
@@ -153,6 +156,9 @@ impl EventScript {
         for (event, id, why) in self.vehicles.step(seen, traffic) {
             self.note(event, Some(id), now, EventStage::NotDone(why));
         }
+        let (runs, ego) = (&self.runs, seen.view.ego.position.truncate());
+        self.people.leave(now, ego, &seen.map.route, &|event| runs[event].event.repeats);
+        self.vehicles.yield_to(&self.people, seen, self.logged);
         for k in 0..self.runs.len() {
             let is_moving = self.vehicles.are_moved_by(k);
             let run = &mut self.runs[k];
@@ -290,16 +296,17 @@ impl EventScript {
         run.ended = None;
         self.note(k, None, now, if by_hand { EventStage::TriggeredByHand } else { EventStage::Triggered });
         let mut until = now;
-        for action in &event.actions {
+        for (n, action) in event.actions.iter().enumerate() {
             let id = action.vehicle().map(|name| self.vehicle(name, seen));
+            let person = self.people.begin((k, n), now);
             let begun = match id {
                 Some(None) => Err(NotDone::NoVehicle),
                 Some(Some(id)) if (seen.agents)(id) || id.0 <= self.logged => Err(NotDone::OwnDriver),
                 Some(Some(id)) if self.vehicles.moves(id) => Err(NotDone::OtherEvent),
                 Some(id) => self.act(k, action, id, (seen, traffic)),
-                None => self.act(k, action, None, (seen, traffic)),
+                None => person.map_or_else(|| self.act(k, action, None, (seen, traffic)), |(_, lasts_s)| Ok(lasts_s)),
             };
-            let id = id.flatten();
+            let id = id.flatten().or(person.map(|(id, _)| id));
             match begun {
                 Ok(lasts_s) => {
                     until = until.max(Tick::at_seconds(now.seconds() + lasts_s));

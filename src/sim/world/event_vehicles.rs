@@ -5,8 +5,10 @@ use super::{
     cut_in::{CutIn, CutInStep},
     driving_order::DrivingOrder,
     event_view::ScriptView,
+    road_people::RoadPeople,
     speed_control::SpeedControl,
     traffic_coupling::TrafficCoupling,
+    yielding,
 };
 use crate::{
     scenario::{PlannedDrive, scripted_event::Action},
@@ -104,6 +106,25 @@ impl EventVehicles {
         self.cut_in(seen, traffic, &mut failed);
         self.motions.sort_by_key(|motion| motion.id);
         failed
+    }
+
+    /// Lets vehicles that no event moves brake for people on the road; the first `logged` of the others move as in a file.
+    pub fn yield_to(&mut self, people: &RoadPeople, seen: &ScriptView, logged: u32) {
+        let view = seen.view;
+        let on_road: Vec<_> = view.persons().filter(|person| people.is_on_road(person.id, view.tick)).collect();
+        if on_road.is_empty() {
+            return;
+        }
+        if !self.is_open {
+            self.order.take(view, seen.own());
+        }
+        let (route, order) = (&seen.map.route, (!self.is_open).then_some(&self.order));
+        let is_free = |id: VehicleId| id.0 > logged && !(seen.agents)(id) && !self.moves(id);
+        let free = view.vehicles().filter(|car| is_free(car.id));
+        let braking = free.filter_map(|car| yielding::motion(car, on_road.iter().copied(), route, order, self.step_s));
+        let braking: Vec<_> = braking.collect();
+        self.motions.extend(braking);
+        self.motions.sort_by_key(|motion| motion.id);
     }
 
     /// Returns the motions of vehicles in the step that begins, by ascending id.

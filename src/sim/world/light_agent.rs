@@ -89,7 +89,8 @@ impl Agent {
         view.signals.clone_from(&all.signals);
         let touch = light.touch.take();
         let known = self.events.len();
-        self.events.extend(self.contacts.begun(touch.as_slice(), view.tick, &|_| None));
+        let vehicle_kind = |id: VehicleId| all.vehicle(id).map(|car| car.body.kind).unwrap_or_default();
+        self.events.extend(self.contacts.begun(touch.as_slice(), view.tick, &|_| None, &vehicle_kind));
         self.contact_count += (self.events.len() - known) as u32;
         self.image = *now;
     }

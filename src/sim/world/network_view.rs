@@ -137,7 +137,7 @@ impl NetworkView {
     }
 
     /// Returns the ground at a position of the route, before the ego is there.
-    pub fn ground_at<'a>(&self, map: &'a RoadMap, s_m: f64) -> NetworkGround<'a> {
+    pub fn ground_at(map: &RoadMap, s_m: f64) -> NetworkGround<'_> {
         let near = map.route.lanes()[map.route.lane_at(s_m).0].lane;
         let way = RoadGround { route: &map.route, near_s_m: s_m };
         NetworkGround { network: &map.network, near, height_m: map.route.height_m(s_m), way, clear: NONE_CLEAR }
@@ -162,9 +162,9 @@ impl NetworkView {
         vehicles_across::nearest(snapshot, map, &self.right_of_way)
     }
 
-    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are, metres.
-    pub fn person_ahead_m(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<f64> {
-        self.persons.ahead_m(snapshot, &map.route)
+    /// Returns the nearest person in the ego's way, or at the crossing where they are, as a driver sees them.
+    pub fn person_ahead(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
+        self.persons.nearest(snapshot, &map.route)
     }
 
     /// Returns the distance from the ego's front bumper to the line of the path's next signal, metres, if it must not be crossed now.

@@ -92,8 +92,7 @@ impl Agent {
     /// way in a junction, or the vehicle of another lane behind which the driver merges.
     fn nearest_ahead(&self) -> Option<SeenLeader> {
         let leader = self.view.leader.map(|leader| SeenLeader { gap_m: leader.gap_m, speed_mps: leader.speed_mps });
-        let person_m = self.network.person_ahead_m(&self.view, &self.map);
-        let person = person_m.map(|gap_m| SeenLeader { gap_m, speed_mps: 0.0 });
+        let person = self.network.person_ahead(&self.view, &self.map);
         let merging = self.network.merges_behind(&self.view, &self.map);
         let crossing = self.network.across(&self.view, &self.map);
         [leader, person, merging, crossing].into_iter().flatten().min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))

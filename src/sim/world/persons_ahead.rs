@@ -1,10 +1,13 @@
-//! Persons on foot in the way of an ego. In: a map, once, and snapshots. Out: the distance to the nearest crossing on which somebody is, or
-//! waits to be, or to a person on the road elsewhere. A driver stops before them as behind a vehicle that stands. Metres, m/s.
+//! Persons on foot, and cyclists of events, in the way of an ego. In: a map, once, and snapshots. Out: the nearest crossing on which a person is, or
+//! waits to be, or the nearest person on the road elsewhere. A driver stops before a person on foot as behind a vehicle that stands, and stays behind
+//! a cyclist. Metres, m/s.
 
 use crate::{
+    driver::SeenLeader,
     map::{RoadMap, Route, network::EdgeKind},
     sim::{Snapshot, VehicleSnapshot},
     space::{CAR_WIDTH_M, Pose, is_one_road},
+    traffic::VehicleKind,
 };
 use glam::DVec2;
 
@@ -63,12 +66,11 @@ impl PersonsAhead {
         Self { crossings: driven.filter_map(crossing).collect() }
     }
 
-    /// Returns the distance from the ego's front bumper to the nearest person in its way, or to the crossing where they are; `None` without
-    /// such a person.
-    pub fn ahead_m(&self, snapshot: &Snapshot, route: &Route) -> Option<f64> {
+    /// Returns the nearest person in the ego's way, or the crossing where they are, as a driver sees them; `None` without such a person.
+    pub fn nearest(&self, snapshot: &Snapshot, route: &Route) -> Option<SeenLeader> {
         let ego = snapshot.ego.position.truncate();
         let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
-        let ahead_m = |person: &VehicleSnapshot| {
+        let seen = |person: &VehicleSnapshot| {
             let beside = BesideRoute::of(person, snapshot, route);
             let on_road = beside.on_road_ahead_m(person, snapshot, route);
             // A person who has crossed the ego's lane and walks on is not in its way.
@@ -78,9 +80,11 @@ impl PersonsAhead {
                 let ahead_m = route.difference(snapshot.ego_s_m, crossing.s_m);
                 (ahead_m >= -INTO_CROSSING_M).then_some(ahead_m.max(0.0))
             });
-            at_crossing.chain(on_road).min_by(f64::total_cmp)
+            let gap_m = at_crossing.chain(on_road).min_by(f64::total_cmp)?;
+            let (_, speed_mps) = along(person, person.pose.yaw_rad - route.yaw_at(beside.s_m));
+            Some(SeenLeader { gap_m, speed_mps })
         };
-        near.filter_map(ahead_m).min_by(f64::total_cmp)
+        near.filter_map(seen).min_by(|a, b| a.gap_m.total_cmp(&b.gap_m))
     }
 }
 
@@ -96,19 +100,39 @@ impl Crossing {
     }
 }
 
+/// Checks whether a person at this lateral offset from a vehicle's way, who nears it at this speed, is in the way or will be soon. `widths_m` is the
+/// sum of both widths.
+pub(super) fn is_in_way(offset_m: f64, nearing_mps: f64, widths_m: f64) -> bool {
+    offset_m.abs() - nearing_mps.max(0.0) * LOOKS_AHEAD_S < widths_m / 2.0 + BESIDE_M
+}
+
+/// Returns the distance from a person's middle to the rear of their body, and their speed along a way against which they are turned by this angle. A
+/// person on foot counts as a point that stands.
+pub(super) fn along(person: &VehicleSnapshot, turned_rad: f64) -> (f64, f64) {
+    match person.body.kind {
+        VehicleKind::Pedestrian => (0.0, 0.0),
+        _ => (person.body.length_m / 2.0, (person.speed_mps * turned_rad.cos()).max(0.0)),
+    }
+}
+
 /// Position of a person or vehicle beside the ego's route.
 pub(super) struct BesideRoute {
     pub s_m: f64,
     /// Lateral offset from the route, positive to the left.
     pub offset_m: f64,
     /// Speed at which the person comes nearer to the route's line; negative for one who walks away.
-    nearing_mps: f64,
+    pub nearing_mps: f64,
 }
 
 impl BesideRoute {
     pub fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Self {
         let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
-        let at = route.project(person.pose.position, Some(route.wrap(snapshot.ego_s_m + away_m)));
+        Self::near(person, route, route.wrap(snapshot.ego_s_m + away_m))
+    }
+
+    /// Returns the position of a person near a place of the route.
+    pub fn near(person: &VehicleSnapshot, route: &Route, near_s_m: f64) -> Self {
+        let at = route.project(person.pose.position, Some(near_s_m));
         let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());
         let nearing_mps = -at.offset_m.signum() * to_left * person.speed_mps;
         Self { s_m: at.s_m, offset_m: at.offset_m, nearing_mps }
@@ -121,9 +145,9 @@ impl BesideRoute {
 
     /// Returns the distance from the ego's front bumper to the person, if they are in its way or will be soon.
     fn on_road_ahead_m(&self, person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Option<f64> {
-        let ahead_m = route.difference(snapshot.ego_s_m, self.s_m);
-        let soon_m = self.offset_m.abs() - self.nearing_mps.max(0.0) * LOOKS_AHEAD_S;
-        let is_in_way = soon_m < (CAR_WIDTH_M + person.body.width_m) / 2.0 + BESIDE_M;
+        let (rear_m, _) = along(person, 0.0);
+        let ahead_m = route.difference(snapshot.ego_s_m, self.s_m) - rear_m;
+        let is_in_way = is_in_way(self.offset_m, self.nearing_mps, CAR_WIDTH_M + person.body.width_m);
         let is_level = is_one_road(person.height_m, route.height_m(self.s_m));
         (ahead_m > 0.0 && is_in_way && is_level).then_some(ahead_m)
     }

@@ -67,7 +67,7 @@ impl Agent {
         }
         let Some((s_m, speed_mps)) = self.room() else { return Ok(()) };
         let start = StartPlace { s_m, speed_mps };
-        self.body = AgentBody::full(scenario, &self.map, &self.network, start, self.view.cars.len())?;
+        self.body = AgentBody::full(scenario, &self.map, start, self.view.cars.len())?;
         self.view.ego_s_m = s_m;
         let tick = Tick(self.view.tick.0 + 1);
         self.events.push(Event { tick, kind: EventKind::PutBack { s_m } });

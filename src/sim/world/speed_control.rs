@@ -10,7 +10,7 @@ use crate::{
 /// Speed difference at which a vehicle has the speed of its event, m/s.
 const REACHED_MPS: f64 = 1e-6;
 /// Driver who keeps a vehicle from running into the one ahead, at any speed of an event.
-const KEEPER: IdmParams = IdmParams { v0: 70.0, ..GUARD };
+pub(super) const KEEPER: IdmParams = IdmParams { v0: 70.0, ..GUARD };
 
 /// Control of the speed of a vehicle.
 #[derive(Debug)]
@@ -42,13 +42,16 @@ impl SpeedControl {
     pub fn motion(&self, speed_mps: f64, leader: Option<Leader>, step_s: f64) -> LaneMotion {
         let rate_mps2 = if speed_mps > self.to_mps { -self.rate_mps2 } else { self.rate_mps2 };
         let wanted = changed(speed_mps, self.to_mps, rate_mps2, step_s);
-        let bound = leader.map(|leader| {
-            let guarded_mps2 = KEEPER.acceleration(speed_mps, leader.speed_mps, leader.gap_m);
-            changed(speed_mps, if guarded_mps2 < 0.0 { 0.0 } else { f64::INFINITY }, guarded_mps2, step_s)
-        });
+        let bound = leader.map(|leader| behind(&KEEPER, speed_mps, &leader, step_s));
         let [end_mps, mean_mps] = bound.filter(|bound| bound[0] < wanted[0]).unwrap_or(wanted);
         LaneMotion { id: self.id, mean_mps, end_mps }
     }
+}
+
+/// Returns the speed at the end of a step and the mean speed in it of a vehicle with this model behind a leader.
+pub(super) fn behind(model: &IdmParams, speed_mps: f64, leader: &Leader, step_s: f64) -> [f64; 2] {
+    let accel_mps2 = model.acceleration(speed_mps, leader.speed_mps, leader.gap_m);
+    changed(speed_mps, if accel_mps2 < 0.0 { 0.0 } else { f64::INFINITY }, accel_mps2, step_s)
 }
 
 /// Returns the speed at the end of a step and the mean speed in it of a vehicle that accelerates evenly until it has the speed `to_mps`.

@@ -79,6 +79,14 @@ fn no_vehicle(id: VehicleId) -> TrafficError {
     TrafficError::Setup(format!("vehicle {} is on no lane now", id.0))
 }
 
+/// Adds a vehicle to the obstacles if the ego of a snapshot can touch it.
+fn note_obstacle(obstacles: &mut Vec<Obstacle>, car: &VehicleSnapshot, snapshot: &Snapshot) {
+    let ego = snapshot.ego.position;
+    if car.pose.position.distance(ego.truncate()) < TOUCHABLE_M {
+        obstacles.extend(car.obstacles().filter(|obstacle| obstacle.is_at_height(ego.z)));
+    }
+}
+
 impl TrafficCoupling {
     /// Starts the traffic of a scenario and runs it until the ego is put in.
     pub fn start(drive: &PlannedDrive) -> Result<Self, WorldError> {
@@ -325,12 +333,15 @@ impl TrafficCoupling {
                 lamps: to.vehicle.lamps,
                 pitch: before.map(|before| before.pitch).unwrap_or_default().step(accel_mps2, dt_s),
             };
-            let ego = snapshot.ego.position;
-            if at.pose.position.distance(ego.truncate()) < TOUCHABLE_M {
-                self.obstacles.extend(car.obstacles().filter(|obstacle| obstacle.is_at_height(ego.z)));
-            }
+            note_obstacle(&mut self.obstacles, &car, snapshot);
             snapshot.cars.push(car);
         }
+    }
+
+    /// Adds a person of an event, whose id is above all others in the snapshot, at the tick of the last call of [`TrafficCoupling::move_vehicles`].
+    pub fn add(&mut self, snapshot: &mut Snapshot, person: VehicleSnapshot) {
+        note_obstacle(&mut self.obstacles, &person, snapshot);
+        snapshot.cars.push(person);
     }
 
     /// Returns where a vehicle's front is along the drive's route, metres; `None` off the route.
