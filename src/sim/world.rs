@@ -1,11 +1,10 @@
 //! The world of one drive. In: [`Controls`] once a tick. Out: [`Event`]s and the [`Snapshot`] of that tick.
 //!
 //! Traffic runs one step ahead (docs/decisions.md: 3). At the first tick of step k the engine gets the agents' present and predicted poses
-//! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start`
-//! starts them). Agents (`agent`) are the participant's vehicle and every other advised vehicle. Full ones are simulated tick by tick, light
-//! ones (`light_agent`) step by step, before the engine makes the step (`touchable`).
-//! The `observer` has the view that is recorded and drawn. `contacts` finds contacts, `derived_state` the position on the road, `advice` and
-//! `perception` the input of policies and drivers.
+//! and computes step k+1. In between, the other vehicles are interpolated linearly (`traffic_coupling`; `traffic_start` starts them).
+//! Agents (`agent`) are the participant's vehicle and every other advised vehicle. Full ones are simulated tick by tick, light ones
+//! (`light_agent`) step by step, before the engine makes the step (`touchable`). The `observer` has the view that is recorded and drawn.
+//! `contacts` finds contacts, `derived_state` the position on the road, `advice` and `perception` the input of policies and drivers.
 
 mod advice;
 mod advised_selection;
@@ -225,9 +224,8 @@ impl World {
         self.traffic.move_vehicles(self.observer.view_mut(), fraction, ticks as f64 * TICK_S);
         self.show_moved_by_events(ticks);
         self.script.watch(controls);
-        if let Some(participant) = self.observer.participant_mut() {
-            participant.place_on_lane(self.drive.scenario())?;
-        }
+        let participant = self.observer.participant_mut();
+        participant.map_or(Ok(()), |participant| participant.place_on_lane(self.drive.scenario()))?;
         if self.move_to_contact() {
             self.end(EndReason::Contact);
         }
