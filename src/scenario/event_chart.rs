@@ -1,5 +1,5 @@
 //! Picture of a scenario's events. In: the events, the road and the duration of the drive. Out: SVG of a timeline, from when on each event can begin, and
-//! of the route with the places of triggers. Metres, seconds.
+//! of the route with the places of triggers and people. Metres, seconds.
 
 use super::{
     PlannedDrive, ScriptedEvent,
@@ -56,7 +56,11 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::Message { for_s, .. }
         | Action::HideAdvice { for_s } => *for_s,
         Action::Weather { over_s, .. } => *over_s,
-        Action::CutIn { .. } | Action::ChangeLane { .. } | Action::SignalAhead { .. } => 0.0,
+        Action::CyclistRides(ride) => ride.for_m / ride.speed_mps,
+        Action::CutIn { .. }
+        | Action::ChangeLane { .. }
+        | Action::SignalAhead { .. }
+        | Action::PedestrianCrosses(_) => 0.0,
     };
     event.actions.iter().map(of).fold(0.0, f64::max)
 }
@@ -108,7 +112,8 @@ fn route(drive: &PlannedDrive) -> Chart {
     chart.lines.push(line("route".into(), LineStyle::solid("#999999"), points));
     for (k, event) in drive.scenario().events.iter().enumerate() {
         let style = LineStyle { dots: true, ..LineStyle::solid(COLOURS[k % COLOURS.len()]) };
-        for place_m in places_m(&event.trigger, drive) {
+        let of_people = event.actions.iter().filter_map(Action::place_m);
+        for place_m in places_m(&event.trigger, drive).into_iter().chain(of_people) {
             chart.lines.push(line(format!("{}: {place_m:.0} m", event.name), style, vec![point(place_m)]));
         }
     }

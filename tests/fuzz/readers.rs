@@ -208,8 +208,15 @@ fn settings(folder: &Path) -> Vec<Reader> {
     vec![
         Reader {
             name: "scenario",
-            good: [vec![scenario], shipped(&["docs/how-to/leader-brakes.toml", "docs/how-to/all-events.toml"])]
-                .concat(),
+            good: [
+                vec![scenario],
+                shipped(&[
+                    "docs/how-to/leader-brakes.toml",
+                    "docs/how-to/all-events.toml",
+                    "docs/how-to/people-cross.toml",
+                ]),
+            ]
+            .concat(),
             change: mutate::text,
             share: 800,
             read: Box::new(|bytes| text(bytes).is_some_and(|text| Scenario::from_toml(text, "fuzz").is_ok())),

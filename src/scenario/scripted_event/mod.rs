@@ -135,11 +135,11 @@ impl ScriptedEvent {
             if let Some(why) = event.trigger.unreachable(road) {
                 return Err(format!("event \"{}\" can never begin: {why}", event.name));
             }
-            if let Some(place_m) = event.actions.iter().filter_map(Action::place_m).find(|m| *m >= road.length_m) {
+            let length_m = road.map.route.length_m();
+            if let Some(place_m) = event.actions.iter().filter_map(Action::place_m).find(|m| *m >= length_m) {
                 return Err(format!(
-                    "event \"{}\": place_m is {place_m}, and the route is {:.1} m long",
-                    event.name,
-                    road.map.route.length_m()
+                    "event \"{}\": place_m is {place_m}, and the route is {length_m:.1} m long",
+                    event.name
                 ));
             }
             let mut impossible = event.actions.iter().filter_map(|action| Some((action, action.impossible(road)?)));

@@ -4,7 +4,10 @@
 //! Triggers are looked at where a step of the traffic begins. The engine then makes that step with the motions, so that a vehicle begins to
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
-use super::{World, event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, traffic_coupling::TrafficCoupling};
+use super::{
+    World, event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople,
+    traffic_coupling::TrafficCoupling,
+};
 use crate::{
     controls::Controls,
     ego::{Disturbance, water_mm},
