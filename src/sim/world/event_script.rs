@@ -15,12 +15,12 @@ use crate::{
     policy::Advice,
     rng::{self, Stream},
     scenario::{
-        PlannedDrive, ScriptedEvent,
+        OnContact, PlannedDrive, ScriptedEvent,
         scripted_event::{Action, DriverInput, PLACES, Trigger},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
-        event::{EventStage, NotDone, ScriptedState},
+        event::{EventStage, NotDone, PERSON_TOUCHED, ScriptedState},
     },
     snapshot::Weather,
     time::{TICK_S, Tick},
@@ -374,6 +374,26 @@ impl EventScript {
 }
 
 impl World {
+    /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
+    /// lights of vehicles on that have broken down.
+    pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
+        let view = self.observer.view_mut();
+        self.script.switch_hazard_lights(&mut view.cars);
+        let now = Tick(view.tick.0 + ticks);
+        self.script.people.at(now, ticks, &self.drive.map().route).for_each(|person| self.traffic.add(view, person));
+    }
+
+    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive. A text says so after one
+    /// with a person.
+    pub(super) fn move_to_contact(&mut self) -> bool {
+        let has_touched = self.move_agents();
+        let touches_person = self.observer.events().iter().any(|event| event.kind.touches_person());
+        if touches_person {
+            self.observer.view_mut().message = Some(PERSON_TOUCHED.into());
+        }
+        touches_person || (has_touched && self.scenario().contact == OnContact::End)
+    }
+
     /// Returns the names of the scenario's events with what they are at, in the order of the scenario.
     pub fn scripted_events(&self) -> impl ExactSizeIterator<Item = (&str, ScriptedState)> {
         self.script.runs.iter().map(|run| {

@@ -4,12 +4,12 @@
 //! A person waits beside the road from the drive's start on. From the tick of the event their place follows from the time alone: the distance that
 //! they have walked or ridden, and from that the place beside the route. So a replay has the same people to the bit, with every engine.
 
-use super::{World, network_view::NetworkView};
+use super::network_view::NetworkView;
 use crate::{
     ego::GroundModel,
     map::{RoadMap, Route, network::Side},
-    scenario::{OnContact, ScriptedEvent, scripted_event::Action},
-    sim::{PERSON_TOUCHED, VehicleSnapshot},
+    scenario::{ScriptedEvent, scripted_event::Action},
+    sim::VehicleSnapshot,
     space::Pose,
     time::{TICK_S, Tick},
     traffic::{FIRST_OF_EVENTS, VehicleBody, VehicleId, VehicleKind},
@@ -89,28 +89,6 @@ struct Beside {
     offset_m: f64,
     /// Direction against the route's.
     turned_rad: f64,
-}
-
-impl World {
-    /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick, and switches the hazard lights
-    /// of vehicles on that have broken down.
-    pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
-        let view = self.observer.view_mut();
-        self.script.switch_hazard_lights(&mut view.cars);
-        let now = Tick(view.tick.0 + ticks);
-        self.script.people.at(now, ticks, &self.drive.map().route).for_each(|person| self.traffic.add(view, person));
-    }
-
-    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive; a text says so after one with a
-    /// person.
-    pub(super) fn move_to_contact(&mut self) -> bool {
-        let has_touched = self.move_agents();
-        let touches_person = self.observer.events().iter().any(|event| event.kind.touches_person());
-        if touches_person {
-            self.observer.view_mut().message = Some(PERSON_TOUCHED.into());
-        }
-        touches_person || (has_touched && self.scenario().contact == OnContact::End)
-    }
 }
 
 impl RoadPeople {
