@@ -129,7 +129,7 @@ pub(super) fn motorcycle() -> Model {
     Model { triangles, shape: MOTORCYCLE }
 }
 
-/// Returns the models of a bicycle with its rider at each level of detail: one who stands with a foot on the ground, then the positions of the cranks.
+/// Returns the models of a bicycle with its rider at each level of detail: standing with a foot on the ground, then the positions of the cranks.
 pub(super) fn bicycles() -> impl Iterator<Item = [Model; 3]> {
     let ridden = (0..CRANKS).map(|k| Some(TAU * k as f32 / CRANKS as f32));
     std::iter::once(None).chain(ridden).map(|turn_rad| [10, 6, 4].map(|sides| bicycle(turn_rad, sides)))

@@ -1,5 +1,5 @@
-//! Postures of people in metres: on foot at a phase of the gait, standing, and at the pedals. In: height and phase. Out: joints in the body's frame: x
-//! forward, y left, z up, origin on the ground under the middle.
+//! Postures of people in metres: on foot at a phase of the gait, standing, and at the pedals. In: height and phase. Out: joints in the body's frame:
+//! x forward, y left, z up, origin on the ground under the middle.
 //!
 //! Lengths of limbs are shares of the height, and the walk has the usual proportions of a cycle (docs/references.md: walkers). The ball of a
 //! foot on the ground goes back as fast as the body goes forward, so that no foot slides.

@@ -68,7 +68,7 @@ pub(super) fn trunk(triangles: &mut TriangleList, sections: &[(Vec3, [f32; 2])],
     triangles.bar(sections.len(), ring, finish);
 }
 
-/// Adds a leg in trousers or stockings; `girth` scales its radii. A leg under a skirt begins above the knee, so that no thigh reaches through the cloth.
+/// Adds a leg in trousers or stockings; `girth` scales its radii. A leg under a skirt begins above the knee, as a thigh would reach through the cloth.
 pub(super) fn leg(
     triangles: &mut TriangleList,
     leg: &Leg,
