@@ -21,6 +21,9 @@ pub struct Controls {
     /// Button of the secondary task that was pressed.
     #[serde(default)]
     pub task_button: TaskButton,
+    /// True in a tick in which the button of the automation was pressed.
+    #[serde(default)]
+    pub automation_button: bool,
 }
 
 impl Controls {
@@ -35,6 +38,7 @@ impl Controls {
             indicator: self.indicator,
             main_beam: self.main_beam,
             task_button: self.task_button,
+            automation_button: self.automation_button,
         }
     }
 }

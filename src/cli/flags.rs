@@ -228,6 +228,7 @@ fn table_argument(table: &str, fields: &[Field]) -> Arg {
 fn table_help(table: &str) -> &'static str {
     match table {
         "idm" => "Car-following model of the other vehicles, for example T=1.5,noise=0",
+        "automation" => "Automation of the participant's vehicle, for example system=traffic-jam-pilot,time_gap_s=2",
         "secondary_task" => "Secondary task of the participant, for example kind=n-back,n=2",
         "sound" => "Sound levels in dB, for example master_db=-6,wind_db=-60; -60 is silence",
         _ => "Scaling of the observation",

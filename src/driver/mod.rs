@@ -6,7 +6,9 @@
 //! a bend, a lower limit (`speeds_ahead`) or a stop line. `pedals` turns it into accelerator and brake, `steering` the lane into an
 //! angle of the wheel. [`manoeuvres`] decides on networks: right of way and lane changes.
 
+mod automated;
 mod compliance;
+mod cruise_control;
 mod fitted;
 pub mod manoeuvres;
 mod named;
@@ -17,7 +19,9 @@ mod population;
 mod secondary_task;
 mod speeds_ahead;
 mod steering;
+mod supervision;
 
+pub use automated::{AutomatedDriver, SpeedGoal};
 pub use compliance::{Compliance, HELD_BACK_S};
 pub use fitted::{DriversFile, DriversFileError, FORMAT as DRIVERS_FORMAT, FittedDriver};
 pub use named::{NamedDriver, named};
@@ -32,7 +36,7 @@ use crate::{
     map::Route,
     policy::Advice,
     rng,
-    snapshot::TaskDisplay,
+    snapshot::{AutomationState, TaskDisplay},
     space::wrap_angle,
     traffic::{AccelNoise, CarFollowing, TrafficDrivers},
 };
@@ -44,6 +48,7 @@ use secondary_task::TaskResponder;
 use speeds_ahead::{corner_per_m, next_limit_speed_mps};
 use steering::SteeringModel;
 pub use steering::TURN_IN_S;
+use supervision::Supervisor;
 
 /// Time constant of the driver's deviation from the centre line, s.
 const LANE_TIME_S: f64 = 8.0;
@@ -67,6 +72,10 @@ pub struct Perception {
     pub indicator: Indicator,
     /// Secondary task of the driver.
     pub task: TaskDisplay,
+    /// Automation of the ego.
+    pub automation: AutomationState,
+    /// Angle of the steering wheel, rad, positive to the left; the automation turns it, too.
+    pub wheel_rad: f32,
 }
 
 /// Leader as the driver perceives it.
@@ -130,6 +139,7 @@ pub struct SimulatedDriver {
     following_noise: OrnsteinUhlenbeck,
     lane_wander: OrnsteinUhlenbeck,
     task: TaskResponder,
+    supervisor: Supervisor,
 }
 
 impl SimulatedDriver {
@@ -154,6 +164,7 @@ impl SimulatedDriver {
             following: CarFollowing::Idm(params.idm),
             following_noise: OrnsteinUhlenbeck::new(0.0, 1.0, rng::stream(seed, "driver/following")),
             task: TaskResponder::new(seed),
+            supervisor: Supervisor::new(seed),
             params: params.clone(),
         })
     }
@@ -227,17 +238,30 @@ impl SimulatedDriver {
         }
     }
 
-    /// Returns the controls of this tick.
+    /// Returns the controls of this tick. Where the automation drives, the feet rest and the hands go with the wheel.
     pub fn controls(&mut self, now: &Perception) -> Controls {
         let pedals = self.pedals(now);
         let wander_m = self.lane_wander.next();
-        let steering_wheel_rad = self.steering.turn(&self.params, now.speed_mps, &now.lane, wander_m);
-        Controls { steering_wheel_rad, task_button: self.task.press(now.task), ..pedals }
+        let steering_wheel_rad = match now.automation.steers_now() {
+            true => self.steering.hold(now.wheel_rad),
+            false => self.steering.turn(&self.params, now.speed_mps, &now.lane, wander_m),
+        };
+        let automation_button = self.supervisor.presses(now.automation.mode);
+        Controls { steering_wheel_rad, automation_button, task_button: self.task.press(now.task), ..pedals }
     }
 
     /// Returns the controls of this tick with the steering wheel straight, for a vehicle that keeps its line by itself.
     pub fn pedals(&mut self, now: &Perception) -> Controls {
         let wanted_mps2 = self.wanted_mps2(now);
+        if now.automation.keeps_speed_now() {
+            self.pedals.rest_on(0.0, 0.0);
+            return Controls { selector: Selector::Drive, indicator: now.indicator, ..Controls::default() };
+        }
+        self.press(now, wanted_mps2)
+    }
+
+    /// Returns the pedals of this tick for a wanted acceleration, m/s², with the steering wheel straight.
+    fn press(&mut self, now: &Perception, wanted_mps2: f64) -> Controls {
         let (throttle, brake) = self.pedals.press(&self.params, now.speed_mps, wanted_mps2, now.lane.grade);
         Controls { throttle, brake, selector: Selector::Drive, indicator: now.indicator, ..Controls::default() }
     }

@@ -78,6 +78,13 @@ impl PedalModel {
         (self.foot, self.brake, self.holding) = (FootPlace::Brake, HOLD_PEDAL, true);
     }
 
+    /// Puts the foot on the pedals as they are, and forgets past errors.
+    pub fn rest_on(&mut self, throttle: f32, brake: f32) {
+        self.foot = if brake > 0.0 { FootPlace::Brake } else { FootPlace::Throttle };
+        (self.throttle, self.brake, self.holding) = (throttle.into(), brake.into(), false);
+        (self.ideal_mps, self.integral) = (f64::NAN, 0.0);
+    }
+
     /// Returns accelerator and brake of this tick for a wanted acceleration, m/s², on a road of this grade.
     pub fn press(&mut self, params: &DriverParams, speed_mps: f64, wanted_mps2: f64, grade: f64) -> (f32, f32) {
         let downhill_mps2 = 9.81 * -grade / grade.hypot(1.0);

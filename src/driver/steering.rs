@@ -54,6 +54,12 @@ impl SteeringModel {
         Self { wheelbase_m: car.body.wheelbase_m, understeer, wheel_rad: None, trim: 0.0 }
     }
 
+    /// Takes the steering wheel at this angle, rad, and returns it.
+    pub fn hold(&mut self, wheel_rad: f32) -> f32 {
+        self.wheel_rad = Some(wheel_rad.into());
+        wheel_rad
+    }
+
     /// Returns the steering wheel's angle in this tick, rad, positive to the left. `wander_m` shifts the line to drive.
     pub fn turn(&mut self, params: &DriverParams, speed_mps: f64, lane: &LaneView, wander_m: f64) -> f32 {
         let aim = lane.aim;

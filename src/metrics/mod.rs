@@ -13,6 +13,7 @@ pub mod fuel;
 mod motion_phases;
 pub mod registry;
 mod secondary_task;
+mod takeover;
 mod tick_totals;
 pub mod traffic_moments;
 mod traffic_totals;
@@ -26,6 +27,9 @@ pub use estimate::Estimate;
 pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
 pub use registry::{Measure, MeasuredOn, RoadKinds, measure};
 pub use secondary_task::{FIRST_HIT_S, TaskLog, TaskResponse, TaskScores, TaskStimulus};
+pub use takeover::{
+    AFTER_TAKEOVER_S, AutomationChange, SwitchedOffBy, SwitchedOnBy, TakeoverInput, TakeoverLog, TakeoverScores,
+};
 pub use tick_totals::{RunningMean, RunningMinimum, TickTotals};
 pub use traffic_totals::TrafficTotals;
 pub use trajectories::{SpeedTrace, Trajectories};

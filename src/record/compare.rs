@@ -135,9 +135,10 @@ impl TableComparison {
         let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.name()));
         let word = ego.word("task_button");
         let task_button = TaskButton::ALL.into_iter().find(|button| word == Some(button.name()));
-        let words = selector.zip(indicator).zip(ego.flag("main_beam").zip(task_button));
+        let presses = task_button.zip(ego.flag("automation_button"));
+        let words = selector.zip(indicator).zip(ego.flag("main_beam").zip(presses));
         match (throttle, brake, wheel, words) {
-            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), (main_beam, task_button)))) => Ok(Some(Controls {
+            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), (main_beam, (task_button, automation_button))))) => Ok(Some(Controls {
                 throttle: throttle as f32,
                 brake: brake as f32,
                 steering_wheel_rad: wheel as f32,
@@ -145,9 +146,10 @@ impl TableComparison {
                 indicator,
                 main_beam,
                 task_button,
+                automation_button,
             })),
             _ => Err(ego.batches_error(
-                "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam or task_button are not as this program writes them",
+                "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam, task_button or automation_button are not as this program writes them",
             )),
         }
     }

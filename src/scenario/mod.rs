@@ -3,6 +3,7 @@
 //! without it (`hold_s` is `--hold SECS`).
 
 mod advised;
+mod automation;
 pub mod colour;
 mod display;
 mod event_chart;
@@ -16,6 +17,7 @@ pub mod sound;
 mod sumo_config;
 
 pub use advised::{AdvisedVehicles, UnknownShare};
+pub use automation::{Automation, AutomationSystem};
 pub use display::{CockpitView, DialPalette, GuidanceView, QualityLevel};
 pub use event_chart::event_chart;
 pub use files::NamedFiles;
@@ -214,6 +216,8 @@ flat_settings! {
             driver: String = "follow".into(),
             /// Secondary task of the participant, with its settings
             secondary_task: SecondaryTask = SecondaryTask::default(),
+            /// Automation of the participant's vehicle, with its settings
+            automation: Automation = Automation::default(),
         }
     }
 }
@@ -328,6 +332,11 @@ impl Scenario {
     pub fn load_map(&self) -> Result<RoadMap, MapError> {
         let edges: Vec<&str> = self.path.split_whitespace().collect();
         if edges.is_empty() { RoadMap::load(&self.map) } else { RoadMap::load_along(&self.map, &edges) }
+    }
+
+    /// Returns true if the drive has spoken sentences.
+    pub fn speaks(&self) -> bool {
+        self.spoken_guidance || self.secondary_task.speaks() || self.automation.speaks()
     }
 
     /// Returns the half width of the acceptable range, m/s.

@@ -2,7 +2,8 @@
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
 use super::{
-    AdvisedBody, AdvisedVehicles, Scenario, ScriptedEvent, logged_traffic::LoggedTraffic, scripted_event::DrivenRoad,
+    AdvisedBody, AdvisedVehicles, AutomationSystem, Scenario, ScriptedEvent, logged_traffic::LoggedTraffic,
+    scripted_event::DrivenRoad,
 };
 use crate::{
     map::{MapError, RoadMap},
@@ -120,7 +121,12 @@ impl PlannedDrive {
         if fixed_vehicles.is_none() && scenario.participant && scenario.path_start_m() >= length_m {
             return Err(MapError::PathStart { file: map.net_file.clone(), start_m, length_m }.into());
         }
-        let road = DrivenRoad { map: &map, is_open: fixed_vehicles.is_none(), duration_s: scenario.duration_s };
+        let road = DrivenRoad {
+            map: &map,
+            is_open: fixed_vehicles.is_none(),
+            duration_s: scenario.duration_s,
+            has_automation: scenario.participant && scenario.automation.system != AutomationSystem::None,
+        };
         ScriptedEvent::check_on(&scenario.events, &road).map_err(|message| fault(("event", message)))?;
         let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })
@@ -227,8 +233,10 @@ impl PlannedDrive {
             sentences
                 .push(format!("idm has no effect with traffic_drivers {drivers}: the population has its own model"));
         }
-        if !self.scenario.participant && is_changed("secondary_task") {
-            sentences.push("secondary_task has no effect with participant false: it is the participant's".into());
+        for key in ["secondary_task", "automation"] {
+            if !self.scenario.participant && is_changed(key) {
+                sentences.push(format!("{key} has no effect with participant false: it is the participant's"));
+            }
         }
         sentences
     }

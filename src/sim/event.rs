@@ -2,7 +2,7 @@
 
 use crate::{
     controls::Indicator,
-    metrics::{TaskLog, TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, TaskLog, TaskResponse, TaskStimulus},
     policy::Advice,
     roadside::fixed_objects::FixedObjectKind,
     time::Tick,
@@ -134,6 +134,8 @@ pub enum EventKind {
     TaskResponse(TaskResponse),
     /// The shutter of an occlusion opens (true) or closes.
     Shutter(bool),
+    /// The automation changes, or the participant responds to it.
+    Automation(AutomationChange),
     /// The ego is put back on its lane.
     PutBack {
         /// Ego's front bumper along the route, metres.

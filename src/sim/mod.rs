@@ -1,6 +1,7 @@
 //! The simulation. In: a [`Scenario`](crate::scenario::Scenario), then [`Controls`](crate::controls::Controls) once a tick. Out: events,
 //! and a [`Snapshot`] of everything that can be shown, recorded or hashed.
 
+mod automation;
 mod error;
 mod event;
 mod ground;

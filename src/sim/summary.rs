@@ -2,7 +2,7 @@
 //! always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
-use crate::metrics::{TaskLog, TaskScores, TickTotals};
+use crate::metrics::{TakeoverLog, TakeoverScores, TaskLog, TaskScores, TickTotals};
 use serde::Serialize;
 
 /// A contact in the summary.
@@ -60,6 +60,9 @@ pub struct Summary {
     /// Scores of the secondary task; omitted without one. Response times count from the tick of a stimulus.
     #[serde(flatten)]
     pub secondary_task: TaskScores,
+    /// Scores of the takeovers; omitted without a takeover request.
+    #[serde(flatten)]
+    pub takeovers: Option<TakeoverScores>,
     /// Number of advices issued.
     pub advices: u32,
     /// Length of the drive, seconds.
@@ -101,6 +104,7 @@ pub struct SummaryAccumulator {
     red_lights: u32,
     near_misses: u32,
     task: TaskLog,
+    takeovers: TakeoverLog,
     advices: u32,
     duration_s: f64,
     ended: Option<EndReason>,
@@ -121,6 +125,7 @@ impl SummaryAccumulator {
             red_lights: 0,
             near_misses: 0,
             task: TaskLog::default(),
+            takeovers: TakeoverLog::default(),
             advices: 0,
             duration_s: 0.0,
             ended: None,
@@ -135,6 +140,7 @@ impl SummaryAccumulator {
         self.duration_s = snapshot.tick.seconds();
         self.totals.min_gap_m.add(snapshot.leader_in_lane().map(|leader| leader.gap_m));
         events.iter().for_each(|event| self.note(event));
+        self.takeovers.watch(snapshot.tick, snapshot.ttc_s(), snapshot.lane_offset_m);
         if self.duration_s < self.window_s[0] || self.duration_s > self.window_s[1] {
             return;
         }
@@ -174,6 +180,7 @@ impl SummaryAccumulator {
             EventKind::TaskStimulus(_) | EventKind::TaskResponse(_) | EventKind::Shutter(_) => {
                 event.add_to(&mut self.task)
             }
+            EventKind::Automation(change) => self.takeovers.add(event.tick, change),
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {
                 self.contact_count += 1;
@@ -203,6 +210,7 @@ impl SummaryAccumulator {
             red_lights: self.red_lights,
             near_misses: self.near_misses,
             secondary_task: self.task.scores(self.duration_s),
+            takeovers: self.takeovers.scores(),
             advices: self.advices,
             duration_s: self.duration_s,
             ended: self.ended,

@@ -141,7 +141,7 @@ impl World {
                 let advice = advice.of_participant(scenario);
                 let (start, bodies) = (traffic.ego_start(), traffic.bodies());
                 let agent = Agent::new((&drive, map), advice, start, AdvisedBody::Full, bodies)?;
-                Observer::Participant(Box::new(agent))
+                Observer::Participant(Box::new(agent.automated(scenario)?))
             }
             false => Observer::spectator(map),
         };
@@ -269,6 +269,7 @@ impl World {
             agents: &|id| others.iter().any(|agent| agent.id() == id),
         };
         self.script.step(&seen, &mut self.traffic);
+        self.observer.order_automation(self.script.take_order_to_automation());
         self.traffic.ask(self.observer.participant().into_iter().chain(&self.others), self.script.motions())?;
         self.is_prepared = true;
         Ok(())

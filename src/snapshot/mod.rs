@@ -1,9 +1,11 @@
 //! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
+mod automation_state;
 mod task_display;
 mod weather;
 
 pub use crate::traffic::Leader;
+pub use automation_state::{AutomationMode, AutomationState};
 pub use task_display::{TaskDisplay, TaskPicture};
 pub use weather::Weather;
 
@@ -121,6 +123,8 @@ pub struct Snapshot {
     pub mean_speed_mps: f64,
     /// Secondary task of the ego's driver.
     pub task: TaskDisplay,
+    /// Automation of the ego.
+    pub automation: AutomationState,
 }
 
 /// Returns true if a car with this lateral offset, metres, overlaps one in the middle of the lane.
@@ -136,6 +140,13 @@ impl Snapshot {
     /// does not depend on the ego's lateral offset.
     pub fn leader_in_lane(&self) -> Option<Leader> {
         self.leader.filter(|_| is_in_lane(self.lane_offset_m))
+    }
+
+    /// Returns the time to collision with the leader, s, while the gap closes (SAE J2944: gap over closing speed).
+    pub fn ttc_s(&self) -> Option<f64> {
+        let leader = self.leader?;
+        let closing_mps = self.ego.speed_mps - leader.speed_mps;
+        (closing_mps > 0.0).then(|| leader.gap_m / closing_mps)
     }
 
     /// Returns all other vehicles: [`Snapshot::cars`] without [`Snapshot::persons`].
@@ -168,10 +179,12 @@ impl Snapshot {
 
     /// Returns the ego's lamps as other drivers see them.
     pub fn ego_lamps(&self) -> VehicleLamps {
+        // A minimal-risk manoeuvre has the hazard lights on (UN Regulation 157, 5.5.1).
+        let is_hazard = self.automation.mode == AutomationMode::MinimalRisk;
         VehicleLamps {
             brake: self.ego.braking,
-            left: self.ego_indicator == Indicator::Left,
-            right: self.ego_indicator == Indicator::Right,
+            left: is_hazard || self.ego_indicator == Indicator::Left,
+            right: is_hazard || self.ego_indicator == Indicator::Right,
             emergency: false,
         }
     }
@@ -247,6 +260,7 @@ impl Snapshot {
             numbers.iter().for_each(|(name, value)| put(name, 0, *value));
         }
         self.task.visit(put);
+        self.automation.visit(put);
     }
 }
 

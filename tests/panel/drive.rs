@@ -97,7 +97,7 @@ fn harness(bench: Bench, size: [f32; 2], scale: f32) -> Harness<'static, Bench> 
 
 /// Returns a window high enough for the whole panel, so that no test has to scroll.
 fn tall(bench: Bench) -> Harness<'static, Bench> {
-    harness(bench, [900.0, 3300.0], 1.0)
+    harness(bench, [900.0, 3600.0], 1.0)
 }
 
 /// Opens a section that is closed at first.
@@ -226,7 +226,7 @@ fn a_running_drive_can_be_paused_and_a_paused_one_stepped_and_started() {
 #[test]
 fn every_setting_for_windows_is_in_the_panel_with_its_tooltip() {
     let mut harness = tall(Bench::driving());
-    for section in ["Display", "Sound", "Rig", "Surroundings", "Secondary task"] {
+    for section in ["Display", "Sound", "Rig", "Surroundings", "Secondary task", "Automation"] {
         open(&mut harness, section);
     }
     for (name, path) in [("Range", "range_mph"), ("Screen width", "screen_width_m"), ("Creep", "creep")] {

@@ -363,7 +363,7 @@ fn tab_reaches_every_widget_and_the_focus_is_visible() {
     let mut seen = Vec::new();
     let before = harness.render().unwrap();
     // All widgets once, and on to the vehicles.
-    for _ in 0..64 {
+    for _ in 0..65 {
         harness.key_press(Key::Tab);
         harness.run();
         let Some(node) = harness.query_all(egui_kittest::kittest::by().predicate(|node| node.is_focused())).next()

@@ -1,5 +1,6 @@
 //! Recordings hold every tick, survive a cut at any byte and a kill at any moment, are never overwritten, and replay to the same bits.
 
+mod automation;
 mod format_one;
 mod kills;
 mod logged;

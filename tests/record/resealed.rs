@@ -248,6 +248,7 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/other_model", "krauss"),
         ("/flash_patch", "pedal"),
         ("/secondary_task/kind", "occlusion"),
+        ("/automation/system", "policy"),
         ("/ego_colour", "blue"),
         ("/traffic_colour", "blue"),
     ];
@@ -310,7 +311,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         }
     }
     // Settings of picture and sound, and settings without effect in this drive: contact, waiting for a wave, a second model, lane help for
-    // keys, a path, a policy with a target speed, SUMO on another machine, the secondary task.
+    // keys, a path, a policy with a target speed, SUMO on another machine, the secondary task, the automation.
     let stated = [
         "/advice_tone",
         "/spoken_guidance",
@@ -334,6 +335,12 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/secondary_task/open_s",
         "/secondary_task/closed_s",
         "/secondary_task/self_paced",
+        "/automation/starts_on",
+        "/automation/set_speed_mps",
+        "/automation/time_gap_s",
+        "/automation/override_deg",
+        "/automation/minimal_risk_mps2",
+        "/automation/spoken_requests",
         "/contact",
         "/other_model_share",
         "/path_start_m",

@@ -12,8 +12,16 @@ use codrive::{record, time::Tick};
 use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
-const CONTROLS: [&str; 7] =
-    ["throttle", "brake", "steering_wheel_rad", "selector", "indicator", "task_button", "main_beam"];
+const CONTROLS: [&str; 8] = [
+    "throttle",
+    "brake",
+    "steering_wheel_rad",
+    "selector",
+    "indicator",
+    "task_button",
+    "automation_button",
+    "main_beam",
+];
 /// Columns that do not follow from the drive.
 const OF_DEVICES: [&str; 3] = ["wheel_force_nm", "shown_frame", "shown_wall_s"];
 

@@ -3,6 +3,7 @@
 
 mod agents;
 mod agents_network;
+mod automation;
 mod driver;
 mod ego;
 mod episode;

@@ -32,6 +32,7 @@ const STANDING: Controls = Controls {
     indicator: codrive::controls::Indicator::Off,
     main_beam: false,
     task_button: codrive::controls::TaskButton::None,
+    automation_button: false,
 };
 
 /// Returns every snapshot of `seconds` of a drive by the simulated driver.

@@ -14,7 +14,7 @@ use crate::{
 };
 
 /// Sections and their settings, in order; a path that ends in a dot is a whole table. Settings in no section come last.
-const SECTIONS: [(&str, &[&str]); 9] = [
+const SECTIONS: [(&str, &[&str]); 10] = [
     (
         "Road & traffic",
         &[
@@ -63,12 +63,13 @@ const SECTIONS: [(&str, &[&str]); 9] = [
         ],
     ),
     ("Secondary task", &["secondary_task."]),
+    ("Automation", &["automation."]),
     ("Run", &[]),
 ];
 /// Setting without a widget: with a window there is always a participant.
 const WITHOUT_WIDGET: &str = "participant";
 /// Sections that are closed at first: set once for a rig or a study.
-const CLOSED: [&str; 5] = ["Display", "Sound", "Rig", "Surroundings", "Secondary task"];
+const CLOSED: [&str; 6] = ["Display", "Sound", "Rig", "Surroundings", "Secondary task", "Automation"];
 
 /// Words to choose from, for settings that are texts. The schema does not know the maps and policies on this machine.
 #[derive(Clone, Debug, Default, PartialEq)]

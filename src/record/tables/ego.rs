@@ -7,6 +7,7 @@ use crate::{
     policy::Advice,
     record::table::{ColumnValue, TableColumn, column, number},
     sim::Snapshot,
+    snapshot::AutomationState,
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
 };
@@ -31,6 +32,10 @@ pub struct EgoRow {
     pub lane_offset_m: f64,
     /// Vehicle ahead: number, gap in metres, speed in m/s.
     pub leader: Option<(u32, f64, f64)>,
+    /// Time to collision with it, s.
+    pub ttc_s: Option<f64>,
+    /// Automation of the ego.
+    pub automation: AutomationState,
     /// Advice shown on the speedometer.
     pub advice: Option<Advice>,
     /// Mean speed of all vehicles, m/s.
@@ -52,17 +57,12 @@ impl EgoRow {
             s_m: snapshot.ego_s_m,
             lane_offset_m: snapshot.lane_offset_m,
             leader: snapshot.leader.map(|l| (l.id.0, l.gap_m, l.speed_mps)),
+            ttc_s: snapshot.ttc_s().filter(|_| !snapshot.is_without_ego),
+            automation: snapshot.automation,
             advice: snapshot.advice,
             mean_speed_mps: snapshot.mean_speed_mps,
             wheel_force_nm,
         }
-    }
-
-    /// Returns the time to collision, s, while the gap closes (SAE J2944: gap over closing speed).
-    fn ttc_s(&self) -> Option<f64> {
-        let (_, gap_m, leader_mps) = self.leader?;
-        let closing_mps = self.ego?.speed_mps - leader_mps;
-        (closing_mps > 0.0).then(|| gap_m / closing_mps)
     }
 
     fn angles(&self) -> Option<[f64; 3]> {
@@ -113,6 +113,28 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "button of the secondary task that was pressed in this tick: none, respond, left or right",
         ColumnValue::Word(|r| r.controls.task_button.name().into()),
     ),
+    column(
+        "automation_button",
+        "",
+        "true in a tick in which the button of the automation was pressed",
+        ColumnValue::Flag(|r| Some(r.controls.automation_button)),
+    ),
+    column(
+        "automation",
+        "",
+        "mode of the automation: none, off, on, takeover_request or minimal_risk",
+        ColumnValue::Word(|r| r.automation.mode.name().into()),
+    ),
+    number("driven_throttle", "", "accelerator that the automation gave; empty while it is off", |r| {
+        Some(r.automation.driven?.throttle.into())
+    }),
+    number("driven_brake", "", "brake pedal that the automation gave", |r| Some(r.automation.driven?.brake.into())),
+    number(
+        "driven_wheel_rad",
+        "rad",
+        "angle of the steering wheel that the automation gave, and of its return to the participant's in the second after",
+        |r| Some(r.automation.driven?.steering_wheel_rad.into()),
+    ),
     column("main_beam", "", "true while the main beam is on", ColumnValue::Flag(|r| Some(r.controls.main_beam))),
     number("x_m", "m", "centre of the car, to the east", |r| Some(r.ego?.position.x)),
     number("y_m", "m", "centre of the car, to the north", |r| Some(r.ego?.position.y)),
@@ -143,9 +165,7 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         r.leader.map(|l| l.1 + CAR_LENGTH_M)
     }),
     number("leader_speed_mps", "m/s", "speed of the leader", |r| r.leader.map(|l| l.2)),
-    number("ttc_s", "s", "time to collision, gap over closing speed; empty while the gap does not close", |r| {
-        r.ttc_s()
-    }),
+    number("ttc_s", "s", "time to collision, gap over closing speed; empty while the gap does not close", |r| r.ttc_s),
     number("target_mps", "m/s", "advised speed", |r| r.advice.map(|a| a.target_mps)),
     number("range_low_mps", "m/s", "lower edge of the acceptable range", |r| r.advice.map(|a| a.band_mps().0)),
     number("range_high_mps", "m/s", "upper edge of the acceptable range", |r| r.advice.map(|a| a.band_mps().1)),

@@ -39,7 +39,7 @@ pub const SHUTTER_OPENS: &str = "open";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 26] = [
+    const KINDS_OF_WORLD: [&str; 31] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -59,6 +59,11 @@ impl EventRow {
         TASK_STIMULUS,
         TASK_RESPONSE,
         SHUTTER,
+        "automation_on",
+        "automation_off",
+        "takeover_request",
+        "takeover_input",
+        "minimal_risk_manoeuvre",
         PUT_BACK,
         "event_triggered",
         "event_triggered_by_hand",
@@ -115,6 +120,10 @@ impl EventRow {
             EventKind::Shutter(is_open) => {
                 row(SHUTTER, if is_open { SHUTTER_OPENS } else { "closed" }.into(), None, None)
             }
+            EventKind::Automation(change) => {
+                let (kind, detail, value) = change.words();
+                row(kind, detail.into(), None, value)
+            }
             EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
             EventKind::Scripted { event, vehicle, stage } => {
                 let name = scripted.get(usize::from(event)).map_or("", |event| event.name.as_str());
@@ -137,7 +146,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
          red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, task_stimulus, task_response, \
-         shutter, put_back, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
+         shutter, automation_on, automation_off, takeover_request, takeover_input, minimal_risk_manoeuvre, put_back, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
@@ -146,7 +155,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "value",
         "m/s, m or s; digit or column",
         "closing speed of a contact, offset where the road was left, speed at a red light, speed over the limit, time to \
-         collision of a near miss, digit or target column of a stimulus, column of a response",
+         collision of a near miss, digit or target column of a stimulus, column of a response, lead time of a takeover request",
         |r| r.value,
     ),
     number(

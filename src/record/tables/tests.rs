@@ -5,11 +5,12 @@ use crate::{
     controls::{Controls, Indicator, Selector, TaskButton},
     ego::EgoState,
     map::network::{LanePosition, Network},
-    metrics::{TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, SwitchedOffBy, TaskResponse, TaskStimulus},
     policy::{Action, Advice, DriverEstimate, DriverTraits, ObservedDriver},
     roadside::fixed_objects::FixedObjectKind,
     scenario::Scenario,
     sim::{EndReason, Event, EventKind, EventStage, Leader, NotDone, Snapshot, VehicleSnapshot},
+    snapshot::{AutomationMode, AutomationState},
     space::Pose,
     traffic::{VehicleId, VehicleKind},
 };
@@ -87,6 +88,11 @@ fn snapshot() -> Snapshot {
         leader: Some(Leader { id: VehicleId(7), gap_m: 10.0, speed_mps: 4.0 }),
         advice: Some(ADVISED),
         mean_speed_mps: 3.25,
+        automation: AutomationState {
+            mode: AutomationMode::TakeoverRequest,
+            driven: Some(Controls { throttle: 0.125, steering_wheel_rad: 0.5, ..Controls::default() }),
+            ..AutomationState::default()
+        },
         ..Snapshot::default()
     }
 }
@@ -99,6 +105,7 @@ const CONTROLS: Controls = Controls {
     indicator: Indicator::Right,
     main_beam: true,
     task_button: TaskButton::Left,
+    automation_button: true,
 };
 
 #[test]
@@ -114,6 +121,11 @@ fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
         ("selector", "neutral"),
         ("indicator", "right"),
         ("task_button", "left"),
+        ("automation_button", "true"),
+        ("automation", "takeover_request"),
+        ("driven_throttle", "0.125000"),
+        ("driven_brake", "0.000000"),
+        ("driven_wheel_rad", "0.500000"),
         ("main_beam", "true"),
         ("x_m", "3.000000"),
         ("y_m", "-4.000000"),
@@ -292,6 +304,8 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         (EventKind::TaskResponse(TaskResponse::Column(3)), ["task_response", "column", "-", "3.000000"]),
         (EventKind::Shutter(true), ["shutter", "open", "-", "-"]),
         (EventKind::Shutter(false), ["shutter", "closed", "-", "-"]),
+        (EventKind::Automation(AutomationChange::Request { lead_s: 7.0 }), ["takeover_request", "", "-", "7.000000"]),
+        (EventKind::Automation(AutomationChange::Off(SwitchedOffBy::Brake)), ["automation_off", "brake", "-", "-"]),
         (EventKind::PutBack { s_m: 12.5 }, ["put_back", "at 12.50 m of the route", "-", "-"]),
         (
             EventKind::Scripted { event: 0, vehicle: Some(VehicleId(3)), stage: EventStage::Onset },

@@ -129,6 +129,23 @@ pub enum Action {
         /// Duration, s.
         for_s: f64,
     },
+    /// The automation asks the participant to take over.
+    TakeoverRequest {
+        /// Time after which the system stops by itself, or below level 3 switches off, s.
+        lead_s: f64,
+    },
+    /// The automation is switched on or off, or fails.
+    Automation(AutomationSwitch),
+}
+
+/// Change of the automation by an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AutomationSwitch {
+    On,
+    Off,
+    /// Off without a request, for the rest of the drive.
+    Fails,
 }
 
 fn usual_change_s() -> f64 {
@@ -161,7 +178,9 @@ impl Action {
             | Self::PedestrianCrosses(_)
             | Self::CyclistRides(_)
             | Self::Message { .. }
-            | Self::HideAdvice { .. } => None,
+            | Self::HideAdvice { .. }
+            | Self::TakeoverRequest { .. }
+            | Self::Automation(_) => None,
         }
     }
 
@@ -173,6 +192,9 @@ impl Action {
             ),
             Self::SignalAhead { .. } if road.map.network.signals().is_empty() => {
                 Some("the road has no signals\n  remedy: a network with signals")
+            }
+            Self::TakeoverRequest { .. } | Self::Automation(_) if !road.has_automation => {
+                Some("the participant's vehicle has no automation\n  remedy: [automation] with a system")
             }
             _ => None,
         }
@@ -196,6 +218,8 @@ impl Action {
             Self::CyclistRides(_) => "cyclist_rides",
             Self::Message { .. } => "message",
             Self::HideAdvice { .. } => "hide_advice",
+            Self::TakeoverRequest { .. } => "takeover_request",
+            Self::Automation(_) => "automation",
         }
     }
 
@@ -264,7 +288,8 @@ impl Action {
             Self::KeepSpeed { for_s, .. } | Self::PowerLoss { for_s } | Self::HideAdvice { for_s } => {
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
-            Self::SignalAhead { .. } => {}
+            Self::TakeoverRequest { lead_s } => within("lead_s", *lead_s, [0.1, 600.0])?,
+            Self::SignalAhead { .. } | Self::Automation(_) => {}
         }
         self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
     }

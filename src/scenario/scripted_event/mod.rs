@@ -6,7 +6,7 @@ mod people;
 mod trigger;
 
 use crate::toml_text::did_you_mean;
-pub use action::Action;
+pub use action::{Action, AutomationSwitch};
 pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
 pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};

@@ -156,6 +156,8 @@ pub struct DrivenRoad<'a> {
     pub is_open: bool,
     /// Length of the drive, s; 0 without an end.
     pub duration_s: f64,
+    /// True if the participant's vehicle has an automation.
+    pub has_automation: bool,
 }
 
 impl DrivenRoad<'_> {

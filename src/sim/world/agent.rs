@@ -20,13 +20,16 @@ use super::{
 };
 use crate::{
     controls::{Controls, Indicator},
-    driver::{DriverParams, SimulatedDriver},
+    driver::{DriverError, DriverParams, Perception, SimulatedDriver},
     ego::{CarParams, Disturbance, EgoCar, GroundModel, GroundSurface, Obstacle, ObstacleId, water_mm},
     map::RoadMap,
     policy::Advice,
     rng,
     scenario::{AdvisedBody, PlannedDrive, Scenario},
-    sim::{Event, EventKind, Snapshot, VehicleSnapshot},
+    sim::{
+        Event, EventKind, Snapshot, VehicleSnapshot,
+        automation::{AutomationOrder, AutomationRun},
+    },
     space::CAR_LENGTH_M,
     time::{TICK_S, Tick},
     traffic::{EGO, ExternalVehicleState, VehicleBody, VehicleId, is_on_lane},
@@ -58,6 +61,8 @@ pub struct Agent {
     /// `None` for the participant's vehicle, which is controlled from outside.
     pub(super) driver: Option<SimulatedDriver>,
     pub(super) controls: Controls,
+    /// Automation of the participant's vehicle, if it has one.
+    pub(super) automation: Option<AutomationRun>,
     /// True while an event of the scenario hides the advice.
     pub(super) hides_advice: bool,
     /// True if the next tick puts the vehicle back on its lane.
@@ -125,12 +130,21 @@ impl Agent {
             control_delay: vec![Controls::default(); scenario.extra_delay_ticks()].into(),
             driver: None,
             controls: Controls::default(),
+            automation: None,
             hides_advice: false,
             wants_back: false,
             view,
             image,
             events: Vec::new(),
         })
+    }
+
+    /// Gives the vehicle the automation of its scenario.
+    pub(super) fn automated(self, scenario: &Scenario) -> Result<Self, DriverError> {
+        let automation = AutomationRun::new(&scenario.automation, &car_params(scenario))?;
+        let mut view = self.view;
+        view.automation = automation.as_ref().map(|automation| automation.state(view.tick)).unwrap_or_default();
+        Ok(Self { automation, view, ..self })
     }
 
     /// Gives the vehicle to a simulated driver, whose randomness has a random stream of this vehicle.
@@ -207,10 +221,11 @@ impl Agent {
     pub(super) fn begin_step(&mut self) {
         let tick = self.view.tick;
         let issued = self.advice.issue();
-        let standing = self.advice.standing().filter(|_| !self.hides_advice);
+        let is_hidden = self.hides_advice || self.automation.as_ref().is_some_and(AutomationRun::hides_advice);
+        let standing = self.advice.standing().filter(|_| !is_hidden);
         // Advice that was hidden appears anew.
         let again = standing.filter(|_| self.view.advice.is_none()).map(|advice| Advice { issued: tick, ..advice });
-        if let Some(advice) = issued.filter(|_| !self.hides_advice).or(again) {
+        if let Some(advice) = issued.filter(|_| !is_hidden).or(again) {
             self.view.advice = Some(advice);
             self.events.push(Event { tick, kind: EventKind::Advice(advice) });
         } else if self.view.advice.is_some() && standing.is_none() {
@@ -244,7 +259,8 @@ impl Agent {
     /// Moves a full body by one tick among these obstacles and the fixed objects beside the road. Returns true if it has begun to touch one.
     pub(super) fn drive(&mut self, obstacles: &[Obstacle]) -> bool {
         self.control_delay.push_back(self.controls);
-        let controls = self.control_delay.pop_front().unwrap_or(self.controls);
+        let given = self.control_delay.pop_front().unwrap_or(self.controls);
+        let controls = self.automate(&given);
         self.indicate(controls.indicator);
         self.switch_main_beam(controls.main_beam);
         let AgentBody::Full(car) = &mut self.body else { return false };
@@ -261,6 +277,25 @@ impl Agent {
         let begun = self.events.len() - known;
         self.contact_count += begun as u32;
         begun > 0
+    }
+
+    /// Gives the automation an order, which it carries out in the next tick.
+    pub(super) fn order_automation(&mut self, order: AutomationOrder) {
+        if let Some(automation) = &mut self.automation {
+            automation.order(order);
+        }
+    }
+
+    /// Returns the controls that move the vehicle: the given ones, or those of the automation while it drives.
+    fn automate(&mut self, given: &Controls) -> Controls {
+        let Some(mut automation) = self.automation.take() else { return *given };
+        // The policy's advice may be hidden from the participant.
+        let now = Perception { advice: self.advice.standing(), ..self.perceived_by(automation.eyes()) };
+        let tick = Tick(self.view.tick.0 + 1);
+        let controls = automation.tick(tick, given, &now, &mut self.events);
+        self.view.automation = automation.state(tick);
+        self.automation = Some(automation);
+        controls
     }
 
     fn switch_main_beam(&mut self, is_on: bool) {

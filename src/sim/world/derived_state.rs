@@ -6,7 +6,7 @@ use crate::{
     map::{Route, RoutePosition, network::SignalStates},
     policy::NearVehicle,
     sim::{Event, EventKind, Leader, Snapshot, VehicleSnapshot},
-    snapshot::TaskDisplay,
+    snapshot::{AutomationState, TaskDisplay},
     space::{CAR_LENGTH_M, CAR_WIDTH_M, Pose, is_one_road},
     time::Tick,
 };
@@ -32,6 +32,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         weather: None,
         mean_speed_mps: 0.0,
         task: TaskDisplay::default(),
+        automation: AutomationState::default(),
     }
 }
 

@@ -20,6 +20,7 @@ use crate::{
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
+        automation::AutomationOrder,
         event::{EventStage, NotDone, PERSON_TOUCHED, ScriptedState},
     },
     snapshot::Weather,
@@ -55,6 +56,8 @@ pub(super) struct EventScript {
     change: Option<WeatherChange>,
     /// Records of the tick that begins next.
     events: Vec<Event>,
+    /// Order to the automation in the tick that begins next.
+    order_to_automation: Option<AutomationOrder>,
 }
 
 /// An event with its state.
@@ -136,6 +139,7 @@ impl EventScript {
             },
             change: None,
             events: Vec::new(),
+            order_to_automation: None,
         }
     }
 
@@ -184,6 +188,11 @@ impl EventScript {
     /// Returns the motions of vehicles in the step that begins, by ascending id.
     pub fn motions(&self) -> &[LaneMotion] {
         self.vehicles.motions()
+    }
+
+    /// Takes the order to the automation in the tick that begins.
+    pub fn take_order_to_automation(&mut self) -> Option<AutomationOrder> {
+        self.order_to_automation.take()
     }
 
     /// Takes what is recorded in the tick that begins.
@@ -352,6 +361,10 @@ impl EventScript {
                 };
                 self.change = Some(WeatherChange { from, to, begun: now, over_s: *over_s });
                 Ok(*over_s)
+            }
+            Action::TakeoverRequest { .. } | Action::Automation(_) => {
+                self.order_to_automation = AutomationOrder::of(action);
+                Ok(0.0)
             }
             Action::Message { for_s, .. }
             | Action::HideAdvice { for_s }

@@ -5,7 +5,7 @@ use super::{agent::Agent, derived_state, traffic_coupling::TrafficCoupling};
 use crate::{
     ego::EgoState,
     map::RoadMap,
-    sim::{Event, Snapshot, VehicleSnapshot},
+    sim::{Event, Snapshot, VehicleSnapshot, automation::AutomationOrder},
 };
 use glam::DVec2;
 use std::sync::Arc;
@@ -62,6 +62,13 @@ impl Observer {
         match self {
             Self::Participant(agent) => &mut agent.events,
             Self::Spectator(spectator) => &mut spectator.events,
+        }
+    }
+
+    /// Gives the participant's automation an order of an event.
+    pub fn order_automation(&mut self, order: Option<AutomationOrder>) {
+        if let (Some(order), Some(participant)) = (order, self.participant_mut()) {
+            participant.order_automation(order);
         }
     }
 

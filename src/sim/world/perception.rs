@@ -85,6 +85,8 @@ impl Agent {
             speed_limit_mps: self.map.route.speed_limit_mps(snapshot.ego_s_m),
             indicator: self.network.indicator(snapshot, &self.map),
             task: snapshot.task,
+            automation: snapshot.automation,
+            wheel_rad: snapshot.ego.steering_wheel_rad,
         }
     }
 

@@ -1,0 +1,264 @@
+//! Measures of takeovers from the automation. In: changes of the automation, and the distances of each tick, in order. Out: [`TakeoverScores`]. They
+//! are a pure function of these, so that a drive, its replay and its analysis have the same numbers. Seconds, metres.
+
+use crate::time::Tick;
+use serde::Serialize;
+
+/// Time after a takeover in which its quality is measured, s.
+pub const AFTER_TAKEOVER_S: f64 = 10.0;
+
+/// Change of the automation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AutomationChange {
+    /// The system is switched on.
+    On(SwitchedOnBy),
+    /// The system is off.
+    Off(SwitchedOffBy),
+    /// The system asks the participant to take over within the lead time, s.
+    Request { lead_s: f64 },
+    /// The participant moves a control for the first time since the request.
+    Input(TakeoverInput),
+    /// The system begins to stop in the lane.
+    MinimalRisk,
+}
+
+/// Cause of an automation that is switched on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SwitchedOnBy {
+    Start,
+    Button,
+    Event,
+}
+
+/// Cause of an automation that is off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SwitchedOffBy {
+    Button,
+    Brake,
+    Accelerator,
+    /// Turn of the steering wheel by the participant.
+    Wheel,
+    Event,
+    /// Failure of the system, which cannot be switched on again.
+    Failure,
+    /// Lead time of a takeover request that ended without a takeover, in systems below level 3.
+    NoTakeover,
+}
+
+/// Control that the participant moves after a takeover request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TakeoverInput {
+    Button,
+    Brake,
+    Accelerator,
+    Wheel,
+}
+
+/// Words of the table of events for each change: kind and detail.
+const WORDS: [(AutomationChange, [&str; 2]); 16] = [
+    (AutomationChange::On(SwitchedOnBy::Start), ["automation_on", "start"]),
+    (AutomationChange::On(SwitchedOnBy::Button), ["automation_on", "button"]),
+    (AutomationChange::On(SwitchedOnBy::Event), ["automation_on", "event"]),
+    (AutomationChange::Off(SwitchedOffBy::Button), ["automation_off", "button"]),
+    (AutomationChange::Off(SwitchedOffBy::Brake), ["automation_off", "brake"]),
+    (AutomationChange::Off(SwitchedOffBy::Accelerator), ["automation_off", "accelerator"]),
+    (AutomationChange::Off(SwitchedOffBy::Wheel), ["automation_off", "wheel"]),
+    (AutomationChange::Off(SwitchedOffBy::Event), ["automation_off", "event"]),
+    (AutomationChange::Off(SwitchedOffBy::Failure), ["automation_off", "failure"]),
+    (AutomationChange::Off(SwitchedOffBy::NoTakeover), ["automation_off", "no takeover"]),
+    (AutomationChange::Input(TakeoverInput::Button), ["takeover_input", "button"]),
+    (AutomationChange::Input(TakeoverInput::Brake), ["takeover_input", "brake"]),
+    (AutomationChange::Input(TakeoverInput::Accelerator), ["takeover_input", "accelerator"]),
+    (AutomationChange::Input(TakeoverInput::Wheel), ["takeover_input", "wheel"]),
+    (AutomationChange::MinimalRisk, ["minimal_risk_manoeuvre", ""]),
+    (AutomationChange::Request { lead_s: 0.0 }, ["takeover_request", ""]),
+];
+
+impl AutomationChange {
+    /// Returns the change as kind, detail and number of the table of events.
+    pub fn words(self) -> (&'static str, &'static str, Option<f64>) {
+        let (same, value) = match self {
+            Self::Request { lead_s } => (Self::Request { lead_s: 0.0 }, Some(lead_s)),
+            other => (other, None),
+        };
+        let [kind, detail] = WORDS.iter().find(|(change, _)| *change == same).map_or([""; 2], |(_, words)| *words);
+        (kind, detail, value)
+    }
+
+    /// Returns the change of a row of the table of events; `None` if the row is of another kind.
+    pub fn of_words(kind: &str, detail: &str, value: Option<f64>) -> Option<Self> {
+        let (change, _) = WORDS.iter().find(|(_, words)| *words == [kind, detail])?;
+        match change {
+            Self::Request { .. } => Some(Self::Request { lead_s: value? }),
+            change => Some(*change),
+        }
+    }
+}
+
+impl SwitchedOffBy {
+    /// Returns true if the participant switched the system off.
+    fn is_participant(self) -> bool {
+        matches!(self, Self::Button | Self::Brake | Self::Accelerator | Self::Wheel)
+    }
+}
+
+/// Scores of the takeovers of a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TakeoverScores {
+    /// Number of takeover requests.
+    pub takeover_requests: u32,
+    /// Number of requests after which the participant took over.
+    pub takeovers: u32,
+    /// Mean time from the request to the takeover, s.
+    pub takeover_time_s: Option<f64>,
+    /// Mean time from the request to the first moved control, s.
+    pub takeover_first_input_s: Option<f64>,
+    /// Mean time from the request to the first turn of the steering wheel, s.
+    pub takeover_hands_on_s: Option<f64>,
+    /// Smallest time to collision in the time after a takeover, s.
+    pub takeover_min_ttc_s: Option<f64>,
+    /// Largest offset from the lane's centre line in the time after a takeover, m.
+    pub takeover_lane_deviation_m: Option<f64>,
+    /// Number of minimal-risk manoeuvres.
+    pub minimal_risk_manoeuvres: u32,
+}
+
+/// Log of the takeovers of a drive.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TakeoverLog {
+    /// Request without a takeover, and the inputs since: any, and of the wheel.
+    request: Option<Tick>,
+    has_input: bool,
+    has_hands_on: bool,
+    times_s: Times,
+    /// End of the time after the last takeover.
+    watched_until: Tick,
+    scores: TakeoverScores,
+}
+
+/// Times from requests, s.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Times {
+    takeovers: Vec<f64>,
+    first_inputs: Vec<f64>,
+    hands_on: Vec<f64>,
+}
+
+impl TakeoverLog {
+    /// Adds a change.
+    pub fn add(&mut self, tick: Tick, change: AutomationChange) {
+        if change == AutomationChange::MinimalRisk {
+            self.scores.minimal_risk_manoeuvres += 1;
+        }
+        if let AutomationChange::Request { .. } = change {
+            self.scores.takeover_requests += 1;
+            (self.request, self.has_input, self.has_hands_on) = (Some(tick), false, false);
+        }
+        let Some(request) = self.request else { return };
+        let since_s = tick.seconds() - request.seconds();
+        match change {
+            AutomationChange::Input(input) => {
+                if !std::mem::replace(&mut self.has_input, true) {
+                    self.times_s.first_inputs.push(since_s);
+                }
+                if input == TakeoverInput::Wheel && !std::mem::replace(&mut self.has_hands_on, true) {
+                    self.times_s.hands_on.push(since_s);
+                }
+            }
+            AutomationChange::Off(by) => {
+                self.request = None;
+                if by.is_participant() {
+                    self.scores.takeovers += 1;
+                    self.times_s.takeovers.push(since_s);
+                    self.watched_until = Tick::at_seconds(tick.seconds() + AFTER_TAKEOVER_S);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Adds the time to collision, s, and the offset from the lane's centre line, m, of a tick, after its changes.
+    pub fn watch(&mut self, tick: Tick, ttc_s: Option<f64>, lane_offset_m: f64) {
+        if tick >= self.watched_until {
+            return;
+        }
+        let scores = &mut self.scores;
+        scores.takeover_min_ttc_s = [scores.takeover_min_ttc_s, ttc_s].into_iter().flatten().reduce(f64::min);
+        let deviation_m = scores.takeover_lane_deviation_m.unwrap_or(0.0).max(lane_offset_m.abs());
+        scores.takeover_lane_deviation_m = Some(deviation_m);
+    }
+
+    /// Returns the scores; `None` without a takeover request.
+    pub fn scores(&self) -> Option<TakeoverScores> {
+        let mean = |times_s: &[f64]| (!times_s.is_empty()).then(|| times_s.iter().sum::<f64>() / times_s.len() as f64);
+        (self.scores.takeover_requests > 0).then(|| TakeoverScores {
+            takeover_time_s: mean(&self.times_s.takeovers),
+            takeover_first_input_s: mean(&self.times_s.first_inputs),
+            takeover_hands_on_s: mean(&self.times_s.hands_on),
+            ..self.scores
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_change_reads_back_from_its_words() {
+        for (change, _) in WORDS {
+            let (kind, detail, value) = change.words();
+            assert_eq!(AutomationChange::of_words(kind, detail, value), Some(change), "{kind} {detail}");
+        }
+        let request = AutomationChange::Request { lead_s: 7.0 };
+        assert_eq!(request.words(), ("takeover_request", "", Some(7.0)));
+        assert_eq!(AutomationChange::of_words("takeover_request", "", Some(7.0)), Some(request));
+        assert_eq!(AutomationChange::of_words("takeover_request", "", None), None);
+        assert_eq!(AutomationChange::of_words("mark", "", None), None);
+    }
+
+    #[test]
+    fn times_count_from_the_request_and_quality_from_the_takeover() {
+        use AutomationChange as Change;
+        let at = Tick::at_seconds;
+        let mut log = TakeoverLog::default();
+        let distances = |time_s: f64| match time_s {
+            // Before the takeover, in the ten seconds after it, and later.
+            t if t < 13.0 => (Some(1.0), 2.0),
+            t if t < 15.0 => (None, 0.1),
+            t if t < 22.9 => (Some(6.0), -0.4),
+            t if t < 23.0 => (Some(4.5), 0.2),
+            _ => (Some(0.5), 3.0),
+        };
+        let changes = [
+            (5.0, Change::Off(SwitchedOffBy::Brake)),
+            (10.0, Change::Request { lead_s: 7.0 }),
+            (11.5, Change::Input(TakeoverInput::Brake)),
+            (12.0, Change::Input(TakeoverInput::Wheel)),
+            (13.0, Change::Off(SwitchedOffBy::Wheel)),
+            (40.0, Change::Request { lead_s: 7.0 }),
+            (47.0, Change::MinimalRisk),
+            (60.0, Change::Off(SwitchedOffBy::Failure)),
+        ];
+        for tick in 1..7000 {
+            let tick = Tick(tick);
+            for (_, change) in changes.iter().filter(|(time_s, _)| at(*time_s) == tick) {
+                log.add(tick, *change);
+            }
+            let (ttc_s, offset_m) = distances(tick.seconds());
+            log.watch(tick, ttc_s, offset_m);
+        }
+        let expected = TakeoverScores {
+            takeover_requests: 2,
+            takeovers: 1,
+            takeover_time_s: Some(3.0),
+            takeover_first_input_s: Some(1.5),
+            takeover_hands_on_s: Some(2.0),
+            takeover_min_ttc_s: Some(4.5),
+            takeover_lane_deviation_m: Some(0.4),
+            minimal_risk_manoeuvres: 1,
+        };
+        assert_eq!(log.scores(), Some(expected));
+        assert_eq!(TakeoverLog::default().scores(), None);
+    }
+}
