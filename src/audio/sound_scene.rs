@@ -16,6 +16,9 @@ const NEAREST: usize = 6;
 const EMPTY_TICKS: u32 = 30;
 /// Distance from which a vehicle is not heard, m.
 const FAR_M: f64 = 70.0;
+/// Times from tone to tone of a takeover request, and of an urgent one, ticks.
+const REQUEST_TONE_TICKS: u32 = 200;
+const URGENT_TONE_TICKS: u32 = 60;
 /// Difference of advised speeds below which no tone sounds, m/s: a quarter of a mile per hour.
 const SAME_ADVICE_MPS: f64 = 0.11;
 
@@ -123,13 +126,15 @@ pub struct Listener {
     advised_mps: Option<f64>,
     /// True if a change of advice has a tone.
     tone: bool,
+    /// Time since the beginning of a takeover request, ticks.
+    request_ticks: u32,
 }
 
 impl Listener {
     /// Starts a drive of this scenario.
     pub fn new(scenario: &Scenario) -> Self {
         let sound_scene = SoundScene { rain_mmph: scenario.rain_mmph as f32, ..SoundScene::default() };
-        Self { sound_scene, places: [Err(0); NEAR], advised_mps: None, tone: scenario.advice_tone }
+        Self { sound_scene, places: [Err(0); NEAR], advised_mps: None, tone: scenario.advice_tone, request_ticks: 0 }
     }
 
     /// Updates the scene after a tick with these controls.
@@ -141,7 +146,8 @@ impl Listener {
         if let Some(weather) = snapshot.weather {
             self.sound_scene.rain_mmph = weather.rain_mmph as f32;
         }
-        self.sound_scene.throttle = controls.sane().throttle;
+        // The automation moves the pedal in the participant's place.
+        self.sound_scene.throttle = snapshot.automation.driven.unwrap_or(*controls).sane().throttle;
         self.sound_scene.grass = on_grass as f32 / ego.wheels.len() as f32;
         for event in events {
             // A contact with a person ends the drive without a crash.
@@ -153,12 +159,26 @@ impl Listener {
             }
         }
         self.hear_advice(snapshot.advice.map(|advice| advice.target_mps));
+        self.hear_takeover_request(snapshot);
         self.hear_cars(snapshot);
     }
 
     /// Counts a question, which has a tone.
     pub fn chime(&mut self) {
         self.sound_scene.questions += 1;
+    }
+
+    /// Plays the tone of a takeover request, again and again until the takeover.
+    fn hear_takeover_request(&mut self, snapshot: &Snapshot) {
+        if !snapshot.automation.mode.asks() {
+            self.request_ticks = 0;
+            return;
+        }
+        let every_ticks = if snapshot.automation.is_urgent { URGENT_TONE_TICKS } else { REQUEST_TONE_TICKS };
+        if self.request_ticks % every_ticks == 0 {
+            self.chime();
+        }
+        self.request_ticks += 1;
     }
 
     fn hear_advice(&mut self, advised_mps: Option<f64>) {

@@ -42,7 +42,7 @@ pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     lines.push(picture::display(&options.scenario));
     lines.extend(picture::monitors(&options.monitors));
     lines.extend(within(ANSWER, "sound", || vec![machine::sound()]));
-    if options.scenario.spoken_guidance || options.scenario.secondary_task.speaks() {
+    if options.scenario.speaks() {
         lines.extend(within(ANSWER, "speech", || vec![machine::speech()]));
     }
     lines.extend(within(ANSWER, "disk speed", move || vec![machine::disk_speed(&recordings)]));

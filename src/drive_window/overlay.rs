@@ -225,7 +225,8 @@ impl DriveOverlay {
             | KeyCommand::MainBeam
             | KeyCommand::Respond
             | KeyCommand::CursorLeft
-            | KeyCommand::CursorRight => {
+            | KeyCommand::CursorRight
+            | KeyCommand::Automation => {
                 command.apply_to(&mut live.devices);
             }
             KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}

@@ -2,6 +2,7 @@
 //! egui. As in HC22: round gauge with ticks and needle, the number in the centre, the target a red line, the acceptable
 //! range a green band, the number green inside the range and white outside.
 
+mod automation_lamp;
 mod guidance;
 mod letter_forms;
 pub mod lettering;
@@ -12,6 +13,7 @@ mod search_display;
 mod speedometer;
 mod spoken_guidance;
 
+pub use automation_lamp::{AutomationLamp, LampState};
 pub use guidance::DialGuidance;
 pub use number::{NumberFilter, RangeTooNarrow, check_range};
 pub use palette::{Palette, Rgb};
@@ -20,7 +22,7 @@ pub use search_display::{SEARCH_ROWS, SearchCircle, cells_across, search_circles
 pub use speedometer::Speedometer;
 pub use spoken_guidance::SpokenGuidance;
 
-use crate::{controls::Indicator, map::NextManoeuvre, units::SpeedUnit};
+use crate::{controls::Indicator, map::NextManoeuvre, snapshot::AutomationState, units::SpeedUnit};
 use std::sync::Arc;
 
 /// Content of the speedometer in one frame. Speeds are in the dial's unit.
@@ -52,6 +54,8 @@ pub struct DialView {
     pub guidance: Option<DialGuidance>,
     /// Text above the dial.
     pub message: Option<Arc<str>>,
+    /// Lamp of the automation; `None` without one, and in the dark half of its blinking.
+    pub automation: Option<AutomationLamp>,
 }
 
 /// Advice as the dial shows it, in the dial's unit.
@@ -113,6 +117,7 @@ impl DialView {
             main_beam: false,
             guidance: None,
             message: None,
+            automation: None,
         }
         .agreeing()
     }
@@ -130,6 +135,12 @@ impl DialView {
     /// Returns this dial with a text above it.
     pub fn saying(self, message: Option<Arc<str>>) -> Self {
         Self { message, ..self }
+    }
+
+    /// Returns this dial with the automation's lamp, and the text of a takeover request in place of another text.
+    pub fn automated(self, automation: &AutomationState, time_s: f64) -> Self {
+        let message = automation_lamp::request_text(automation).map(Arc::from).or(self.message);
+        Self { automation: AutomationLamp::at(automation, time_s), message, ..self }
     }
 
     /// Returns this dial with guidance to the next manoeuvre.

@@ -53,6 +53,7 @@ impl Speedometer {
             .with_main_beam(snapshot.ego_main_beam)
             .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
             .saying(snapshot.message.clone())
+            .automated(&snapshot.automation, snapshot.tick.seconds())
             .steadied(&mut self.filter)
     }
 }

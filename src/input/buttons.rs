@@ -107,6 +107,8 @@ pub struct Buttons {
     pub main_beam: Vec<RigButton>,
     /// Responds to the secondary task.
     pub respond: Vec<RigButton>,
+    /// Switches the automation on or off.
+    pub automation: Vec<RigButton>,
     /// Brakes with full force while held.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub handbrake: Vec<RigButton>,
@@ -135,6 +137,7 @@ impl Default for Buttons {
             indicate_right: none(),
             main_beam: none(),
             respond: none(),
+            automation: none(),
             handbrake: none(),
             // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
             dpad_up: vec![544.into()],
@@ -170,6 +173,8 @@ pub enum ButtonAction {
     MainBeam,
     /// Respond to the secondary task.
     Respond,
+    /// Switch the automation on or off.
+    Automation,
     /// Brake with full force while held.
     Handbrake,
     /// D-pad up: more, or the choice above.
@@ -197,6 +202,7 @@ impl fmt::Display for ButtonAction {
             Self::IndicateRight => "indicate right",
             Self::MainBeam => "main beam",
             Self::Respond => "respond to the secondary task",
+            Self::Automation => "automation on, off",
             Self::Handbrake => "handbrake",
             Self::Up => "up, higher",
             Self::Down => "down, lower",
@@ -208,13 +214,14 @@ impl fmt::Display for ButtonAction {
 
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Start,
         Self::Reverse,
         Self::IndicateLeft,
         Self::IndicateRight,
         Self::MainBeam,
         Self::Respond,
+        Self::Automation,
         Self::Horn,
         Self::Mark,
         Self::Answer,
@@ -258,6 +265,7 @@ impl Buttons {
             ButtonAction::IndicateRight => &mut self.indicate_right,
             ButtonAction::MainBeam => &mut self.main_beam,
             ButtonAction::Respond => &mut self.respond,
+            ButtonAction::Automation => &mut self.automation,
             ButtonAction::Handbrake => &mut self.handbrake,
             ButtonAction::Up => &mut self.dpad_up,
             ButtonAction::Down => &mut self.dpad_down,
@@ -294,6 +302,7 @@ impl Buttons {
             (ButtonAction::IndicateRight, &self.indicate_right),
             (ButtonAction::MainBeam, &self.main_beam),
             (ButtonAction::Respond, &self.respond),
+            (ButtonAction::Automation, &self.automation),
             (ButtonAction::Handbrake, &self.handbrake),
             (ButtonAction::Up, &self.dpad_up),
             (ButtonAction::Down, &self.dpad_down),

@@ -55,6 +55,8 @@ pub struct Devices {
     has_main_beam: bool,
     /// Presses for the secondary task that no tick has taken yet, oldest first.
     task_presses: VecDeque<TaskButton>,
+    /// True if the button of the automation was pressed and no tick has taken the press yet.
+    is_automation_pressed: bool,
 }
 
 impl Devices {
@@ -77,7 +79,7 @@ impl Devices {
     fn with(pads: Pads, rig: Rig) -> Self {
         let source = ControlSource::Keyboard;
         let (keyboard, stalk, task_presses) = (Keyboard::default(), Stalk::default(), VecDeque::new());
-        Self { keyboard, pads, rig, source, stalk, has_main_beam: false, task_presses }
+        Self { keyboard, pads, rig, source, stalk, has_main_beam: false, task_presses, is_automation_pressed: false }
     }
 
     /// Reads the events since the last call; to be called once a frame.
@@ -93,6 +95,7 @@ impl Devices {
                 RigEvent::Pressed(ButtonAction::IndicateLeft) => self.indicate(Indicator::Left),
                 RigEvent::Pressed(ButtonAction::IndicateRight) => self.indicate(Indicator::Right),
                 RigEvent::Pressed(ButtonAction::MainBeam) => self.switch_main_beam(),
+                RigEvent::Pressed(ButtonAction::Automation) => self.press_for_automation(),
                 RigEvent::Pressed(ButtonAction::Respond) => self.press_for_task(TaskButton::Respond),
                 RigEvent::Pressed(ButtonAction::Left) => self.press_for_task(TaskButton::Left),
                 RigEvent::Pressed(ButtonAction::Right) => self.press_for_task(TaskButton::Right),
@@ -118,7 +121,8 @@ impl Devices {
         };
         let indicator = self.stalk.steered(driven.steering_wheel_rad);
         let task_button = self.task_presses.pop_front().unwrap_or_default();
-        Controls { indicator, main_beam: self.has_main_beam, task_button, ..driven }
+        let automation_button = std::mem::take(&mut self.is_automation_pressed);
+        Controls { indicator, main_beam: self.has_main_beam, task_button, automation_button, ..driven }
     }
 
     /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.
@@ -136,9 +140,15 @@ impl Devices {
         self.task_presses.push_back(button);
     }
 
-    /// Forgets presses for the secondary task that no tick has taken, as in a pause.
-    pub fn forget_task_presses(&mut self) {
+    /// Presses the button of the automation; the next tick takes it.
+    pub fn press_for_automation(&mut self) {
+        self.is_automation_pressed = true;
+    }
+
+    /// Forgets presses for the secondary task and the automation that no tick has taken, as in a pause.
+    pub fn forget_presses(&mut self) {
         self.task_presses.clear();
+        self.is_automation_pressed = false;
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
@@ -187,7 +197,7 @@ impl Devices {
         self.keyboard.rest();
         self.stalk = Stalk::default();
         self.has_main_beam = false;
-        self.forget_task_presses();
+        self.forget_presses();
         self.rig.select_drive();
         self.pads.select_drive();
     }

@@ -165,13 +165,14 @@ fn assigning_a_button_removes_its_old_action_and_the_actions_old_button() {
         (295, ButtonAction::IndicateLeft),
         (290, ButtonAction::MainBeam),
         (298, ButtonAction::Respond),
+        (299, ButtonAction::Automation),
     ];
     for (code, action) in
         tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
     {
         assert_eq!(buttons.action(code), Some(action));
     }
-    assert_eq!(buttons.action(299), None);
+    assert_eq!(buttons.action(300), None);
     buttons.give(293, ButtonAction::Horn);
     assert_eq!((buttons.action(293), buttons.action(289)), (Some(ButtonAction::Horn), None));
     assert_eq!(buttons.reverse, [0; 0]);
@@ -254,6 +255,7 @@ fn each_action_has_a_description() {
         "indicate right",
         "main beam",
         "respond to the secondary task",
+        "automation on, off",
         "horn",
         "mark this moment",
         "answer",

@@ -92,7 +92,7 @@ impl LiveDrive {
             }
         }
         if !self.running() {
-            self.devices.forget_task_presses();
+            self.devices.forget_presses();
         }
         self.latency.read(self.devices.newest_input());
     }
@@ -116,7 +116,7 @@ impl LiveDrive {
             // The devices have applied these already.
             ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::Handbrake => {}
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => {}
-            ButtonAction::Respond => {}
+            ButtonAction::Respond | ButtonAction::Automation => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

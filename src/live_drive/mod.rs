@@ -271,7 +271,11 @@ impl LiveDrive {
         let ticked = TimeStamp::now();
         let due = drive.frame(
             elapsed,
-            |world| devices.controls(world.snapshot().ego.speed_mps, lane_help.then(|| world.lane_hint())),
+            |world| {
+                // Lane help would turn the keys' wheel beside that of the automation.
+                let helps = *lane_help && !world.snapshot().automation.steers_now();
+                devices.controls(world.snapshot().ego.speed_mps, helps.then(|| world.lane_hint()))
+            },
             |world, controls| {
                 summary.add(world.snapshot(), world.events());
                 contacts.tick(world);

@@ -7,6 +7,7 @@ use crate::{
     metrics::TaskStimulus,
     scenario::Scenario,
     sim::{EventKind, World},
+    snapshot::{AutomationMode, AutomationState},
 };
 
 /// Name of the recorded event for a horn that is pressed or released, with "on" or "off" as detail.
@@ -16,6 +17,11 @@ pub const SPOKEN_GUIDANCE: &str = "spoken_guidance";
 /// Name of the recorded event for a spoken digit of the n-back task, with the digit as detail.
 pub const SPOKEN_DIGIT: &str = "spoken_digit";
 
+/// Name of the recorded event for a spoken takeover request, with the sentence as detail.
+pub const SPOKEN_REQUEST: &str = "spoken_request";
+/// Sentences of a takeover request, of an urgent one, and of a minimal-risk manoeuvre.
+const REQUESTS: [&str; 3] = ["Please take over.", "Take over now!", "Stopping. Take over!"];
+
 /// Sound of a drive and, in a window, its speaker.
 pub struct DriveSound {
     listener: Listener,
@@ -24,6 +30,10 @@ pub struct DriveSound {
     guidance: Option<SpokenGuidance>,
     /// True if the digits of the n-back task are spoken.
     speaks_digits: bool,
+    /// True if takeover requests are spoken.
+    speaks_requests: bool,
+    /// Takeover request that was spoken last, as an index of [`REQUESTS`].
+    request: Option<usize>,
     /// Name of the event and sentence that is not yet spoken.
     due: Option<(&'static str, String)>,
     spoken: Option<SpokenSentence>,
@@ -50,6 +60,8 @@ impl DriveSound {
             horn: false,
             guidance,
             speaks_digits: scenario.secondary_task.speaks(),
+            speaks_requests: scenario.automation.speaks(),
+            request: None,
             due: None,
             spoken: None,
             speech_gain: scenario.sound.speech_gain(),
@@ -59,11 +71,14 @@ impl DriveSound {
     /// Starts playing at the scenario's levels.
     pub fn open(&mut self, scenario: &Scenario) {
         self.speaker = Some(Speaker::open(scenario.sound));
-        if self.guidance.is_some() || self.speaks_digits {
+        if self.guidance.is_some() || self.speaks_digits || self.speaks_requests {
             let Err(why) = speech_program() else { return };
-            log::warn!("no speech: {why}; continuing without spoken guidance, and with digits on the screen");
+            log::warn!(
+                "no speech: {why}; continuing without spoken guidance and requests, and with digits on the screen"
+            );
             self.guidance = None;
             self.speaks_digits = false;
+            self.speaks_requests = false;
         }
     }
 
@@ -89,10 +104,24 @@ impl DriveSound {
             let sentence = guidance.tick(snapshot.next_manoeuvre, snapshot.ego.speed_mps);
             self.due = sentence.map(|sentence| (SPOKEN_GUIDANCE, sentence)).or_else(|| self.due.take());
         }
+        self.hear_request(snapshot.automation);
         for event in world.events().iter().filter(|_| self.speaks_digits) {
             if let EventKind::TaskStimulus(TaskStimulus::Digit { digit, .. }) = event.kind {
                 self.due = Some((SPOKEN_DIGIT, digit.to_string()));
             }
+        }
+    }
+
+    /// Speaks a takeover request when it begins, when it becomes urgent, and when the vehicle stops.
+    fn hear_request(&mut self, automation: AutomationState) {
+        let request = match automation.mode {
+            AutomationMode::TakeoverRequest => Some(usize::from(automation.is_urgent)),
+            AutomationMode::MinimalRisk => Some(2),
+            _ => None,
+        };
+        if std::mem::replace(&mut self.request, request) != request && self.speaks_requests {
+            self.due =
+                request.map(|request| (SPOKEN_REQUEST, REQUESTS[request].to_owned())).or_else(|| self.due.take());
         }
     }
 

@@ -1,6 +1,7 @@
 //! The speedometer, drawn. In: a [`DialView`] and its place. Out: shapes of egui's painter, drawn over the picture by a
 //! pass of its own, so that the participant's picture never depends on the experimenter's panel.
 
+mod automation;
 mod brush;
 mod fixed;
 mod task;
@@ -17,6 +18,7 @@ use crate::{
     scene::{BONNET_EDGE, CLUSTER_M, CLUSTER_RADIUS_M, Camera, View, ViewKind},
     snapshot::TaskPicture,
 };
+use automation::automation_lamp;
 use brush::{DialBrush, black, opaque, shade};
 use fixed::FixedParts;
 use glam::Vec3;
@@ -50,6 +52,8 @@ pub mod layout {
     pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
     /// Telltale of the main beam, between the number and the hub's edge: distance of its middle above the centre, half its height.
     pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
+    /// Telltale of the automation, in the gap of the scale: distance of its middle to the left of and below the centre, radius, width of its lines.
+    pub const AUTOMATION: (f32, f32, f32, f32) = (0.27, 0.50, 0.075, 0.016);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
     /// Height of the text of an event, and the distance of its middle above the centre.
@@ -219,6 +223,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     number(&brush, dial, palette);
     indicator(&brush, dial, palette);
     main_beam(&brush, dial, palette);
+    automation_lamp(&brush, dial, palette);
     guidance(&brush, dial, palette);
     message(&brush, dial, palette);
 }
