@@ -175,7 +175,7 @@ impl Listener {
             return;
         }
         let every_ticks = if snapshot.automation.is_urgent { URGENT_TONE_TICKS } else { REQUEST_TONE_TICKS };
-        if self.request_ticks % every_ticks == 0 {
+        if self.request_ticks.is_multiple_of(every_ticks) {
             self.chime();
         }
         self.request_ticks += 1;

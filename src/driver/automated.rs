@@ -16,7 +16,7 @@ pub enum SpeedGoal {
         /// True if it also stops at lines and avoids collisions with all its brakes.
         heeds_all: bool,
     },
-    /// The perceived advice.
+    /// Speed that the policy advises, shown to the participant or not.
     Advice,
     /// Even braking to a standstill, m/s².
     Brake(f64),

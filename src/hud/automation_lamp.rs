@@ -19,7 +19,7 @@ pub struct AutomationLamp {
 pub enum LampState {
     /// The system can be switched on.
     Off,
-    /// The system drives.
+    /// The system moves pedals, wheel or both.
     On,
     /// The participant is asked to take over.
     Request,

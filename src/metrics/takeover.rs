@@ -145,7 +145,7 @@ struct Times {
 }
 
 impl TakeoverLog {
-    /// Adds a change.
+    /// Adds a change of the automation, and the times that end with it.
     pub fn add(&mut self, tick: Tick, change: AutomationChange) {
         if change == AutomationChange::MinimalRisk {
             self.scores.minimal_risk_manoeuvres += 1;

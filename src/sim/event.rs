@@ -190,6 +190,8 @@ pub enum NotDone {
     OwnDriver,
     /// Another event moves the vehicle.
     OtherEvent,
+    /// The automation does not drive, or asks for a takeover already.
+    AutomationOff,
     /// The traffic engine refuses the order.
     Refused,
     /// The vehicle has left the road before the end.
@@ -223,6 +225,7 @@ impl NotDone {
             Self::NoVehicle => "no such vehicle",
             Self::OwnDriver => "the vehicle has a driver of its own",
             Self::OtherEvent => "another event moves the vehicle",
+            Self::AutomationOff => "the automation does not drive",
             Self::Refused => "refused by the traffic",
             Self::HasLeft => "the vehicle has left",
             Self::TooLate => "not possible in its time",

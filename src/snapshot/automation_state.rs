@@ -22,9 +22,9 @@ pub enum AutomationMode {
     /// The vehicle has no automation.
     #[default]
     None,
-    /// The participant drives.
+    /// The participant moves pedals and wheel.
     Off,
-    /// The system drives.
+    /// The system moves pedals, wheel or both.
     On,
     /// The system drives and asks the participant to take over.
     TakeoverRequest,

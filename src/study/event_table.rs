@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 54] = [
+const WORDS: [[&str; 3]; 60] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -214,6 +214,36 @@ const WORDS: [[&str; 3]; 54] = [
         "spoken_digit",
         "a voice began to say a digit of the secondary task",
         "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-digit",
+    ],
+    [
+        "automation_on",
+        "the automation drives from now on",
+        "Experiment-structure, Experimental-stimulus, Label/Automation-on",
+    ],
+    [
+        "automation_off",
+        "the participant drives from now on; the detail is the cause",
+        "Agent-action, Participant-response, Label/Automation-off",
+    ],
+    [
+        "takeover_request",
+        "the automation asks the participant to take over, by text, tone and voice",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Auditory-presentation, Label/Takeover-request",
+    ],
+    [
+        "takeover_input",
+        "the participant moved a control for the first time since the takeover request",
+        "Agent-action, Participant-response, Label/Takeover-input",
+    ],
+    [
+        "minimal_risk_manoeuvre",
+        "the automation begins to stop in the lane",
+        "Sensory-event, Experimental-stimulus, Label/Minimal-risk-manoeuvre",
+    ],
+    [
+        "spoken_request",
+        "a voice began to say a takeover request",
+        "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-request",
     ],
     ["wheel profile", "profile of the steering wheel in use from now on", "Experiment-control, Label/Wheel-profile"],
     ["wheel plugged in", "a steering wheel was plugged in", "Experiment-control, Input-device, Label/Wheel-plugged-in"],

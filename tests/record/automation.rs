@@ -6,7 +6,11 @@ use super::{
     tampering::{rows, write},
 };
 use arrow_array::{ArrayRef, BooleanArray, RecordBatch};
-use codrive::{drive_loop::offline::OfflineDrive, scenario::Scenario};
+use codrive::{
+    analysis::{data::RecordedTrial, measures::DriveTotals},
+    drive_loop::offline::OfflineDrive,
+    scenario::Scenario,
+};
 use std::{path::Path, sync::Arc};
 
 /// Records half a minute with a system, and a takeover request at 10 s, in `folder`.
@@ -37,6 +41,21 @@ fn a_drive_with_each_system_is_replayed_to_the_bit() {
         );
         let report = replayed(&drive).unwrap();
         assert!(report.is_proven() && report.ticks == 3000, "{system}: {report:?}");
+    }
+}
+
+#[test]
+fn an_analysis_has_the_takeover_scores_of_the_summary() {
+    let folder = tempfile::tempdir().unwrap();
+    let drive = folder.path().join("drive");
+    record("traffic-jam-pilot", &drive);
+    let summary = read_json(&drive.join("summary.json"));
+    let trial = RecordedTrial::open(&drive).unwrap();
+    let (totals, _) = DriveTotals::of(&trial, None, &[], |_| ()).unwrap();
+    let scores = serde_json::to_value(totals.takeovers.scores().expect("a request")).unwrap();
+    assert!(scores["takeover_time_s"].as_f64().is_some_and(|time_s| time_s > 0.5), "{scores}");
+    for (name, value) in scores.as_object().unwrap() {
+        assert_eq!(summary.get(name), Some(value), "{name}");
     }
 }
 

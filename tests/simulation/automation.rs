@@ -6,11 +6,11 @@ use codrive::{
     drive_loop::offline::OfflineDrive,
     metrics::{AutomationChange, SwitchedOffBy},
     scenario::Scenario,
-    sim::{EventKind, World},
+    sim::{EventKind, EventStage, NotDone, World},
     snapshot::AutomationMode,
 };
 
-const RING: &str = "traffic = \"native\"\nvehicles = 8\nidm = { noise = 0 }\ntrees = 0\nduration_s = 0\n";
+const RING: &str = "traffic = \"native\"\nvehicles = 16\nidm = { noise = 0 }\ntrees = 0\nduration_s = 0\n";
 
 fn scenario(text: &str) -> Scenario {
     Scenario::from_toml(&format!("{RING}{text}"), "automation.toml").unwrap_or_else(|fault| panic!("{fault}"))
@@ -34,11 +34,11 @@ fn a_car_on_its_own_keeps_lane_and_time_gap() {
     let world = hands_off(text, 120, |world| {
         let snapshot = world.snapshot();
         offset_m = offset_m.max(snapshot.lane_offset_m.abs());
-        gap_m = gap_m.min(snapshot.leader.expect("seven others").gap_m);
+        gap_m = gap_m.min(snapshot.leader.expect("fifteen others").gap_m);
     });
     let ego = world.snapshot();
-    let leader = ego.leader.expect("seven others");
-    // 2 m at a standstill and 2 s; the ring of 250 m leaves 26 m behind each of eight vehicles.
+    let leader = ego.leader.expect("fifteen others");
+    // 2 m at a standstill and 2 s. Sixteen vehicles leave 10.6 m to each on average, too little for the speed that the bend allows.
     let expected_m = 2.0 + 2.0 * ego.ego.speed_mps;
     assert!((leader.gap_m - expected_m).abs() < 2.5, "{} m at {} m/s", leader.gap_m, ego.ego.speed_mps);
     assert!(offset_m < 0.4 && gap_m > 2.0, "{offset_m} m beside the middle, {gap_m} m behind the leader");
@@ -112,6 +112,21 @@ fn the_policys_speed_is_driven_and_its_advice_is_not_shown() {
     // Once it is off, the advice is for the participant.
     let world = hands_off(text, 42, |_| ());
     assert_eq!(world.snapshot().advice.map(|advice| advice.target_mps), Some(4.0));
+}
+
+#[test]
+fn a_request_to_take_over_from_a_system_that_is_off_is_noted_as_not_done() {
+    let text = "policy = \"none\"\n[automation]\nsystem = \"lane-keeping\"\nstarts_on = false\n\
+                [[event]]\nname = \"ask\"\ntrigger = { time_s = 1 }\nactions = [{ takeover_request = { lead_s = 7 } }]\n";
+    let mut stages = Vec::new();
+    hands_off(text, 2, |world| {
+        stages.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Scripted { stage, .. } => Some(stage),
+            _ => None,
+        }));
+    });
+    let expected = [EventStage::Triggered, EventStage::NotDone(NotDone::AutomationOff), EventStage::Ended];
+    assert_eq!(stages, expected);
 }
 
 #[test]

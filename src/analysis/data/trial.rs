@@ -14,7 +14,7 @@ use super::{
 use crate::analysis::error::AnalysisError;
 use crate::{
     map::RoadMap,
-    metrics::{TaskLog, TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, TaskLog, TaskResponse, TaskStimulus},
     record::{
         self, RecordError, Table, TableParts, TableReader,
         tables::{PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
@@ -60,6 +60,8 @@ pub struct RecordedTrial {
     pub scripted: Vec<ScriptedMoment>,
     /// Events of the secondary task; a stimulus has the tick of the first frame that showed it.
     pub task: TaskLog,
+    /// Changes of the automation, with their ticks.
+    pub automation_changes: Vec<(Tick, AutomationChange)>,
     /// Number of times that the middle of the car left its lane.
     pub left_road: usize,
     /// Times of the frames that the participant saw.
@@ -101,6 +103,8 @@ impl RecordedTrial {
             let rows = part.wholes("tick").into_iter().zip(kinds).zip(details.into_iter().zip(values));
             for ((tick, kind), (detail, (vehicle, value))) in rows {
                 scripted_moments::add(&mut trial.scripted, tick, [&kind, &detail], vehicle);
+                let change = AutomationChange::of_words(&kind, &detail, value);
+                trial.automation_changes.extend(change.map(|change| (Tick(tick), change)));
                 add_to_log(&mut trial.task, Tick(tick), [&kind, &detail], value);
                 trial.contacts += usize::from(kind == "contact");
                 trial.left_road += usize::from(kind == "left_road");

@@ -45,7 +45,8 @@ impl DriveMeasures {
         baseline: Option<&DriveTotals>,
     ) -> Self {
         let task = trial.task.scores(totals.duration_s);
-        let sight = MeasureInputs { trial, totals, baseline, responses: &responses, events, task };
+        let takeovers = totals.takeovers.scores();
+        let sight = MeasureInputs { trial, totals, baseline, responses: &responses, events, task, takeovers };
         let roads = trial.setup.roads();
         let value = |(measure, of): &MeasuredValue| of(&sight).filter(|_| measure.is_on(roads));
         Self { values: OF_EVERY_DRIVE.iter().chain(OF_NETWORKS).map(value).collect(), responses }

@@ -104,6 +104,14 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("event_contact_share"), |s| {
         s.mean_of_events(|event| Some(f64::from(u8::from(event.contact_mps.is_some()))))
     }),
+    (measure("takeover_requests"), |s| Some(s.takeovers?.takeover_requests.into())),
+    (measure("takeovers"), |s| Some(s.takeovers?.takeovers.into())),
+    (measure("takeover_time_s"), |s| s.takeovers?.takeover_time_s),
+    (measure("takeover_first_input_s"), |s| s.takeovers?.takeover_first_input_s),
+    (measure("takeover_hands_on_s"), |s| s.takeovers?.takeover_hands_on_s),
+    (measure("takeover_min_ttc_s"), |s| s.takeovers?.takeover_min_ttc_s),
+    (measure("takeover_lane_deviation_m"), |s| s.takeovers?.takeover_lane_deviation_m),
+    (measure("minimal_risk_manoeuvres"), |s| Some(s.takeovers?.minimal_risk_manoeuvres.into())),
     (measure("left_road"), |s| Some(s.trial.left_road as f64)),
     (measure("dropped_s"), |s| s.trial.frames.dropped_s),
     (measure("frames_per_s"), |s| s.trial.frames.frames_per_s),

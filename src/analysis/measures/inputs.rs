@@ -6,7 +6,7 @@ use crate::analysis::{
     data::RecordedTrial,
     responses::{AdviceResponse, OnsetKind, ResponseTime, ScriptedResponse},
 };
-use crate::metrics::{RunningMean, TaskScores, TrafficTotals};
+use crate::metrics::{RunningMean, TakeoverScores, TaskScores, TrafficTotals};
 
 /// Data that the measures are computed from.
 pub struct MeasureInputs<'a> {
@@ -21,6 +21,8 @@ pub struct MeasureInputs<'a> {
     pub events: &'a [ScriptedResponse],
     /// Scores of the secondary task.
     pub task: TaskScores,
+    /// Scores of the takeovers; `None` without a request.
+    pub takeovers: Option<TakeoverScores>,
 }
 
 impl MeasureInputs<'_> {

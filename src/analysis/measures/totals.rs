@@ -12,7 +12,7 @@ use crate::analysis::{
 };
 use crate::{
     metrics::{
-        Approach, RunningMean, RunningMinimum, TickTotals, TrafficTotals,
+        Approach, AutomationChange, RunningMean, RunningMinimum, TakeoverLog, TickTotals, TrafficTotals,
         fuel::SumoFuelTotals,
         waves::{VehicleSample, WaveTotals},
     },
@@ -81,9 +81,12 @@ pub struct DriveTotals {
     pub duration_s: f64,
     /// Sums of a drive on a network; `None` on a closed route.
     pub network: Option<NetworkDriveTotals>,
+    /// Takeovers from the automation.
+    pub takeovers: TakeoverLog,
     step_s: f64,
     route_m: f64,
     after_contacts: std::iter::Peekable<std::vec::IntoIter<[u64; 2]>>,
+    automation_changes: std::iter::Peekable<std::vec::IntoIter<(Tick, AutomationChange)>>,
     /// Position of each vehicle along the route at the last step, metres, by vehicle number.
     places_m: BTreeMap<u32, f64>,
     lane_offset_m: RunningMean,
@@ -120,9 +123,11 @@ impl DriveTotals {
             per_second_mps: Vec::new(),
             duration_s: 0.0,
             network: None,
+            takeovers: TakeoverLog::default(),
             step_s,
             route_m: 0.0,
             after_contacts: Vec::new().into_iter().peekable(),
+            automation_changes: Vec::new().into_iter().peekable(),
             places_m: BTreeMap::new(),
             lane_offset_m: RunningMean::default(),
             lane_squares_m2: 0.0,
@@ -137,6 +142,7 @@ impl DriveTotals {
         self.route_m = trial.setup.lap_m();
         self.waves = (self.route_m > 0.0).then(|| WaveTotals::on_ring(self.step_s, self.route_m));
         self.after_contacts = trial.after_contacts.clone().into_iter().peekable();
+        self.automation_changes = trial.automation_changes.clone().into_iter().peekable();
         self
     }
 
@@ -186,6 +192,10 @@ impl DriveTotals {
 
     /// Adds the ego's row of the next tick.
     pub fn add(&mut self, ego: &EgoSample) {
+        while let Some((tick, change)) = self.automation_changes.next_if(|(tick, _)| tick.0 <= ego.tick) {
+            self.takeovers.add(tick, change);
+        }
+        self.takeovers.watch(Tick(ego.tick), ego.ttc_s, ego.lane_offset_m);
         self.ticks.mean_speed_mps.add(ego.mean_speed_mps);
         self.ticks.add_ego(ego.speed_mps, ego.in_range);
         if let Some(is_in_range) = ego.in_range {

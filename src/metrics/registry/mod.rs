@@ -4,6 +4,7 @@
 //! * `drives`: measures of every recorded drive. * `networks`: measures of drives on networks only.
 //! * `evaluations`: measures of evaluated policies, benchmarks and trainings. * `moments`: moments of traffic in one lane.
 //! * `secondary_tasks`: measures of drives with a secondary task. * `events`: measures of drives with events.
+//! * `takeovers`: measures of drives with takeover requests.
 
 mod drives;
 mod evaluations;
@@ -12,16 +13,18 @@ mod measure;
 mod moments;
 mod networks;
 mod secondary_tasks;
+mod takeovers;
 
 pub use measure::{Measure, MeasuredOn, MeasuredOver, RoadKinds, unit_text};
 
-const LISTS: [&[Measure]; 6] = [
+const LISTS: [&[Measure]; 7] = [
     drives::MEASURES,
     networks::MEASURES,
     evaluations::MEASURES,
     moments::MEASURES,
     secondary_tasks::MEASURES,
     events::MEASURES,
+    takeovers::MEASURES,
 ];
 
 /// Returns all measures of the registry.
@@ -103,6 +106,7 @@ mod tests {
             "Moments of traffic",
             "Recorded drives with a secondary task",
             "Recorded drives with events",
+            "Recorded drives with takeover requests",
         ];
         let row = |measure: &Measure| {
             let over = match measure.over {

@@ -53,7 +53,7 @@ pub mod layout {
     /// Telltale of the main beam, between the number and the hub's edge: distance of its middle above the centre, half its height.
     pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
     /// Telltale of the automation, in the gap of the scale: distance of its middle to the left of and below the centre, radius, width of its lines.
-    pub const AUTOMATION: (f32, f32, f32, f32) = (0.27, 0.50, 0.075, 0.016);
+    pub const AUTOMATION: (f32, f32, f32, f32) = (0.235, 0.535, 0.08, 0.017);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
     /// Height of the text of an event, and the distance of its middle above the centre.

@@ -68,7 +68,7 @@ struct Request {
     inputs: Vec<TakeoverInput>,
 }
 
-/// Automation in progress.
+/// Automation of a drive from its first tick on.
 #[derive(Clone, Debug)]
 pub(super) struct AutomationRun {
     settings: Automation,
@@ -80,6 +80,8 @@ pub(super) struct AutomationRun {
     turns: WheelTurns,
     /// Tick at which the system was switched off, and the angle by which its wheel differed from the participant's, rad.
     released: Option<(Tick, f32)>,
+    /// True once the brake was up while the system is on: a foot that holds the vehicle before the drive begins does not switch it off.
+    has_brake_been_up: bool,
     /// Controls that moved the vehicle in the last tick.
     driven: Controls,
 }
@@ -99,6 +101,7 @@ impl AutomationRun {
             request: None,
             turns: WheelTurns::default(),
             released: None,
+            has_brake_been_up: false,
             driven: Controls::default(),
         }))
     }
@@ -141,6 +144,7 @@ impl AutomationRun {
             note(AutomationChange::On(SwitchedOnBy::Start));
         }
         self.turns.add(given.steering_wheel_rad, self.driven.steering_wheel_rad);
+        self.has_brake_been_up |= given.brake < PRESSED;
         let order = self.order.take();
         if order == Some(AutomationOrder::Fail) {
             self.has_failed = true;
@@ -213,10 +217,12 @@ impl AutomationRun {
     /// Returns the control by which the participant takes over.
     fn taken_over_by(&self, given: &Controls) -> Option<SwitchedOffBy> {
         let system = self.settings.system;
+        let heeds_brake = system.keeps_speed() || self.mode.asks();
+        let is_braked = given.brake >= PRESSED && self.has_brake_been_up && heeds_brake;
         let is_by_hand = || system.steers() && self.turns.is_by_hand(self.settings.override_deg.to_radians());
         match given {
             _ if given.automation_button => Some(SwitchedOffBy::Button),
-            _ if given.brake >= PRESSED && (system.keeps_speed() || self.mode.asks()) => Some(SwitchedOffBy::Brake),
+            _ if is_braked => Some(SwitchedOffBy::Brake),
             // Otherwise the accelerator drives faster than the system while it is pressed.
             _ if given.throttle >= PRESSED && system.keeps_speed() && self.mode.asks() => {
                 Some(SwitchedOffBy::Accelerator)
@@ -274,6 +280,9 @@ impl AutomationRun {
             (driven.throttle, driven.brake) = (own.throttle, own.brake);
             if given.throttle >= PRESSED && given.throttle > own.throttle {
                 (driven.throttle, driven.brake) = (given.throttle, 0.0);
+            }
+            if !self.has_brake_been_up {
+                (driven.throttle, driven.brake) = (0.0, own.brake.max(given.brake));
             }
         }
         if system.steers() {

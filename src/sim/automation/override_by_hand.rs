@@ -29,7 +29,9 @@ impl WheelTurns {
     /// Returns true if the participant has turned the wheel by this angle, rad, away from the system's.
     pub fn is_by_hand(&self, least_rad: f64) -> bool {
         let Some(now) = self.moments.back() else { return false };
-        let by = |of: usize| self.moments.iter().map(|before| (now[of] - before[of]).abs()).fold(0.0, f64::max);
-        by(0) >= least_rad && by(1) >= least_rad
+        let most = |by: &dyn Fn(&[f64; 2]) -> f64| self.moments.iter().map(by).fold(0.0, f64::max);
+        let moved_rad = most(&|before| (now[0] - before[0]).abs());
+        let away_rad = most(&|before| now[1].abs() - before[1].abs());
+        moved_rad >= least_rad && away_rad >= least_rad
     }
 }

@@ -111,6 +111,12 @@ fn the_brake_switches_it_off_and_the_accelerator_overrides_it() {
     assert_eq!((bench.driven.throttle, bench.mode()), (0.9, AutomationMode::On));
     bench.drive(0.5, BRAKE);
     assert_eq!((bench.driven.brake, bench.last()), (0.3, AutomationChange::Off(SwitchedOffBy::Brake)));
+    // A foot that was on the brake when the drive began holds the vehicle until it is lifted.
+    let mut bench = Bench::of(AutomationSystem::AdaptiveCruiseControl);
+    bench.drive(1.0, BRAKE);
+    assert_eq!((bench.driven.brake, bench.mode()), (0.3, AutomationMode::On));
+    bench.drive(1.0, REST);
+    assert!(bench.driven.brake < 0.3 && bench.mode() == AutomationMode::On);
     // Steering alone has no use for the brake.
     let mut bench = Bench::of(AutomationSystem::LaneKeeping);
     bench.drive(1.0, BRAKE);
@@ -147,6 +153,22 @@ fn a_wheel_that_turns_with_the_systems_takes_nothing_over() {
     }
     assert!(bench.driven.steering_wheel_rad > 20.0_f32.to_radians());
     assert_eq!(bench.mode(), AutomationMode::On);
+}
+
+#[test]
+fn a_wheel_that_follows_late_is_not_turned_by_hand_and_one_held_back_is() {
+    let mut turns = WheelTurns::default();
+    let least_rad = 10.0_f64.to_radians();
+    let mut add = |given_deg: f32, driven_deg: f32| {
+        turns.add(given_deg.to_radians(), driven_deg.to_radians());
+        turns.is_by_hand(least_rad)
+    };
+    // The system turns at once by 24 degrees, and the wheel is there five ticks later.
+    assert!((0..6).all(|k| !add(0.0, if k == 0 { 0.0 } else { 24.0 })));
+    assert!((0..60).all(|_| !add(24.0, 24.0)));
+    // From there the participant turns it back by 2 degrees each tick: in the fifth it is 10 degrees away.
+    let by_hand: Vec<bool> = (1..=5u8).map(|k| add(24.0 - 2.0 * f32::from(k) - 0.01, 24.0)).collect();
+    assert_eq!(by_hand, [false, false, false, false, true]);
 }
 
 #[test]

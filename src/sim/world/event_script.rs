@@ -23,7 +23,7 @@ use crate::{
         automation::AutomationOrder,
         event::{EventStage, NotDone, PERSON_TOUCHED, ScriptedState},
     },
-    snapshot::Weather,
+    snapshot::{AutomationMode, Weather},
     time::{TICK_S, Tick},
     traffic::{EGO, LaneMotion, TrafficOrder, VehicleId},
 };
@@ -361,6 +361,9 @@ impl EventScript {
                 };
                 self.change = Some(WeatherChange { from, to, begun: now, over_s: *over_s });
                 Ok(*over_s)
+            }
+            Action::TakeoverRequest { .. } if seen.view.automation.mode != AutomationMode::On => {
+                Err(NotDone::AutomationOff)
             }
             Action::TakeoverRequest { .. } | Action::Automation(_) => {
                 self.order_to_automation = AutomationOrder::of(action);
