@@ -49,7 +49,7 @@ fn bench(wheel: Option<PluggedWheel>) -> Bench {
 }
 
 fn harness(bench: Bench) -> Harness<'static, Bench> {
-    crate::harness(bench, [760.0, 560.0], 1.0, |ui, bench| {
+    crate::harness(bench, [760.0, 600.0], 1.0, |ui, bench| {
         let asked = bench.page.show(ui, bench.wheel.as_ref(), bench.printed.as_deref());
         bench.commands.extend(asked);
     })

@@ -8,7 +8,7 @@ use codrive::{
         dial::{DialPass, DialPlace, layout},
         post::ui_pass::{OverlayTarget, UiPass},
     },
-    snapshot::TaskPicture,
+    snapshot::{AutomationMode, AutomationState, TaskPicture},
     units::SpeedUnit,
 };
 
@@ -443,6 +443,37 @@ fn the_photodiode_square_is_black_or_white_and_changes_nothing_else() {
         }
         for (x, y) in [(square + 1, 0), (0, square + 1), (side / 2, side / 2)] {
             assert_eq!(at(&picture, x, y), background, "at {x}, {y}");
+        }
+    }
+}
+
+#[test]
+fn the_lamp_of_the_automation_has_the_colour_of_its_state_in_the_gap_of_the_scale() {
+    let palette = Palette::HC22;
+    let states = [
+        (AutomationMode::Off, false, palette.label),
+        (AutomationMode::On, false, palette.indicator),
+        (AutomationMode::TakeoverRequest, false, palette.reverse),
+        (AutomationMode::TakeoverRequest, true, palette.target),
+    ];
+    let dial = ring_dial(5.0, None);
+    let dark = hc22(&dial);
+    for steers in [true, false] {
+        for (mode, is_urgent, colour) in states {
+            let state = AutomationState { mode, is_urgent, steers, ..AutomationState::default() };
+            // At 0 s a blinking lamp is lit.
+            let lit = hc22(&dial.clone().automated(&state, 0.0));
+            let more = lit.count(colour).saturating_sub(dark.count(colour));
+            assert!(more > 60, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
+            // Apart from the text above the dial, nothing but the lamp's place has changed.
+            let (left, down, radius, _) = layout::AUTOMATION;
+            let side = lit.side as usize;
+            let changed = (0..side * side).filter(|at| lit.rgba[4 * at..][..4] != dark.rgba[4 * at..][..4]);
+            let is_off_place = |at: &usize| {
+                let share = |pixel: usize| (2.0 * (pixel as f32 + 0.5) / side as f32) - 1.0;
+                (share(at % side) + left).hypot(share(at / side) - down) > 1.5 * radius
+            };
+            assert_eq!(changed.filter(is_off_place).count(), 0, "{mode:?}");
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::study::{load, shipped};
 use codrive::{
-    scenario::Scenario,
+    scenario::{AutomationSystem, Scenario},
     study::{PlanItem, Study},
 };
 use std::{collections::BTreeMap, path::Path};
@@ -65,6 +65,24 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham() {
 }
 
 #[test]
+fn the_study_of_automation_has_the_same_car_with_and_without_it() {
+    let study = load("automation");
+    study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
+    let drives = drives(&study);
+    let trials: Vec<(AutomationSystem, &str, f64)> = drives[1..]
+        .iter()
+        .map(|(_, drive)| (drive.automation.system, drive.policy.as_str(), drive.warm_up_s))
+        .collect();
+    let expected = [
+        (AutomationSystem::None, "none", 300.0),
+        (AutomationSystem::None, "ring-250-speed", 300.0),
+        (AutomationSystem::Policy, "ring-250-speed", 300.0),
+    ];
+    assert_eq!(trials, expected);
+    assert!(study.file.participants.is_multiple_of(6), "every order of three as often");
+}
+
+#[test]
 fn the_people_study_compares_advice_with_none_in_three_worlds() {
     let study = load("congestion-people");
     let drives = drives(&study);
@@ -92,7 +110,7 @@ fn the_people_study_compares_advice_with_none_in_three_worlds() {
 
 #[test]
 fn mean_speed_and_its_deviation_are_primary_in_each_shipped_study() {
-    for name in ["congestion", "congestion-short", "congestion-people"] {
+    for name in ["congestion", "congestion-short", "congestion-people", "automation"] {
         let plan = load(name).file.analysis.unwrap();
         assert_eq!(plan.primary.all(), ["mean_speed_mps", "speed_sd_over_vehicles_mps"], "{name}");
     }
@@ -100,7 +118,7 @@ fn mean_speed_and_its_deviation_are_primary_in_each_shipped_study() {
 
 #[test]
 fn all_studies_begin_with_consent_and_ask_about_conditions_and_sickness() {
-    for name in ["congestion", "congestion-short", "congestion-people"] {
+    for name in ["congestion", "congestion-short", "congestion-people", "automation"] {
         let study = load(name);
         let plan = study.plan(0);
         let begin: Vec<&str> = plan.items.iter().take(3).map(|planned| planned.name.as_str()).collect();
