@@ -60,7 +60,9 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         Action::CutIn { .. }
         | Action::ChangeLane { .. }
         | Action::SignalAhead { .. }
-        | Action::PedestrianCrosses(_) => 0.0,
+        | Action::PedestrianCrosses(_)
+        | Action::TakeoverRequest { .. }
+        | Action::Automation(_) => 0.0,
     };
     event.actions.iter().map(of).fold(0.0, f64::max)
 }
