@@ -275,17 +275,6 @@ impl World {
         Ok(())
     }
 
-    /// Lets events of the scenario act on the participant and the car in the step that begins.
-    fn apply_events(&mut self) {
-        if let Some(participant) = self.observer.participant_mut() {
-            let effects = self.script.effects(participant.view.tick);
-            participant.view.message = effects.message;
-            participant.hides_advice = effects.hides_advice;
-            participant.view.weather = effects.weather;
-            participant.disturb(effects.disturbance);
-        }
-    }
-
     /// Returns true if the next tick begins a step of the traffic engine.
     fn begins_step(&self) -> bool {
         self.snapshot().tick.0.is_multiple_of(self.scenario().step_ticks())

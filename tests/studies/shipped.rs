@@ -2,7 +2,7 @@
 
 use super::study::{load, shipped};
 use codrive::{
-    scenario::{AutomationSystem, Scenario},
+    scenario::{AutomationSystem, Scenario, SecondaryTaskKind, scripted_event::Action},
     study::{PlanItem, Study},
 };
 use std::{collections::BTreeMap, path::Path};
@@ -66,7 +66,7 @@ fn the_shipped_study_compares_advice_with_none_and_with_a_sham() {
 
 #[test]
 fn the_study_of_automation_has_the_same_car_with_and_without_it() {
-    let study = load("automation");
+    let study = load("advice-or-automation");
     study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
     let drives = drives(&study);
     let trials: Vec<(AutomationSystem, &str, f64)> = drives[1..]
@@ -109,8 +109,43 @@ fn the_people_study_compares_advice_with_none_in_three_worlds() {
 }
 
 #[test]
+fn studies_of_events_vary_one_number_of_them_and_the_task() {
+    let numbers = |drive: &Scenario| -> Vec<f64> {
+        let actions = drive.events.iter().flat_map(|event| &event.actions);
+        let number = |action: &Action| match action {
+            Action::Brake { decel_mps2, .. } => Some(*decel_mps2),
+            Action::TakeoverRequest { lead_s, .. } => Some(*lead_s),
+            _ => None,
+        };
+        actions.filter_map(number).collect()
+    };
+    let cases: [(&str, [(&str, Vec<f64>); 2]); 2] = [
+        ("lead-braking", [("gentle", vec![3.0; 3]), ("hard", vec![6.0; 3])]),
+        ("takeover", [("4-s", vec![4.0; 2]), ("8-s", vec![8.0; 2])]),
+    ];
+    for (name, levels) in cases {
+        let study = load(name);
+        study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
+        let drives = drives(&study);
+        assert_eq!(drives.len(), 1 + 2 * 2, "{name}");
+        for (level, expected) in levels {
+            let of: Vec<_> = drives.iter().filter(|(item, _)| item.contains(level)).collect();
+            assert_eq!(of.len(), 2, "{name}: {level}");
+            for (item, drive) in of {
+                assert_eq!(numbers(drive), expected, "{name}: {item}");
+                let has_task = drive.secondary_task.kind == SecondaryTaskKind::NBack;
+                assert_eq!(has_task, item.contains("two-back"), "{name}: {item}");
+            }
+        }
+        assert!(study.file.participants.is_multiple_of(4), "every order as often");
+        // A visit is booked for an hour: half of it is for arrival, the information sheet and problems.
+        assert!(study.plan(0).minutes() < 30.0, "{name}: {} min", study.plan(0).minutes());
+    }
+}
+
+#[test]
 fn mean_speed_and_its_deviation_are_primary_in_each_shipped_study() {
-    for name in ["congestion", "congestion-short", "congestion-people", "automation"] {
+    for name in ["congestion", "congestion-short", "congestion-people", "advice-or-automation"] {
         let plan = load(name).file.analysis.unwrap();
         assert_eq!(plan.primary.all(), ["mean_speed_mps", "speed_sd_over_vehicles_mps"], "{name}");
     }
@@ -118,7 +153,9 @@ fn mean_speed_and_its_deviation_are_primary_in_each_shipped_study() {
 
 #[test]
 fn all_studies_begin_with_consent_and_ask_about_conditions_and_sickness() {
-    for name in ["congestion", "congestion-short", "congestion-people", "automation"] {
+    for name in
+        ["congestion", "congestion-short", "congestion-people", "advice-or-automation", "lead-braking", "takeover"]
+    {
         let study = load(name);
         let plan = study.plan(0);
         let begin: Vec<&str> = plan.items.iter().take(3).map(|planned| planned.name.as_str()).collect();

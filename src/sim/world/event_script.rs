@@ -390,6 +390,17 @@ impl EventScript {
 }
 
 impl World {
+    /// Lets events of the scenario act on the participant and the car in the step that begins.
+    pub(super) fn apply_events(&mut self) {
+        if let Some(participant) = self.observer.participant_mut() {
+            let effects = self.script.effects(participant.view.tick);
+            participant.view.message = effects.message;
+            participant.hides_advice = effects.hides_advice;
+            participant.view.weather = effects.weather;
+            participant.disturb(effects.disturbance);
+        }
+    }
+
     /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
     /// lights of vehicles on that have broken down.
     pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
