@@ -138,8 +138,7 @@ impl World {
         let mut traffic = TrafficCoupling::start(&drive)?;
         let mut observer = match scenario.participant {
             true => {
-                let advice = advice.of_participant(scenario);
-                let (start, bodies) = (traffic.ego_start(), traffic.bodies());
+                let (advice, start, bodies) = (advice.of_participant(scenario), traffic.ego_start(), traffic.bodies());
                 let agent = Agent::new((&drive, map), advice, start, AdvisedBody::Full, bodies)?;
                 Observer::Participant(Box::new(agent.automated(scenario)?))
             }

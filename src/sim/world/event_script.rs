@@ -202,8 +202,8 @@ impl EventScript {
 
     /// Returns the effects of the events that are under way in the step that begins.
     pub fn effects(&self, now: Tick) -> EffectsOfEvents {
-        let mut shown = EffectsOfEvents::default();
-        shown.weather = self.change.as_ref().map(|change| change.at(now));
+        let weather = self.change.as_ref().map(|change| change.at(now));
+        let mut shown = EffectsOfEvents { weather, ..EffectsOfEvents::default() };
         shown.disturbance.water_mm = shown.weather.map(|weather| water_mm(weather.rain_mmph));
         for run in &self.runs {
             let Stage::Running(begun, _) = run.stage else { continue };
