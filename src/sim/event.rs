@@ -171,11 +171,11 @@ pub enum EventStage {
 /// State of an event of the scenario in a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScriptedState {
-    /// It waits for its trigger.
+    /// Event that waits for its trigger.
     Waiting,
-    /// It has begun.
+    /// Event that has begun.
     Running,
-    /// It is over, or the draw was against it.
+    /// Event that is over, or against which the draw was.
     Over,
 }
 
@@ -196,7 +196,7 @@ pub enum NotDone {
     Refused,
     /// The vehicle has left the road before the end.
     HasLeft,
-    /// It was not possible within its time.
+    /// No chance came within the time of the action.
     TooLate,
     /// There is no signal ahead on the path.
     NoSignal,

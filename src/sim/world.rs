@@ -16,6 +16,7 @@ mod derived_state;
 mod detour;
 mod driving_order;
 mod ego_insertion;
+mod event_effects;
 mod event_script;
 mod event_vehicles;
 mod event_view;

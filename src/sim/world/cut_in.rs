@@ -21,7 +21,7 @@ const IN_LANE_M: f64 = 0.8;
 /// Time for the change of lanes itself, s.
 const CHANGE_S: f64 = 10.0;
 
-/// Cut-in in progress.
+/// Vehicle on its way into the ego's lane.
 #[derive(Debug)]
 pub(super) struct CutIn {
     /// Number of the event.
@@ -35,16 +35,16 @@ pub(super) struct CutIn {
     pub changing_since: Option<Tick>,
 }
 
-/// What a vehicle that cuts in does in the step that begins.
+/// Behaviour of a vehicle that cuts in, in the step that begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum CutInStep {
-    /// It drives on towards its place, or into the lane.
+    /// Drive on towards its place, or into the lane.
     Drives(LaneMotion),
-    /// It begins to change lanes by this many to the left.
+    /// Begin of the change of lanes, by this many to the left.
     Changes(LaneMotion, i32),
-    /// It is in the ego's lane.
+    /// End of the cut-in: the vehicle is in the ego's lane.
     Over,
-    /// It found no place in its time.
+    /// End without a place in its time.
     TooLate,
 }
 

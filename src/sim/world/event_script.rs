@@ -5,8 +5,7 @@
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
 use super::{
-    World, event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople,
-    traffic_coupling::TrafficCoupling,
+    event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, traffic_coupling::TrafficCoupling,
 };
 use crate::{
     controls::Controls,
@@ -15,13 +14,13 @@ use crate::{
     policy::Advice,
     rng::{self, Stream},
     scenario::{
-        OnContact, PlannedDrive, ScriptedEvent,
+        PlannedDrive, ScriptedEvent,
         scripted_event::{Action, DriverInput, PLACES, Trigger},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
         automation::AutomationOrder,
-        event::{EventStage, NotDone, PERSON_TOUCHED, ScriptedState},
+        event::{EventStage, NotDone, ScriptedState},
     },
     snapshot::{AutomationMode, Weather},
     time::{TICK_S, Tick},
@@ -383,47 +382,9 @@ impl EventScript {
         self.vehicles.switch_hazard_lights(cars);
     }
 
-    fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
-        let kind = EventKind::Scripted { event: event as u16, vehicle, stage };
-        self.events.push(Event { tick, kind });
-    }
-}
-
-impl World {
-    /// Lets events of the scenario act on the participant and the car in the step that begins.
-    pub(super) fn apply_events(&mut self) {
-        if let Some(participant) = self.observer.participant_mut() {
-            let effects = self.script.effects(participant.view.tick);
-            participant.view.message = effects.message;
-            participant.hides_advice = effects.hides_advice;
-            participant.view.weather = effects.weather;
-            participant.disturb(effects.disturbance);
-        }
-    }
-
-    /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
-    /// lights of vehicles on that have broken down.
-    pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
-        let view = self.observer.view_mut();
-        self.script.switch_hazard_lights(&mut view.cars);
-        let now = Tick(view.tick.0 + ticks);
-        self.script.people.at(now, ticks, &self.drive.map().route).for_each(|person| self.traffic.add(view, person));
-    }
-
-    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive. A text says so after one
-    /// with a person.
-    pub(super) fn move_to_contact(&mut self) -> bool {
-        let has_touched = self.move_agents();
-        let touches_person = self.observer.events().iter().any(|event| event.kind.touches_person());
-        if touches_person {
-            self.observer.view_mut().message = Some(PERSON_TOUCHED.into());
-        }
-        touches_person || (has_touched && self.scenario().contact == OnContact::End)
-    }
-
-    /// Returns the names of the scenario's events with what they are at, in the order of the scenario.
-    pub fn scripted_events(&self) -> impl ExactSizeIterator<Item = (&str, ScriptedState)> {
-        self.script.runs.iter().map(|run| {
+    /// Returns the names of all events with what they are at.
+    pub fn states(&self) -> impl ExactSizeIterator<Item = (&str, ScriptedState)> {
+        self.runs.iter().map(|run| {
             let state = match run.stage {
                 Stage::Armed if run.is_asked => ScriptedState::Running,
                 Stage::Armed => ScriptedState::Waiting,
@@ -434,10 +395,15 @@ impl World {
         })
     }
 
-    /// Begins an event by hand where the next step begins, if it still waits. The recording has it, and a replay begins it there, too.
-    pub fn begin_event(&mut self, event: usize) {
-        if let Some(run) = self.script.runs.get_mut(event).filter(|run| run.stage == Stage::Armed) {
+    /// Asks for an event that waits, so that it begins where the next step begins.
+    pub fn ask(&mut self, event: usize) {
+        if let Some(run) = self.runs.get_mut(event).filter(|run| run.stage == Stage::Armed) {
             run.is_asked = true;
         }
+    }
+
+    fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
+        let kind = EventKind::Scripted { event: event as u16, vehicle, stage };
+        self.events.push(Event { tick, kind });
     }
 }

@@ -19,7 +19,7 @@ pub(super) struct ScriptView<'a> {
     /// The participant's view of all vehicles.
     pub view: &'a Snapshot,
     pub map: &'a RoadMap,
-    /// The participant's vehicle.
+    /// Vehicle of the participant, if the drive has one.
     pub participant: Option<&'a Agent>,
     /// Vehicles with drivers of their own.
     pub agents: &'a dyn Fn(VehicleId) -> bool,

@@ -1,0 +1,52 @@
+//! Effects of the scenario's events on the world. In: the state of the events. Out: what the participant sees and feels, people on the road, and contacts
+//! that end the drive.
+
+use super::World;
+use crate::{
+    scenario::OnContact,
+    sim::event::{PERSON_TOUCHED, ScriptedState},
+    time::Tick,
+};
+
+impl World {
+    /// Lets events of the scenario act on the participant and the car in the step that begins.
+    pub(super) fn apply_events(&mut self) {
+        if let Some(participant) = self.observer.participant_mut() {
+            let effects = self.script.effects(participant.view.tick);
+            participant.view.message = effects.message;
+            participant.hides_advice = effects.hides_advice;
+            participant.view.weather = effects.weather;
+            participant.disturb(effects.disturbance);
+        }
+    }
+
+    /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
+    /// lights of vehicles on that have broken down.
+    pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
+        let view = self.observer.view_mut();
+        self.script.switch_hazard_lights(&mut view.cars);
+        let now = Tick(view.tick.0 + ticks);
+        self.script.people.at(now, ticks, &self.drive.map().route).for_each(|person| self.traffic.add(view, person));
+    }
+
+    /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive. A text says so after one
+    /// with a person.
+    pub(super) fn move_to_contact(&mut self) -> bool {
+        let has_touched = self.move_agents();
+        let touches_person = self.observer.events().iter().any(|event| event.kind.touches_person());
+        if touches_person {
+            self.observer.view_mut().message = Some(PERSON_TOUCHED.into());
+        }
+        touches_person || (has_touched && self.scenario().contact == OnContact::End)
+    }
+
+    /// Returns the names of the scenario's events with what they are at, in the order of the scenario.
+    pub fn scripted_events(&self) -> impl ExactSizeIterator<Item = (&str, ScriptedState)> {
+        self.script.states()
+    }
+
+    /// Begins an event by hand where the next step begins, if it still waits. The recording has it, and a replay begins it there, too.
+    pub fn begin_event(&mut self, event: usize) {
+        self.script.ask(event);
+    }
+}
