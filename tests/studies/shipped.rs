@@ -119,11 +119,9 @@ fn studies_of_events_vary_one_number_of_them_and_the_task() {
         };
         actions.filter_map(number).collect()
     };
-    let cases: [(&str, [(&str, Vec<f64>); 2]); 2] = [
-        ("lead-braking", [("gentle", vec![3.0; 3]), ("hard", vec![6.0; 3])]),
-        ("takeover", [("4-s", vec![4.0; 2]), ("8-s", vec![8.0; 2])]),
-    ];
-    for (name, levels) in cases {
+    for (name, levels, events) in
+        [("lead-braking", [("gentle", 3.0), ("hard", 6.0)], 3), ("takeover", [("4-s", 4.0), ("8-s", 8.0)], 2)]
+    {
         let study = load(name);
         study.check_ranges("it").unwrap_or_else(|e| panic!("{e}"));
         let drives = drives(&study);
@@ -132,7 +130,7 @@ fn studies_of_events_vary_one_number_of_them_and_the_task() {
             let of: Vec<_> = drives.iter().filter(|(item, _)| item.contains(level)).collect();
             assert_eq!(of.len(), 2, "{name}: {level}");
             for (item, drive) in of {
-                assert_eq!(numbers(drive), expected, "{name}: {item}");
+                assert_eq!(numbers(drive), vec![expected; events], "{name}: {item}");
                 let has_task = drive.secondary_task.kind == SecondaryTaskKind::NBack;
                 assert_eq!(has_task, item.contains("two-back"), "{name}: {item}");
             }
