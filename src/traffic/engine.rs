@@ -206,7 +206,12 @@ pub enum TrafficOrder {
         /// Highest speed, m/s.
         speed_mps: f64,
     },
-    /// The vehicle's own model has its speed again, with all checks.
+    /// The vehicle keeps its lane and moves as an event says, within safe distances, right of way and signals, but beyond the limits of its type.
+    TakeOver {
+        /// Vehicle of the order.
+        id: VehicleId,
+    },
+    /// The vehicle's own model has speed and lane again, with all checks.
     GiveBack {
         /// Vehicle of the order.
         id: VehicleId,
@@ -228,6 +233,7 @@ impl TrafficOrder {
             | Self::Route { id, .. }
             | Self::Speed { id, .. }
             | Self::MaxSpeed { id, .. }
+            | Self::TakeOver { id }
             | Self::GiveBack { id }
             | Self::SpeedMode { id, .. } => Some(*id),
             Self::Phase { .. } | Self::State { .. } => None,

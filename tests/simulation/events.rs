@@ -211,7 +211,7 @@ fn what_cannot_happen_on_a_road_is_said_before_the_drive() {
 fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
     let _alone = one_at_a_time();
     let text = "map = \"motorway\"\npolicy = \"none\"\ntrees = 0\nwarm_up_s = 60\n\
-         [[event]]\nname = \"brake\"\ntrigger = { all = [{ time_s = 3 }, { distance = { to = \"leader\", below_m = 500 } }] }\n\
+         [[event]]\nname = \"brake\"\ntrigger = { all = [{ time_s = 1 }, { distance = { to = \"leader\", below_m = 500 } }] }\n\
          actions = [{ brake = { vehicle = \"leader\", decel_mps2 = 6, to_mps = 5, keep_s = 1 } }]\n\
          [[event]]\nname = \"aside\"\ntrigger = { after = { event = \"brake\" } }\n\
          actions = [{ change_lane = { vehicle = \"leader\", to_the_left = 1 } }, { message = { text = \"Mind the gap\", for_s = 2 } }]\n";
@@ -227,7 +227,7 @@ fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
         let vehicle = acting.and_then(|id| world.snapshot().vehicle(id));
         speeds.extend(vehicle.map(|car| car.speed_mps));
         lanes.extend(vehicle.and_then(|car| car.lane).map(|at| at.lane));
-        acting = acting.or_else(|| world.snapshot().leader.filter(|_| k >= 30).map(|leader| leader.id));
+        acting = acting.or_else(|| world.snapshot().leader.filter(|_| k >= 10).map(|leader| leader.id));
     }
     drop(run);
     record::recover(&path).expect("it is recovered");
@@ -245,6 +245,8 @@ fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
     let hardest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
     assert!((hardest - 0.6).abs() < 1e-6, "{hardest}");
     assert!(speeds.iter().filter(|speed| (**speed - 5.0).abs() < 1e-6).count() >= 10, "a second at 5 m/s: {speeds:?}");
+    // Its model would change lanes 2.4 s after the start.
+    assert!(lanes[..40].iter().all(|lane| *lane == lanes[0]), "{lanes:?}");
     // Its own model accelerates with 1 m/s² or more afterwards.
     assert!(speeds.last().is_some_and(|speed| *speed > 15.0), "it drives on: {:?}", speeds.last());
     assert!(lanes.windows(2).any(|pair| pair[0] != pair[1]), "{lanes:?}");

@@ -21,8 +21,6 @@ use crate::{
 const KEEPS_MPS2: f64 = 3.0;
 /// Time in which SUMO keeps a vehicle on the lane that it has cut into, s.
 const CUT_IN_S: f64 = 5.0;
-/// Bits of SUMO's speed mode without those of the vehicle's own limits of acceleration and braking.
-const WITHOUT_OWN_LIMITS: u32 = 1 + 8 + 16;
 
 /// Number of an event, vehicle that it no longer moves, and the reason.
 pub(super) type Failed = (usize, VehicleId, NotDone);
@@ -132,11 +130,10 @@ impl EventVehicles {
         &self.motions
     }
 
-    /// Takes the limits of its type from a vehicle of a network, so that it moves as an event says.
+    /// Takes speed and lane from the model of a vehicle of a network, so that it moves as an event says.
     fn take_over(&self, id: VehicleId, traffic: &mut TrafficCoupling) -> Result<(), NotDone> {
-        let order = TrafficOrder::SpeedMode { id, mode: WITHOUT_OWN_LIMITS };
         match self.is_open {
-            true => traffic.order(&order).map(drop).map_err(|_| NotDone::Refused),
+            true => traffic.order(&TrafficOrder::TakeOver { id }).map(drop).map_err(|_| NotDone::Refused),
             false => Ok(()),
         }
     }

@@ -305,14 +305,30 @@ API int cs_set_speed_mode(uint32_t number, uint32_t mode) {
     return guard([&] { sim::Vehicle::setSpeedMode(driven(number), static_cast<int>(mode)); });
 }
 
-// A vehicle's own model has its speed again, with all checks.
+// A vehicle of the demand that an event moves: it keeps its lane, and its speeds are limited by safe distances, right of way and signals alone.
+API int cs_take_over(uint32_t number) {
+    return guard([&] {
+        constexpr int KEEPS_LANE = 512;
+        constexpr int WITHOUT_OWN_LIMITS = 1 + 8 + 16;
+        const std::string id = driven(number);
+        Mobile& v = vehicle(number);
+        if (v.lane_changes < 0) v.lane_changes = sim::Vehicle::getLaneChangeMode(id);
+        sim::Vehicle::setLaneChangeMode(id, KEEPS_LANE);
+        sim::Vehicle::setSpeedMode(id, WITHOUT_OWN_LIMITS);
+    });
+}
+
+// The vehicle's own model has speed and lane again, with all checks.
 API int cs_give_back(uint32_t number) {
     return guard([&] {
-        const std::string id = driven(number);
         constexpr double NO_ORDER = -1.;
         constexpr int ALL_CHECKS = 31;
+        const std::string id = driven(number);
+        Mobile& v = vehicle(number);
         sim::Vehicle::setSpeed(id, NO_ORDER);
         sim::Vehicle::setSpeedMode(id, ALL_CHECKS);
+        if (v.lane_changes >= 0) sim::Vehicle::setLaneChangeMode(id, v.lane_changes);
+        v.lane_changes = -1;
     });
 }
 

@@ -80,6 +80,7 @@ struct Api {
     take: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     take_pedals: unsafe extern "C" fn(u32, *mut Text) -> c_int,
     names: unsafe extern "C" fn(u32, *mut Text) -> c_int,
+    take_over_by_event: unsafe extern "C" fn(u32) -> c_int,
     give_back: unsafe extern "C" fn(u32) -> c_int,
     change_lane: unsafe extern "C" fn(u32, c_int, f64, bool) -> c_int,
     set_route: unsafe extern "C" fn(u32, Texts, usize) -> c_int,
@@ -149,6 +150,7 @@ impl Api {
             take: symbol!(b"cs_take\0"),
             take_pedals: symbol!(b"cs_take_pedals\0"),
             names: symbol!(b"cs_names\0"),
+            take_over_by_event: symbol!(b"cs_take_over\0"),
             give_back: symbol!(b"cs_give_back\0"),
             change_lane: symbol!(b"cs_change_lane\0"),
             set_route: symbol!(b"cs_set_route\0"),
@@ -361,6 +363,7 @@ impl Shim {
                 (api.set_speed)(id.0, *speed_mps, *duration_s)
             },
             TrafficOrder::MaxSpeed { id, speed_mps } => unsafe { (api.set_max_speed)(id.0, *speed_mps) },
+            TrafficOrder::TakeOver { id } => unsafe { (api.take_over_by_event)(id.0) },
             TrafficOrder::GiveBack { id } => unsafe { (api.give_back)(id.0) },
             TrafficOrder::SpeedMode { id, mode } => unsafe { (api.set_speed_mode)(id.0, *mode) },
         };

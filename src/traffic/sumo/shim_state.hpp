@@ -30,6 +30,7 @@ struct Mobile {
     bool is_moved;  // by a driver outside SUMO, now or before: not by speed times step
     std::vector<std::string> path;  // of one that is moved: the edges that it is expected to drive
     size_t path_at;                 // which of them it was on last
+    int lane_changes = -1;          // its lane change mode before an event of the scenario moved it; -1 while none does
 };
 struct Birth {
     std::string id, kind, type;
