@@ -10,10 +10,11 @@ use crate::{
     },
     policy::{self, Controller, Network},
     record::{inputs, manifest::NamedHash},
-    scenario::{OnContact, PlannedDrive, Scenario, StartLayout},
+    scenario::{OnContact, PlannedDrive, Scenario, ScriptedEvent, StartLayout, scripted_event},
     sim::{self, WAVE_STANDS_S},
     traffic::{EngineChoice, TrafficDrivers},
 };
+use serde::Deserialize;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -24,7 +25,7 @@ pub(super) fn settings(out: &mut String, study: &Study) {
         "## Settings\n\nEvery drive has these settings, where its condition or segment changes none of them.\n\n",
     );
     let lines = [road(base), traffic(base), start(base), advice(base), drive(base)];
-    lines.into_iter().for_each(|line| {
+    lines.into_iter().chain(beside(base)).for_each(|line| {
         let _ = writeln!(out, "* {line}");
     });
     out.push('\n');
@@ -69,17 +70,48 @@ fn persons(base: &Scenario, drivers: &str) -> Option<String> {
     Some(format!("persons of the population `{}`, {}", inputs::last(drivers), markdown(&population.in_words())))
 }
 
-/// Describes a setting that a condition changes, sham advice and no advice in words.
-pub(super) fn changed(key: &str, value: &str) -> String {
-    match (key, value) {
+/// Describes a setting that a condition changes; sham advice, no advice and events in words.
+pub(super) fn changed(key: &str, value: &Value) -> String {
+    let text = match value.as_str() {
+        Some(text) => markdown(inputs::last(text)),
+        None => markdown(&value.to_string()),
+    };
+    match (key, text.as_str()) {
+        (scripted_event::KEY, _) => events(&Vec::deserialize(value).unwrap_or_default()),
         ("sham_advice", "true") => {
             "sham advice (`sham_advice` = true): the advice that the policy gave to a simulated driver in another drive, which does not \
              answer this participant's traffic; the speedometer looks as with other advice"
                 .into()
         }
-        ("policy", "none") => format!("`{key}` = {value}: no speed is advised, and the speedometer shows neither line nor range"),
-        _ => format!("`{key}` = {value}"),
+        ("policy", "none") => format!("`{key}` = {text}: no speed is advised, and the speedometer shows neither line nor range"),
+        _ => format!("`{key}` = {text}"),
     }
+}
+
+/// Describes events, one after the other.
+fn events(events: &[ScriptedEvent]) -> String {
+    if events.is_empty() {
+        return "no events".into();
+    }
+    let words: Vec<String> = events.iter().map(|event| markdown(&event.in_words())).collect();
+    format!("events {}", words.join("; "))
+}
+
+/// Describes what the drive has beside road, traffic and advice: events, a secondary task, an automation; empty without any.
+fn beside(base: &Scenario) -> Vec<String> {
+    let stated = serde_json::to_value(base).unwrap_or_default();
+    let usual = serde_json::to_value(Scenario::default()).unwrap_or_default();
+    let table = |key: &str, title: &str| {
+        let values = stated[key].as_object()?.iter().filter(|(name, value)| usual[key][name.as_str()] != **value);
+        let words: Vec<String> =
+            values.map(|(name, value)| format!("`{name}` = {}", markdown(&value.to_string()))).collect();
+        (!words.is_empty()).then(|| format!("{title}: {}.", words.join(", ")))
+    };
+    let scripted = (!base.events.is_empty()).then(|| format!("Events: {}.", events(&base.events)));
+    [table("automation", "Automation"), table("secondary_task", "Secondary task"), scripted]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
 /// Returns the sentences after the settings of a level: who drives the other vehicles, if the level says so, and what the study's file

@@ -143,12 +143,8 @@ fn conditions(out: &mut String, study: &Study) {
     let listed =
         study.file.factors.iter().flat_map(|(name, levels)| levels.iter().map(move |level| (Some(name), level)));
     for (factor, level) in listed.chain(study.file.condition.iter().map(|level| (None, level))) {
-        let value = |value: &serde_json::Value| match value.as_str() {
-            Some(text) => markdown(inputs::last(text)),
-            None => markdown(&value.to_string()),
-        };
         let set: Vec<String> =
-            level.set.iter().map(|(key, set)| preregistered_settings::changed(key, &value(set))).collect();
+            level.set.iter().map(|(key, value)| preregistered_settings::changed(key, value)).collect();
         let set = if set.is_empty() { "as in the base of the study".into() } else { set.join(", ") };
         let of = factor.map_or(String::new(), |factor| format!(" of {}", markdown(factor)));
         let about = preregistered_settings::about_level(study, level);

@@ -200,6 +200,27 @@ fn driven(study: &Study, participants: usize) -> Vec<AnalysedRecording> {
 }
 
 #[test]
+fn a_plan_states_events_tasks_and_automation_in_words() {
+    let plan = |name: &str| {
+        let study = Study::load(&crate::data_folders::root().join(format!("assets/studies/{name}.toml"))).unwrap();
+        written(&study, 24, &OutcomeSpread::Unknown, 2, &|_| ()).unwrap()
+    };
+    let braking = plan("lead-braking");
+    let first =
+        "`gentle` of braking: events \"first\" at 40 s, faster than 20 m/s, time gap to leader below 2.5 s: brake";
+    assert!(braking.contains(first), "{braking}");
+    assert!(braking.contains("(vehicle leader, decel\\_mps2 6.0, to\\_mps 8.0, keep\\_s 0.0)"), "{braking}");
+    let takeover = plan("takeover");
+    assert!(takeover.contains("* Automation: `system` = \"traffic-jam-pilot\".\n"), "{takeover}");
+    assert!(
+        takeover.contains(
+            "takeover\\_request (lead\\_s 4.0); \"pilot on again\" 30 s after \"first request\": automation (on)"
+        ),
+        "{takeover}"
+    );
+}
+
+#[test]
 fn a_shipped_plan_announces_the_tests_that_its_analysis_makes() {
     for (name, tests, trials) in [("congestion", 21, 16), ("congestion-short", 9, 3), ("congestion-people", 9, 6)] {
         let file = crate::data_folders::root().join(format!("assets/studies/{name}.toml"));

@@ -10,8 +10,8 @@
 //! narrow window (or a large scale) shows these as four pages. On the keyboard, Tab and the arrow keys move the focus;
 //! the other keys are in [`KEYS`], which F1 lists.
 
-pub mod events;
-mod lamps;
+mod events;
+pub mod lamps;
 pub mod log;
 pub mod map;
 pub mod notes;

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::map::network::Side;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 /// Longest text for the participant, letters: it is read at a glance, beside the speedometer.
 const TEXT_LETTERS: usize = 60;
@@ -198,6 +199,17 @@ impl Action {
             }
             _ => None,
         }
+    }
+
+    /// Returns the action with its values, such as `brake (vehicle leader, decel_mps2 4)`.
+    pub fn in_words(&self) -> String {
+        let word = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let values = serde_json::to_value(self).unwrap_or_default()[self.name()].take();
+        let values = match &values {
+            Value::Object(values) => values.iter().map(|(key, value)| format!("{key} {}", word(value))).collect(),
+            value => vec![word(value)],
+        };
+        format!("{} ({})", self.name(), values.join(", "))
     }
 
     /// Returns the name of the action in a scenario.

@@ -69,6 +69,18 @@ fn is_certain(probability: &f64) -> bool {
 }
 
 impl ScriptedEvent {
+    /// Returns the event in words: name, trigger and actions, and its chance if it is not certain.
+    pub fn in_words(&self) -> String {
+        let actions: Vec<String> = self.actions.iter().map(Action::in_words).collect();
+        let chance = if is_certain(&self.probability) {
+            String::new()
+        } else {
+            format!(", with probability {}", self.probability)
+        };
+        let repeats = if self.repeats { ", each time" } else { "" };
+        format!("\"{}\" {}{repeats}{chance}: {}", self.name, self.trigger.in_words(), actions.join(" and "))
+    }
+
     /// Checks the events of a scenario: each alone, that names are unique, and that none waits for itself.
     ///
     /// # Errors
