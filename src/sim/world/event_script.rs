@@ -168,7 +168,8 @@ impl EventScript {
         for k in 0..self.runs.len() {
             let is_moving = self.vehicles.are_moved_by(k);
             let run = &mut self.runs[k];
-            if matches!(run.stage, Stage::Running(_, until) if until <= now) && !is_moving {
+            // What takes no time is over a step later, after its onset.
+            if matches!(run.stage, Stage::Running(begun, until) if until <= now && begun < now) && !is_moving {
                 run.stage = if run.event.repeats { Stage::Armed } else { Stage::Over };
                 run.ended = Some(now);
                 self.note(k, None, now, EventStage::Ended);
