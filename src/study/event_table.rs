@@ -31,7 +31,7 @@ const WORDS: [[&str; 3]; 60] = [
     [
         "contact",
         "the participant's vehicle began to touch another vehicle or a person",
-        "Agent-action, Inappropriate-action, (Experiment-participant, (Collide-with, Car)), Label/Contact",
+        "Agent-action, Inappropriate-action, (Experiment-participant, Collide-with), Label/Contact",
     ],
     [
         "object_contact",

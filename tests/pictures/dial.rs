@@ -464,7 +464,8 @@ fn the_lamp_of_the_automation_has_the_colour_of_its_state() {
             // At 0 s a blinking lamp is lit.
             let lit = hc22(&dial.clone().automated(&state, 0.0));
             let more = lit.count(colour).saturating_sub(dark.count(colour));
-            assert!(more > 60, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
+            // The stroke of the gauge is two pixels wide, and half of it has no other colour mixed in.
+            assert!(more > 40, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use super::{
     gait,
-    limbs::{Hair, JACKET, SKIN, Sides, TROUSERS, arm, head, leg, limb, limbs, matt, shoe, tube},
+    limbs::{Hair, JACKET, SIDES, SKIN, Sides, TROUSERS, arm, head, leg, limb, limbs, matt, shoe, tube},
     model::{Model, Shape, block},
 };
 use crate::scene::{
@@ -132,7 +132,7 @@ pub(super) fn motorcycle() -> Model {
 /// Returns the models of a bicycle with its rider at each level of detail: standing with a foot on the ground, then the positions of the cranks.
 pub(super) fn bicycles() -> impl Iterator<Item = [Model; 3]> {
     let ridden = (0..CRANKS).map(|k| Some(TAU * k as f32 / CRANKS as f32));
-    std::iter::once(None).chain(ridden).map(|turn_rad| [10, 6, 4].map(|sides| bicycle(turn_rad, sides)))
+    std::iter::once(None).chain(ridden).map(|turn_rad| SIDES.map(|sides| bicycle(turn_rad, sides)))
 }
 
 /// Returns a bicycle whose left crank has turned by this angle from its foremost position; `None` stands with the left foot on the ground.

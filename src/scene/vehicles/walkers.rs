@@ -2,7 +2,7 @@
 
 use super::{
     gait::{self, Posture},
-    limbs::{Hair, Sides, arm, head, leg, matt, shoe, trunk},
+    limbs::{Hair, SIDES, Sides, arm, head, leg, matt, shoe, trunk},
     model::{Model, Shape},
 };
 use crate::scene::mesh::{SurfaceFinish, TriangleList};
@@ -93,7 +93,7 @@ pub(super) fn walkers() -> impl Iterator<Item = [Model; 3]> {
         let walking = (0..PHASES).map(|k| gait::walking(build.height_m, k as f32 / PHASES as f32));
         std::iter::once(gait::standing(build.height_m))
             .chain(walking)
-            .map(|posture| [10, 6, 4].map(|sides| Model { triangles: person(build, &posture, sides), shape: WALKER }))
+            .map(|posture| SIDES.map(|sides| Model { triangles: person(build, &posture, sides), shape: WALKER }))
     })
 }
 
