@@ -461,10 +461,9 @@ fn the_lamp_of_the_automation_has_the_colour_of_its_state() {
     for steers in [true, false] {
         for (mode, is_urgent, colour) in states {
             let state = AutomationState { mode, is_urgent, steers, ..AutomationState::default() };
-            // At 0 s a blinking lamp is lit.
+            // At 0 s a blinking lamp is lit. The gauge is a stroke of two pixels, half of which has no other colour mixed in.
             let lit = hc22(&dial.clone().automated(&state, 0.0));
             let more = lit.count(colour).saturating_sub(dark.count(colour));
-            // The stroke of the gauge is two pixels wide, and half of it has no other colour mixed in.
             assert!(more > 40, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
         }
     }
