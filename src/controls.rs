@@ -26,6 +26,9 @@ pub struct Controls {
     pub automation_button: bool,
 }
 
+/// Travel of a pedal that counts as pressed in events and responses to them, as a share: beyond the noise of pedals at rest.
+pub const PEDAL_PRESSED: f32 = 0.02;
+
 impl Controls {
     /// Returns the controls with every number clamped to its limits; NaN becomes 0.
     pub fn sane(&self) -> Self {

@@ -3,13 +3,13 @@
 
 use crate::{
     analysis::data::{RecordedTrial, ego_samples::EgoSample, scripted_moments::ScriptedMoment},
+    controls::PEDAL_PRESSED,
     time::Tick,
 };
 
 /// Time after the end of an event in which it is still responded to, s.
 const AFTERWARDS_S: f64 = 5.0;
-/// Travel of a pedal that counts as pressed, as a share: beyond the noise of pedals at rest.
-const PRESSED: f64 = 0.02;
+const PRESSED: f64 = PEDAL_PRESSED as f64;
 /// Turn of the steering wheel that counts as steering, radians: 2 degrees, beyond what keeps a car in its lane.
 const STEERED_RAD: f64 = 0.035;
 

@@ -3,7 +3,7 @@
 
 use super::{FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_ahead, within};
 use crate::{
-    controls::{Controls, Indicator, TaskButton},
+    controls::{Controls, Indicator, PEDAL_PRESSED, TaskButton},
     map::{RoadMap, network::SignalLight},
     toml_text::did_you_mean,
 };
@@ -120,9 +120,6 @@ pub enum DriverInput {
     MainBeam,
 }
 
-/// Travel of a pedal that counts as pressed, as a share: beyond the noise of pedals at rest.
-const PRESSED: f32 = 0.02;
-
 impl DriverInput {
     fn name(self) -> &'static str {
         match self {
@@ -138,8 +135,8 @@ impl DriverInput {
     /// Checks whether the driver gives this input.
     pub fn is_given(self, controls: &Controls) -> bool {
         match self {
-            Self::Accelerator => controls.throttle > PRESSED,
-            Self::Brake => controls.brake > PRESSED,
+            Self::Accelerator => controls.throttle > PEDAL_PRESSED,
+            Self::Brake => controls.brake > PEDAL_PRESSED,
             Self::Respond => controls.task_button == TaskButton::Respond,
             Self::IndicatorLeft => controls.indicator == Indicator::Left,
             Self::IndicatorRight => controls.indicator == Indicator::Right,

@@ -154,7 +154,7 @@ pub(super) fn head(
     hair: Hair,
 ) {
     let middle = Vec3::new(chest.x + 0.022, 0.0, top_m - 0.125);
-    tube(triangles, &[(chest + Vec3::Z * 0.0, 0.062), (middle - Vec3::new(0.012, 0.0, 0.06), 0.052)], sides, skin);
+    tube(triangles, &[(chest, 0.062), (middle - Vec3::new(0.012, 0.0, 0.06), 0.052)], sides, skin);
     let half = Vec3::new(0.094, 0.073, 0.116);
     let grid = [sides.max(6), sides.max(6) + 2];
     triangles.ellipsoid(middle, half, grid, |_| skin);

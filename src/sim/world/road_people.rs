@@ -233,7 +233,7 @@ impl Way {
         match self.shape {
             WayShape::Across { to_m } => across(self.from_m, to_m, moved_m),
             WayShape::Along { offset_m, for_m } => {
-                let on = shift((moved_m - 0.0) / SHIFT_M);
+                let on = shift(moved_m / SHIFT_M);
                 let off = shift((moved_m - SHIFT_M - for_m) / SHIFT_M);
                 let aside_m = offset_m - self.from_m;
                 let slope = (on[1] - off[1]) * aside_m / SHIFT_M;
