@@ -3,7 +3,7 @@
 
 use super::{
     PlannedDrive, ScriptedEvent,
-    scripted_event::{Action, Trigger},
+    scripted_event::{Action, LaneChange, OffsetChange, SpeedChange, Trigger},
 };
 use crate::plot::{Axis, COLOURS, Chart, LineStyle, PlotLine, PlotShape, picture};
 
@@ -31,12 +31,21 @@ fn earliest_s(trigger: &Trigger, events: &[ScriptedEvent]) -> f64 {
         Trigger::TimeS(time_s) => *time_s,
         Trigger::After { event, delay_s } => {
             let before = events.iter().find(|other| other.name == *event);
-            before.map_or(0.0, |before| earliest_s(&before.trigger, events) + lasts_s(before) + delay_s)
+            before.map_or(0.0, |before| begins_s(before, events) + lasts_s(before) + delay_s)
+        }
+        Trigger::Begun { event, delay_s } => {
+            let before = events.iter().find(|other| other.name == *event);
+            before.map_or(0.0, |before| begins_s(before, events) + delay_s)
         }
         Trigger::All(list) => list.iter().map(|trigger| earliest_s(trigger, events)).fold(0.0, f64::max),
         Trigger::Any(list) => list.iter().map(|trigger| earliest_s(trigger, events)).fold(f64::INFINITY, f64::min),
         _ => 0.0,
     }
+}
+
+/// Returns the earliest time at which an event can begin, s.
+fn begins_s(event: &ScriptedEvent, events: &[ScriptedEvent]) -> f64 {
+    earliest_s(&event.trigger, events) + event.delay_s
 }
 
 /// Checks whether a trigger comes true at its earliest time for sure.
@@ -56,9 +65,17 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::Message { for_s, .. }
         | Action::HideAdvice { for_s } => *for_s,
         Action::Weather { over_s, .. } => *over_s,
+        Action::ChangeLane(LaneChange { in_s: Some(in_s), .. })
+        | Action::Speed(SpeedChange { in_s: Some(in_s), .. })
+        | Action::Offset(OffsetChange { in_s, .. }) => *in_s,
         Action::CyclistRides(ride) => ride.for_m / ride.speed_mps,
         Action::CutIn { .. }
-        | Action::ChangeLane { .. }
+        | Action::ChangeLane(LaneChange { in_s: None, .. })
+        | Action::Speed(SpeedChange { in_s: None, .. })
+        | Action::Synchronise(_)
+        | Action::Walk(_)
+        | Action::Signal { .. }
+        | Action::EndDrive
         | Action::SignalAhead { .. }
         | Action::PedestrianCrosses(_)
         | Action::TakeoverRequest { .. }
@@ -74,7 +91,7 @@ fn timeline(drive: &PlannedDrive) -> Option<Chart> {
     let mut chart = Chart::new("Events over time", Axis::names(names), Axis::even("time, s", [0.0, end_s]), 0.0);
     for (row, event) in (1..).zip(events) {
         let row = f64::from(row);
-        let begin_s = earliest_s(&event.trigger, events);
+        let begin_s = begins_s(event, events);
         let piece = |to_s: f64, colour: &str, width: f64| PlotShape::Pieces {
             pieces: vec![[[row, begin_s.min(end_s)], [row, to_s.min(end_s)]]],
             colour: colour.into(),
@@ -125,7 +142,7 @@ fn route(drive: &PlannedDrive) -> Chart {
 /// Returns the places on the route that a trigger names, m.
 fn places_m(trigger: &Trigger, drive: &PlannedDrive) -> Vec<f64> {
     match trigger {
-        Trigger::PlaceM(place_m) => vec![*place_m],
+        Trigger::PlaceM(place_m) | Trigger::Reaches { place_m, .. } => vec![*place_m],
         Trigger::Edge { id, at_m, .. } => {
             let (route, network) = (&drive.map().route, &drive.map().network);
             let on_edge = route.lanes().iter().filter(|part| part.edge_id(network) == id);
@@ -155,7 +172,7 @@ mod tests {
              [[event]]\nname = \"c\"\ntrigger = {{ any = [{{ time_s = 50 }}, {{ place_m = 100 }}] }}\n{WORD}"
         ));
         let events = &drive.scenario().events;
-        let earliest: Vec<f64> = events.iter().map(|event| earliest_s(&event.trigger, events)).collect();
+        let earliest: Vec<f64> = events.iter().map(|event| begins_s(event, events)).collect();
         // "b" waits for the four seconds of "a" and six more; "c" can begin at its place at once.
         assert_eq!(earliest, [20.0, 30.0, 0.0]);
         let svg = event_chart(&drive).expect("events");

@@ -1,7 +1,7 @@
 //! Scenario files and flags. In: TOML text and `(field, value)` pairs from the command line. Out: a checked [`Scenario`], or an error with
 //! file, line, column, value and the allowed values.
 
-use super::{AdvisedVehicles, Scenario, ScriptedEvent, colour, sumo_config};
+use super::{AdvisedVehicles, RoadUser, Scenario, ScriptedEvent, colour, sumo_config};
 use crate::{
     map,
     policy::{self, Hold},
@@ -114,7 +114,8 @@ pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
 impl Settings for Scenario {
     fn check(&self) -> Result<(), (String, String)> {
         self.check_relations().map_err(|(key, message)| (key.into(), message))?;
-        ScriptedEvent::check_all(&self.events)
+        RoadUser::check_all(&self.road_users)?;
+        ScriptedEvent::check_all(&self.events, &self.road_users)
     }
 }
 

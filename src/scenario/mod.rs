@@ -11,6 +11,7 @@ mod files;
 mod load;
 mod logged_traffic;
 mod planned_drive;
+mod road_user;
 pub mod scripted_event;
 mod secondary_task;
 pub mod sound;
@@ -24,6 +25,7 @@ pub use files::NamedFiles;
 pub use load::path_from;
 pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};
+pub use road_user::RoadUser;
 pub use scripted_event::ScriptedEvent;
 pub use secondary_task::{SecondaryTask, SecondaryTaskKind};
 pub use sound::SoundLevels;
@@ -60,6 +62,9 @@ flat_settings! {
             /// Start of the ego's front along its path, or on a network along the closed route; values below 5 m count as 5 m
             #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "m"))]
             path_start_m: f64 = 0.0,
+            /// Speed of the ego at its start along its path; 0: standing, or after a warm-up that of the traffic
+            #[schemars(range(min = 0.0, max = 70.0), extend("unit" = "m/s"))]
+            path_start_mps: f64 = 0.0,
             /// Include the participant's vehicle; `false` needs a demand or a file as traffic, and works in `codrive run` only
             participant: bool = true,
             /// Vehicles that enter the road's network: SUMO's demand files, or flows from edge to edge. With a demand the drive is on the
@@ -67,6 +72,10 @@ flat_settings! {
             #[schemars(skip)]
             #[serde(skip_serializing_if = "Demand::is_empty")]
             demand: Demand = Demand::default(),
+            /// Road users at their places at the start, which events move
+            #[schemars(skip)]
+            #[serde(rename = "road_user", skip_serializing_if = "Vec::is_empty")]
+            road_users: Vec<RoadUser> = Vec::new(),
             /// Events: triggers, and what then happens on the road
             #[schemars(skip)]
             #[serde(rename = "event", skip_serializing_if = "Vec::is_empty")]

@@ -2,7 +2,8 @@
 //! Seconds, metres, m/s.
 
 use super::{
-    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, VehicleName, check_vehicle,
+    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, LaneChange, Meeting, OffsetChange, SpeedChange, VehicleName, Walk,
+    check_vehicle,
     people::{CyclistRide, PedestrianCrossing},
     within,
 };
@@ -68,15 +69,24 @@ pub enum Action {
         #[serde(default = "usual_cut_in_s")]
         within_s: f64,
     },
-    /// A vehicle changes lanes as soon as there is room.
-    ChangeLane {
-        vehicle: VehicleName,
-        /// Number of lanes, positive to the left.
-        to_the_left: i32,
-        /// Time in which the change has to begin, s.
-        #[serde(default = "usual_change_s")]
-        within_s: f64,
+    /// A vehicle changes lanes as soon as there is room; a road user at once.
+    ChangeLane(LaneChange),
+    /// A road user changes its speed with a shape.
+    Speed(SpeedChange),
+    /// A road user shifts within its lane or beside it.
+    Offset(OffsetChange),
+    /// A road user changes its speed so that it meets another vehicle.
+    Synchronise(Meeting),
+    /// A road user moves along a line of points.
+    Walk(Walk),
+    /// A signal of the network goes to the phase of its program that shows the ego's path this light.
+    Signal {
+        /// Id of the signal in the network.
+        name: String,
+        light: EventLight,
     },
+    /// The drive ends.
+    EndDrive,
     /// The next signal on the ego's path goes to the phase of its program that shows it this light.
     SignalAhead { light: EventLight },
     /// The accelerator of the ego has no effect.
@@ -149,10 +159,6 @@ pub enum AutomationSwitch {
     Fails,
 }
 
-fn usual_change_s() -> f64 {
-    5.0
-}
-
 fn usual_cut_in_s() -> f64 {
     20.0
 }
@@ -170,8 +176,14 @@ impl Action {
             | Self::KeepSpeed { vehicle, .. }
             | Self::BreakDown { vehicle, .. }
             | Self::CutIn { vehicle, .. }
-            | Self::ChangeLane { vehicle, .. } => Some(vehicle),
+            | Self::ChangeLane(LaneChange { vehicle, .. })
+            | Self::Speed(SpeedChange { vehicle, .. })
+            | Self::Offset(OffsetChange { vehicle, .. })
+            | Self::Synchronise(Meeting { vehicle, .. })
+            | Self::Walk(Walk { vehicle, .. }) => Some(vehicle),
             Self::SignalAhead { .. }
+            | Self::Signal { .. }
+            | Self::EndDrive
             | Self::PowerLoss { .. }
             | Self::SideWind { .. }
             | Self::Friction { .. }
@@ -186,16 +198,18 @@ impl Action {
     }
 
     /// Returns the reason why this action is impossible on a road; `None` if it is possible.
-    pub(super) fn impossible(&self, road: &DrivenRoad) -> Option<&'static str> {
+    pub(super) fn impossible(&self, road: &DrivenRoad) -> Option<String> {
         match self {
-            Self::ChangeLane { .. } | Self::CutIn { .. } if !road.is_open => Some(
-                "allowed: on a network, as vehicles of a closed route keep their lane\n  remedy: a path or a [demand]",
+            Self::ChangeLane(_) | Self::CutIn { .. } if !road.is_open => Some(
+                "allowed: on a network, as vehicles of a closed route keep their lane\n  remedy: a path or a [demand]"
+                    .into(),
             ),
             Self::SignalAhead { .. } if road.map.network.signals().is_empty() => {
-                Some("the road has no signals\n  remedy: a network with signals")
+                Some("the road has no signals\n  remedy: a network with signals".into())
             }
+            Self::Signal { name, .. } => road.no_signal(name),
             Self::TakeoverRequest { .. } | Self::Automation(_) if !road.has_automation => {
-                Some("the participant's vehicle has no automation\n  remedy: [automation] with a system")
+                Some("the participant's vehicle has no automation\n  remedy: [automation] with a system".into())
             }
             _ => None,
         }
@@ -203,6 +217,9 @@ impl Action {
 
     /// Returns the action with its values, such as `brake (vehicle leader, decel_mps2 4)`.
     pub fn in_words(&self) -> String {
+        if matches!(self, Self::EndDrive) {
+            return self.name().into();
+        }
         let word = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         let values = serde_json::to_value(self).unwrap_or_default()[self.name()].take();
         let values = match &values {
@@ -220,7 +237,13 @@ impl Action {
             Self::KeepSpeed { .. } => "keep_speed",
             Self::BreakDown { .. } => "break_down",
             Self::CutIn { .. } => "cut_in",
-            Self::ChangeLane { .. } => "change_lane",
+            Self::ChangeLane(_) => "change_lane",
+            Self::Speed(_) => "speed",
+            Self::Offset(_) => "offset",
+            Self::Synchronise(_) => "synchronise",
+            Self::Walk(_) => "walk",
+            Self::Signal { .. } => "signal",
+            Self::EndDrive => "end_drive",
             Self::SignalAhead { .. } => "signal_ahead",
             Self::PowerLoss { .. } => "power_loss",
             Self::SideWind { .. } => "side_wind",
@@ -244,6 +267,24 @@ impl Action {
         }
     }
 
+    /// Checks whether only road users can carry the action out.
+    pub(super) fn needs_road_user(&self) -> bool {
+        match self {
+            Self::ChangeLane(change) => change.is_for_road_users(),
+            _ => matches!(self, Self::Speed(_) | Self::Offset(_) | Self::Synchronise(_) | Self::Walk(_)),
+        }
+    }
+
+    /// Returns the vehicles other than the acting one that the action names.
+    pub(super) fn others(&self) -> Option<&VehicleName> {
+        match self {
+            Self::ChangeLane(change) => change.of.as_ref(),
+            Self::Speed(change) => change.like.as_ref(),
+            Self::Synchronise(meeting) => Some(&meeting.with),
+            _ => None,
+        }
+    }
+
     /// Checks the values of the action.
     pub(super) fn check(&self) -> Result<(), String> {
         match self {
@@ -254,12 +295,11 @@ impl Action {
                 within("to_mps", *to_mps, [0.0, FASTEST_MPS])?;
                 within("keep_s", *keep_s, [0.0, LATEST_S])?;
             }
-            Self::ChangeLane { to_the_left, within_s, .. } => {
-                if *to_the_left == 0 || to_the_left.abs() > 10 {
-                    return Err(format!("to_the_left is {to_the_left}; allowed: -10 to 10, but for 0"));
-                }
-                within("within_s", *within_s, [0.1, 600.0])?;
-            }
+            Self::ChangeLane(change) => change.check()?,
+            Self::Speed(change) => change.check()?,
+            Self::Offset(change) => change.check()?,
+            Self::Synchronise(meeting) => meeting.check()?,
+            Self::Walk(walk) => walk.check()?,
             Self::PedestrianCrosses(crossing) => crossing.check()?,
             Self::CyclistRides(ride) => ride.check()?,
             Self::Message { text, for_s } => {
@@ -301,7 +341,7 @@ impl Action {
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
             Self::TakeoverRequest { lead_s } => within("lead_s", *lead_s, [0.1, 600.0])?,
-            Self::SignalAhead { .. } | Self::Automation(_) => {}
+            Self::SignalAhead { .. } | Self::Signal { .. } | Self::EndDrive | Self::Automation(_) => {}
         }
         self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
     }

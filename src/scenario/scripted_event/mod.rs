@@ -2,14 +2,17 @@
 //! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
 
 mod action;
+mod motion;
 mod people;
 mod trigger;
 
+use super::RoadUser;
 use crate::toml_text::did_you_mean;
 pub use action::{Action, AutomationSwitch};
+pub use motion::{ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Walk};
 pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
-pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
+pub use trigger::{DistanceAhead, DrivenRoad, DriverInput, EventLight, TimeAhead, Trigger};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -24,13 +27,15 @@ const MOST_ACTIONS: usize = 20;
 const NAME_LETTERS: usize = 40;
 /// Latest time and longest duration, s, and farthest place, m.
 const LATEST_S: f64 = 604_800.0;
-const FARTHEST_M: f64 = 1_000_000.0;
+pub(super) const FARTHEST_M: f64 = 1_000_000.0;
 /// Highest speed, m/s.
-const FASTEST_MPS: f64 = 70.0;
+pub(super) const FASTEST_MPS: f64 = 70.0;
 
 /// Name of a vehicle of the traffic: its place beside the ego when the event begins, such as `leader`, a number, or its name in the demand.
 pub type VehicleName = String;
 
+/// Name of the participant's vehicle.
+pub const EGO_NAME: &str = "ego";
 /// Vehicle ahead of the ego.
 pub const LEADER: &str = "leader";
 /// Vehicle behind the ego.
@@ -50,13 +55,16 @@ pub struct ScriptedEvent {
     pub name: String,
     /// Condition at which the event begins.
     pub trigger: Trigger,
+    /// Time from its trigger to its begin, s.
+    #[serde(default, skip_serializing_if = "is_at_once")]
+    pub delay_s: f64,
     /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
     #[serde(default = "certain", skip_serializing_if = "is_certain")]
     pub probability: f64,
     /// True for an event that begins anew each time its trigger comes true, false for one that begins once.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub repeats: bool,
-    /// Actions, which begin together.
+    /// Actions, which begin together; without any, the event is a mark in the recording.
     pub actions: Vec<Action>,
 }
 
@@ -66,6 +74,10 @@ fn certain() -> f64 {
 
 fn is_certain(probability: &f64) -> bool {
     *probability >= 1.0
+}
+
+fn is_at_once(delay_s: &f64) -> bool {
+    *delay_s == 0.0
 }
 
 impl ScriptedEvent {
@@ -81,11 +93,12 @@ impl ScriptedEvent {
         format!("\"{}\" {}{repeats}{chance}: {}", self.name, self.trigger.in_words(), actions.join(" and "))
     }
 
-    /// Checks the events of a scenario: each alone, that names are unique, and that none waits for itself.
+    /// Checks the events of a scenario: each alone, that names are unique, that none waits for itself, and that what only road users can do is for
+    /// one of these.
     ///
     /// # Errors
     /// The first fault: the path of the setting, and a message with value and remedy.
-    pub fn check_all(events: &[Self]) -> Result<(), EventFault> {
+    pub fn check_all(events: &[Self], users: &[RoadUser]) -> Result<(), EventFault> {
         if events.len() > MOST_EVENTS {
             let message = format!("{} events; allowed: at most {MOST_EVENTS}", events.len());
             return Err((format!("{KEY}.{MOST_EVENTS}"), message));
@@ -107,15 +120,23 @@ impl ScriptedEvent {
             if let Err(message) = within("probability", event.probability, [0.0, 1.0]) {
                 return fault("probability", message);
             }
-            if event.actions.is_empty() || event.actions.len() > MOST_ACTIONS {
-                return fault("actions", format!("{} actions; allowed: 1 to {MOST_ACTIONS}", event.actions.len()));
+            if let Err(message) = within("delay_s", event.delay_s, [0.0, LATEST_S]) {
+                return fault("delay_s", message);
+            }
+            if event.actions.len() > MOST_ACTIONS {
+                return fault("actions", format!("{} actions; allowed: at most {MOST_ACTIONS}", event.actions.len()));
             }
             for (n, action) in event.actions.iter().enumerate() {
                 if let Err(message) = action.check() {
                     return fault(&format!("actions.{n}"), message);
                 }
+                check_road_user(action, users).map_err(|message| {
+                    (format!("{KEY}.{k}.actions.{n}"), format!("event \"{}\": {message}", event.name))
+                })?;
+                let is_user = |name: &VehicleName| users.iter().any(|user| user.name == *name);
                 let same = |other: &&Action| other.vehicle().is_some() && other.vehicle() == action.vehicle();
-                if let Some(of) = event.actions[..n].iter().find(same).and_then(|_| action.vehicle()) {
+                let twice = event.actions[..n].iter().find(same).and_then(|_| action.vehicle());
+                if let Some(of) = twice.filter(|name| !is_user(name)) {
                     let message = format!(
                         "two actions for the vehicle {of}; allowed: one at a time\n  remedy: a second event with trigger = {{ after = {{ event = \"{}\" }} }}",
                         event.name
@@ -181,8 +202,33 @@ impl ScriptedEvent {
     }
 }
 
+/// Checks that an action that only road users can carry out is for one of these, and that it names no vehicle of the traffic.
+fn check_road_user(action: &Action, users: &[RoadUser]) -> Result<(), String> {
+    let Some(name) = action.vehicle().filter(|_| action.needs_road_user()) else { return Ok(()) };
+    let names: Vec<&str> = users.iter().map(|user| user.name.as_str()).collect();
+    let fault = |name: &str, more: &str, remedy: &str| {
+        let allowed = if names.is_empty() { "none in this scenario".to_owned() } else { names.join(", ") };
+        Err(format!(
+            "{}: \"{name}\" is no road user{}; allowed: {more}{allowed}\n  remedy: a [[road_user]] of this name{remedy}",
+            action.name(),
+            did_you_mean(name, &names)
+        ))
+    };
+    if !names.contains(&name.as_str()) {
+        return fault(
+            name,
+            "",
+            ", or brake, accelerate and a plain change_lane, which are for vehicles of the traffic",
+        );
+    }
+    match action.others().filter(|other| *other != EGO_NAME && !names.contains(&other.as_str())) {
+        Some(other) => fault(other, "ego, ", ""),
+        None => Ok(()),
+    }
+}
+
 /// Checks that a value lies within its bounds.
-fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
+pub(super) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
     match (low..=high).contains(&value) {
         true => Ok(()),
         false => Err(format!("{what} is {value}; allowed: {low} to {high}")),
@@ -200,6 +246,11 @@ fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
 }
 
 /// Checks the name of a vehicle that a trigger looks at.
+/// Checks the name of a vehicle, which may be the participant's.
+fn check_subject(what: &str, name: &str) -> Result<(), String> {
+    if name == EGO_NAME { Ok(()) } else { check_vehicle(what, name) }
+}
+
 fn check_ahead(to: &str) -> Result<(), String> {
     match to {
         FOLLOWER => Err(format!("to is \"{FOLLOWER}\"; allowed: a vehicle that can be ahead, such as {LEADER}")),

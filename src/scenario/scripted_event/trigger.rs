@@ -1,7 +1,7 @@
 //! Triggers of a scenario's events: the conditions at which an event begins. In: the setting `trigger`. Out: a checked [`Trigger`]. Seconds, metres,
 //! m/s.
 
-use super::{FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_ahead, within};
+use super::{EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_ahead, check_subject, within};
 use crate::{
     controls::{Controls, Indicator, PEDAL_PRESSED, TaskButton},
     map::{RoadMap, network::SignalLight},
@@ -21,23 +21,43 @@ pub enum Trigger {
     SpeedAboveMps(f64),
     /// Speed of the ego below this, m/s.
     SpeedBelowMps(f64),
-    /// Distance from the ego's front to a vehicle ahead.
-    Distance {
-        to: VehicleName,
-        /// Distance, m.
-        below_m: f64,
-    },
-    /// Time gap to a vehicle ahead: the distance over the ego's speed.
-    TimeGap {
-        to: VehicleName,
-        /// Time gap, s.
-        below_s: f64,
-    },
+    /// Distance from the ego's front, or that of another vehicle, to a vehicle ahead.
+    Distance(DistanceAhead),
+    /// Time gap to a vehicle ahead: the distance over the speed of the one behind.
+    TimeGap(TimeAhead),
     /// Time to collision with a vehicle ahead: the distance over the closing speed.
-    TimeToCollision {
-        to: VehicleName,
-        /// Time to collision, s.
-        below_s: f64,
+    TimeToCollision(TimeAhead),
+    /// Place on the ego's route that the front of a road user has reached.
+    Reaches {
+        vehicle: VehicleName,
+        /// Place, m.
+        place_m: f64,
+    },
+    /// Speed of a vehicle above or below a limit.
+    Speed {
+        vehicle: VehicleName,
+        /// Lower limit, m/s.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        above_mps: Option<f64>,
+        /// Upper limit, m/s.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        below_mps: Option<f64>,
+    },
+    /// Distance that a vehicle has driven since the start of the drive.
+    Driven {
+        vehicle: VehicleName,
+        /// Distance, m.
+        above_m: f64,
+    },
+    /// Light of a signal, by its id in the network, for the ego's path.
+    Signal { name: String, light: EventLight },
+    /// Begin of another event, and a delay.
+    Begun {
+        /// Name of the other event.
+        event: String,
+        /// Delay after its begin, s.
+        #[serde(default)]
+        delay_s: f64,
     },
     /// End of another event, and a delay.
     After {
@@ -72,6 +92,121 @@ pub enum Trigger {
     Any(Vec<Trigger>),
     /// All of these conditions at once.
     All(Vec<Trigger>),
+}
+
+/// Distance to a vehicle ahead, on one side of a limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DistanceAhead {
+    /// Vehicle behind; without it the participant's.
+    #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
+    pub of: VehicleName,
+    pub to: VehicleName,
+    /// Upper limit of the distance, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below_m: Option<f64>,
+    /// Lower limit of the distance, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub above_m: Option<f64>,
+    /// Length that is added to the distance from bumper to bumper, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub plus_m: f64,
+}
+
+/// Time to a vehicle ahead, on one side of a limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeAhead {
+    /// Vehicle behind; without it the participant's.
+    #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
+    pub of: VehicleName,
+    pub to: VehicleName,
+    /// Upper limit of the time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub below_s: Option<f64>,
+    /// Lower limit of the time, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub above_s: Option<f64>,
+    /// Length that is added to the distance from bumper to bumper, m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub plus_m: f64,
+}
+
+fn ego_name() -> VehicleName {
+    EGO_NAME.into()
+}
+
+fn is_ego(name: &VehicleName) -> bool {
+    name == EGO_NAME
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+/// Limit on one side: a value has to be below the first, or above the second.
+type Limit = (Option<f64>, Option<f64>);
+
+/// Checks that a limit is stated on one side alone, within these bounds. `unit` ends the names of both sides.
+fn check_limit((below, above): Limit, unit: &str, bounds: [f64; 2]) -> Result<(), String> {
+    match (below, above) {
+        (Some(value), None) => within(&format!("below_{unit}"), value, bounds),
+        (None, Some(value)) => within(&format!("above_{unit}"), value, bounds),
+        _ => Err(format!("allowed: one of below_{unit} and above_{unit}")),
+    }
+}
+
+/// Returns a limit in words, such as `below 2 s`.
+fn limit_in_words((below, above): Limit, unit: &str) -> String {
+    match (below, above) {
+        (Some(value), _) => format!("below {value} {unit}"),
+        (None, value) => format!("above {} {unit}", value.unwrap_or(0.0)),
+    }
+}
+
+impl DistanceAhead {
+    fn in_words(&self) -> String {
+        let subject = if is_ego(&self.of) { String::new() } else { format!(" from {}", self.of) };
+        format!("distance{subject} to {} {}", self.to, limit_in_words((self.below_m, self.above_m), "m"))
+    }
+
+    /// Checks a distance from bumper to bumper, m.
+    pub fn is_met(&self, gap_m: f64) -> bool {
+        is_within((self.below_m, self.above_m), gap_m + self.plus_m)
+    }
+}
+
+impl TimeAhead {
+    fn in_words(&self, word: &str) -> String {
+        let subject = if is_ego(&self.of) { String::new() } else { format!("of {} ", self.of) };
+        format!("{subject}{word} {} {}", self.to, limit_in_words((self.below_s, self.above_s), "s"))
+    }
+
+    /// Checks a distance from bumper to bumper, m, that is covered at a speed, m/s. At no speed the time is infinite.
+    pub fn is_met(&self, gap_m: f64, speed_mps: f64) -> bool {
+        let time_s = if speed_mps > 0.0 { (gap_m + self.plus_m) / speed_mps } else { f64::INFINITY };
+        is_within((self.below_s, self.above_s), time_s)
+    }
+
+    fn check(&self) -> Result<(), String> {
+        check_limit((self.below_s, self.above_s), "s", [0.01, 600.0])?;
+        check_pair(&self.of, &self.to, self.plus_m)
+    }
+}
+
+/// Checks whether a value is on its side of a limit.
+fn is_within((below, above): Limit, value: f64) -> bool {
+    below.is_none_or(|below| value < below) && above.is_none_or(|above| value > above)
+}
+
+/// Checks the names of a vehicle and of one ahead of it, and the length that is added to their distance.
+fn check_pair(of: &str, to: &str, plus_m: f64) -> Result<(), String> {
+    within("plus_m", plus_m, [-100.0, 100.0])?;
+    check_subject("of", of)?;
+    if of == to {
+        return Err(format!("to is \"{to}\", as of; allowed: another vehicle"));
+    }
+    if to == EGO_NAME { Ok(()) } else { check_ahead(to) }
 }
 
 /// Light of a signal, as events name it.
@@ -178,6 +313,15 @@ impl DrivenRoad<'_> {
     }
 }
 
+impl DrivenRoad<'_> {
+    /// Returns the reason why the network has no signal of this name; `None` if it has.
+    pub(super) fn no_signal(&self, name: &str) -> Option<String> {
+        let names: Vec<&str> = self.map.network.signals().iter().map(|signal| signal.id.as_str()).collect();
+        let is_there = names.contains(&name);
+        (!is_there).then(|| format!("the network has no signal \"{name}\"{}", did_you_mean(name, &names)))
+    }
+}
+
 impl Trigger {
     /// Returns the reason why this trigger cannot come true on a road; `None` if it can.
     pub(super) fn unreachable(&self, road: &DrivenRoad) -> Option<String> {
@@ -189,6 +333,10 @@ impl Trigger {
                 Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.map.route.length_m()))
             }
             Self::Edge { id, lane, at_m } => road.no_place(id, *lane, *at_m),
+            Self::Reaches { place_m, .. } if *place_m >= road.map.route.length_m() => {
+                Some(format!("place_m is {place_m}, and the route is {:.1} m long", road.map.route.length_m()))
+            }
+            Self::Signal { name, .. } => road.no_signal(name),
             Self::SignalAhead { .. } if road.map.network.signals().is_empty() => {
                 Some("signal_ahead, and the road has no signals".into())
             }
@@ -204,7 +352,7 @@ impl Trigger {
     /// Returns the names of the events after which this trigger can come true.
     pub fn events_before(&self) -> Vec<&str> {
         match self {
-            Self::After { event, .. } => vec![event],
+            Self::After { event, .. } | Self::Begun { event, .. } => vec![event],
             Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::events_before).collect(),
             _ => vec![],
         }
@@ -213,7 +361,9 @@ impl Trigger {
     /// Returns the vehicles that the trigger looks at.
     pub fn vehicles(&self) -> Vec<&VehicleName> {
         match self {
-            Self::Distance { to, .. } | Self::TimeGap { to, .. } | Self::TimeToCollision { to, .. } => vec![to],
+            Self::Distance(ahead) => vec![&ahead.of, &ahead.to],
+            Self::TimeGap(ahead) | Self::TimeToCollision(ahead) => vec![&ahead.of, &ahead.to],
+            Self::Reaches { vehicle, .. } | Self::Speed { vehicle, .. } | Self::Driven { vehicle, .. } => vec![vehicle],
             Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::vehicles).collect(),
             _ => vec![],
         }
@@ -227,9 +377,16 @@ impl Trigger {
             Self::PlaceM(place_m) => format!("at {place_m} m"),
             Self::SpeedAboveMps(speed_mps) => format!("faster than {speed_mps} m/s"),
             Self::SpeedBelowMps(speed_mps) => format!("slower than {speed_mps} m/s"),
-            Self::Distance { to, below_m } => format!("{to} nearer than {below_m} m"),
-            Self::TimeGap { to, below_s } => format!("time gap to {to} below {below_s} s"),
-            Self::TimeToCollision { to, below_s } => format!("time to collision with {to} below {below_s} s"),
+            Self::Distance(ahead) => ahead.in_words(),
+            Self::TimeGap(ahead) => format!("time gap {}", ahead.in_words("to")),
+            Self::TimeToCollision(ahead) => format!("time to collision {}", ahead.in_words("with")),
+            Self::Reaches { vehicle, place_m } => format!("{vehicle} at {place_m} m"),
+            Self::Speed { vehicle, above_mps, below_mps } => {
+                format!("speed of {vehicle} {}", limit_in_words((*below_mps, *above_mps), "m/s"))
+            }
+            Self::Driven { vehicle, above_m } => format!("{vehicle} driven {above_m} m"),
+            Self::Signal { name, light } => format!("signal {name} {}", light.name()),
+            Self::Begun { event, delay_s } => format!("{delay_s} s after the begin of \"{event}\""),
             Self::After { event, delay_s } => format!("{delay_s} s after \"{event}\""),
             Self::Edge { id, lane: None, at_m } => format!("on edge {id} from {at_m} m"),
             Self::Edge { id, lane: Some(lane), at_m } => format!("on lane {lane} of edge {id} from {at_m} m"),
@@ -257,13 +414,23 @@ impl Trigger {
             Self::PlaceM(place_m) => within("place_m", *place_m, [0.0, FARTHEST_M]),
             Self::SpeedAboveMps(speed_mps) => within("speed_above_mps", *speed_mps, [0.0, FASTEST_MPS]),
             Self::SpeedBelowMps(speed_mps) => within("speed_below_mps", *speed_mps, [0.0, FASTEST_MPS]),
-            Self::Distance { to, below_m } => {
-                within("below_m", *below_m, [0.1, FARTHEST_M]).and_then(|()| check_ahead(to))
+            Self::Distance(ahead) => {
+                check_limit((ahead.below_m, ahead.above_m), "m", [0.1, FARTHEST_M])?;
+                check_pair(&ahead.of, &ahead.to, ahead.plus_m)
             }
-            Self::TimeGap { to, below_s } | Self::TimeToCollision { to, below_s } => {
-                within("below_s", *below_s, [0.01, 600.0]).and_then(|()| check_ahead(to))
+            Self::TimeGap(ahead) | Self::TimeToCollision(ahead) => ahead.check(),
+            Self::Reaches { vehicle, place_m } => {
+                within("place_m", *place_m, [0.0, FARTHEST_M]).and_then(|()| check_subject("vehicle", vehicle))
             }
-            Self::After { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
+            Self::Speed { vehicle, above_mps, below_mps } => {
+                check_limit((*below_mps, *above_mps), "mps", [0.0, FASTEST_MPS])?;
+                check_subject("vehicle", vehicle)
+            }
+            Self::Driven { vehicle, above_m } => {
+                within("above_m", *above_m, [0.0, FARTHEST_M]).and_then(|()| check_subject("vehicle", vehicle))
+            }
+            Self::Signal { .. } => Ok(()),
+            Self::After { delay_s, .. } | Self::Begun { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
             Self::Edge { at_m, .. } => within("at_m", *at_m, [0.0, FARTHEST_M]),
             Self::SignalAhead { below_m, .. } => within("below_m", *below_m, [0.1, FARTHEST_M]),
             Self::AdviceChanges | Self::Pressed(_) => Ok(()),

@@ -236,11 +236,16 @@ impl EventScript {
             Trigger::PlaceM(place_m) => self.reaches(*place_m, seen),
             Trigger::SpeedAboveMps(above_mps) => speed_mps > *above_mps,
             Trigger::SpeedBelowMps(below_mps) => speed_mps < *below_mps,
-            Trigger::Distance { to, below_m } => distance_m(to).is_some_and(|(gap_m, _)| gap_m < *below_m),
-            Trigger::TimeGap { to, below_s } => distance_m(to).is_some_and(|(gap_m, _)| gap_m < *below_s * speed_mps),
-            Trigger::TimeToCollision { to, below_s } => {
-                distance_m(to).is_some_and(|(gap_m, car)| gap_m < *below_s * (speed_mps - car.speed_mps))
+            Trigger::Distance(ahead) => distance_m(&ahead.to).is_some_and(|(gap_m, _)| ahead.is_met(gap_m)),
+            Trigger::TimeGap(ahead) => distance_m(&ahead.to).is_some_and(|(gap_m, _)| ahead.is_met(gap_m, speed_mps)),
+            Trigger::TimeToCollision(ahead) => {
+                distance_m(&ahead.to).is_some_and(|(gap_m, car)| ahead.is_met(gap_m, speed_mps - car.speed_mps))
             }
+            Trigger::Reaches { .. }
+            | Trigger::Speed { .. }
+            | Trigger::Driven { .. }
+            | Trigger::Signal { .. }
+            | Trigger::Begun { .. } => false,
             Trigger::After { event, delay_s } => {
                 let before = self.runs.iter().find(|run| run.event.name == *event);
                 let ended = before.and_then(|run| run.ended);

@@ -83,8 +83,8 @@ impl EventVehicles {
                 self.cut_ins.push(CutIn { event, id, gap_m: *gap_m, until, changing_since: None });
                 return Ok(0.0);
             }
-            Action::ChangeLane { to_the_left, within_s, .. } => {
-                let (to_the_left, duration_s) = (*to_the_left, *within_s);
+            Action::ChangeLane(change) => {
+                let (to_the_left, duration_s) = (change.to_the_left, change.within_s);
                 let order = TrafficOrder::ChangeLane { id, to_the_left, duration_s, keeps_gaps: true };
                 return traffic.order(&order).map(|_| duration_s).map_err(|_| NotDone::Refused);
             }

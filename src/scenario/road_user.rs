@@ -1,0 +1,164 @@
+//! Road users that a scenario places beside or on the ego's path, for its events. In: the lists `[[road_user]]` of a scenario file. Out: checked
+//! [`RoadUser`]s; the world moves them. Seconds, metres, m/s.
+//!
+//! A road user has no driver model: it keeps its speed and its lane until an event changes them, as an entity of OpenSCENARIO does.
+
+use super::scripted_event::{EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, PLACES, within};
+use crate::traffic::{VehicleBody, VehicleKind};
+use serde::{Deserialize, Serialize};
+
+/// Key of the list of road users in a scenario.
+pub const KEY: &str = "road_user";
+/// Largest number of road users of a scenario.
+const MOST: usize = 200;
+/// Longest name, letters.
+const NAME_LETTERS: usize = 40;
+/// Share of the length from the front back to the rear axle of a car.
+const REAR_AXLE_SHARE: f64 = 0.78;
+
+/// A road user that is placed at the drive's start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RoadUser {
+    /// Name, unique in the scenario; events name the road user by it.
+    pub name: String,
+    /// Kind, which selects the model in the picture.
+    #[serde(default)]
+    pub kind: VehicleKind,
+    /// Front on the ego's path, m.
+    pub place_m: f64,
+    /// Number of lanes to the left of the path's lane, seen along the path; negative to the right.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lanes_left: i32,
+    /// Offset from the middle of that lane, m, positive to the left of the path.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub offset_m: f64,
+    /// True for one that heads and moves against the path.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub against: bool,
+    /// Speed at the start, m/s.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub speed_mps: f64,
+    /// Length, m; without it that of its kind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length_m: Option<f64>,
+    /// Width, m; without it that of its kind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub width_m: Option<f64>,
+    /// Height, m; without it that of its kind.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub height_m: Option<f64>,
+    /// Distance from the front back to the point that follows the lane, m; without it 78 % of the length, as in a car.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rear_axle_m: Option<f64>,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
+
+impl RoadUser {
+    /// Returns the body: the sizes that are stated, and otherwise those of SUMO's class of this kind.
+    pub fn body(&self) -> VehicleBody {
+        let [length_m, width_m, height_m] = match self.kind {
+            VehicleKind::Car => [VehicleBody::CAR.length_m, VehicleBody::CAR.width_m, VehicleBody::CAR.height_m],
+            VehicleKind::Van => [6.5, 2.16, 2.86],
+            VehicleKind::Truck => [7.1, 2.4, 2.4],
+            VehicleKind::Bus => [12.0, 2.5, 3.4],
+            VehicleKind::Motorcycle => [2.2, 0.9, 1.5],
+            VehicleKind::Bicycle => [1.6, 0.65, 1.7],
+            VehicleKind::Pedestrian => [0.215, 0.478, 1.719],
+        };
+        VehicleBody {
+            kind: self.kind,
+            length_m: self.length_m.unwrap_or(length_m),
+            width_m: self.width_m.unwrap_or(width_m),
+            height_m: self.height_m.unwrap_or(height_m),
+        }
+    }
+
+    /// Returns the distance from the front back to the point that follows the lane, m.
+    pub fn rear_axle_m(&self) -> f64 {
+        let share = if self.kind == VehicleKind::Pedestrian { 0.5 } else { REAR_AXLE_SHARE };
+        self.rear_axle_m.unwrap_or_else(|| self.body().length_m * share)
+    }
+
+    /// Checks the road users of a scenario: each alone, and that names are unique.
+    ///
+    /// # Errors
+    /// The first fault: the path of the setting, and a message with value and remedy.
+    pub fn check_all(users: &[Self]) -> Result<(), EventFault> {
+        if users.len() > MOST {
+            return Err((format!("{KEY}.{MOST}"), format!("{} road users; allowed: at most {MOST}", users.len())));
+        }
+        for (k, user) in users.iter().enumerate() {
+            let fault =
+                |part: &str, message: String| (format!("{KEY}.{k}.{part}"), format!("\"{}\": {message}", user.name));
+            let letters = user.name.chars().count();
+            if user.name.trim().is_empty() || letters > NAME_LETTERS {
+                let message = format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}");
+                return Err(fault("name", message));
+            }
+            if user.name.parse::<u32>().is_ok() || PLACES.contains(&user.name.as_str()) || user.name == EGO_NAME {
+                let message = format!("allowed: a name other than a number, {EGO_NAME}, {}", PLACES.join(", "));
+                return Err(fault("name", message));
+            }
+            if users[..k].iter().any(|other| other.name == user.name) {
+                return Err(fault("name", "another road user has this name; allowed: one for each".into()));
+            }
+            let sizes =
+                [("length_m", user.length_m, 25.0), ("width_m", user.width_m, 5.0), ("height_m", user.height_m, 5.0)];
+            for (part, size_m, most_m) in sizes {
+                within(part, size_m.unwrap_or(1.0), [0.1, most_m]).map_err(|message| fault(part, message))?;
+            }
+            let values = [
+                ("place_m", user.place_m, [0.0, FARTHEST_M]),
+                ("lanes_left", f64::from(user.lanes_left), [-20.0, 20.0]),
+                ("offset_m", user.offset_m, [-50.0, 50.0]),
+                ("speed_mps", user.speed_mps, [0.0, FASTEST_MPS]),
+                ("rear_axle_m", user.rear_axle_m(), [0.0, user.body().length_m]),
+            ];
+            for (part, value, bounds) in values {
+                within(part, value, bounds).map_err(|message| fault(part, message))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Vec<RoadUser> {
+        #[derive(Deserialize)]
+        struct List {
+            road_user: Vec<RoadUser>,
+        }
+        toml::from_str::<List>(text).expect("a list of road users").road_user
+    }
+
+    #[test]
+    fn a_road_user_has_the_sizes_of_its_kind_unless_others_are_stated() {
+        let users = read(
+            "[[road_user]]\nname = \"coach\"\nkind = \"bus\"\nplace_m = 40\n\
+             [[road_user]]\nname = \"long\"\nplace_m = 60\nlength_m = 5.04\nrear_axle_m = 3.92\n",
+        );
+        RoadUser::check_all(&users).expect("two road users");
+        // SUMO's class bus is 12 m long.
+        assert_eq!((users[0].body().length_m, users[0].rear_axle_m()), (12.0, 9.36));
+        assert_eq!((users[1].body().length_m, users[1].rear_axle_m()), (5.04, 3.92));
+        assert_eq!(users[1].body().width_m, VehicleBody::CAR.width_m);
+    }
+
+    #[test]
+    fn names_that_mean_another_vehicle_are_refused() {
+        for name in ["leader", "7", "ego", " "] {
+            let users = read(&format!("[[road_user]]\nname = \"{name}\"\nplace_m = 40\n"));
+            let (path, message) = RoadUser::check_all(&users).unwrap_err();
+            assert!(path == "road_user.0.name" && message.contains("allowed"), "{path}: {message}");
+        }
+        let two = read(&"[[road_user]]\nname = \"a\"\nplace_m = 40\n".repeat(2));
+        assert_eq!(RoadUser::check_all(&two).unwrap_err().0, "road_user.1.name");
+    }
+}
