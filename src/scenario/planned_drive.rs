@@ -2,7 +2,7 @@
 //! once, the settings that follow from it, and whether the number of vehicles is fixed.
 
 use super::{
-    AdvisedBody, AdvisedVehicles, AutomationSystem, Scenario, ScriptedEvent, logged_traffic::LoggedTraffic,
+    AdvisedBody, AdvisedVehicles, AutomationSystem, RoadUser, Scenario, ScriptedEvent, logged_traffic::LoggedTraffic,
     scripted_event::DrivenRoad,
 };
 use crate::{
@@ -39,11 +39,15 @@ const ONLY_WITH_FIXED_NUMBER: [(&str, &str); 6] = [
     ("wave_sd_mps", "the drive begins when there is room for the ego"),
 ];
 /// Settings without effect where the number of vehicles is fixed, with the reason.
-const ONLY_ON_A_PATH: [(&str, &str); 1] = [("path_start_m", "the ego starts at its place among the vehicles")];
+const ONLY_ON_A_PATH: [(&str, &str); 2] = [
+    ("path_start_m", "the ego starts at its place among the vehicles"),
+    ("path_start_mps", "the ego starts with the speed of its place among the vehicles"),
+];
 
 /// Settings without effect with traffic of a file, with the reason.
-const NOT_BEHIND_A_LOG: [(&str, &str); 2] = [
+const NOT_BEHIND_A_LOG: [(&str, &str); 3] = [
     ("path_start_m", "the ego starts behind the vehicles of the file"),
+    ("path_start_mps", "the ego starts with the speed of the vehicle ahead"),
     ("start", "each vehicle starts at the gap of its own driver"),
 ];
 
@@ -74,11 +78,13 @@ impl PlannedDrive {
     /// # Errors
     /// The road does not allow a setting.
     pub fn on(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
-        let has_others =
-            !written.demand.is_empty() || map.demand_file().is_some() || written.traffic.log_file().is_some();
+        let has_others = !written.demand.is_empty()
+            || map.demand_file().is_some()
+            || written.traffic.log_file().is_some()
+            || !written.road_users.is_empty();
         if !written.participant && !has_others {
             let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
-                remedy: a [demand], a map with one, such as merge, traffic FILE.csv, or participant = true";
+                remedy: a [demand], a map with one, such as merge, traffic FILE.csv, a [[road_user]], or participant = true";
             return Err(PlanError::Setting { key: "participant", message: message.into() });
         }
         Self::of_learner(written, map)
@@ -111,7 +117,8 @@ impl PlannedDrive {
         }
         if !scenario.participant && scenario.demand.is_empty() {
             let is_fixed = fixed_vehicles.is_some();
-            if !is_fixed || scenario.advised_body == AdvisedBody::Full {
+            if (!is_fixed && scenario.road_users.is_empty()) || (is_fixed && scenario.advised_body == AdvisedBody::Full)
+            {
                 let (key, why) = if is_fixed { ("advised_body", "light") } else { ("demand", "one with vehicles") };
                 let message = format!("participant is false; allowed on this road: with {key} = {why}, or true");
                 return Err(PlanError::Setting { key, message });
@@ -127,6 +134,7 @@ impl PlannedDrive {
             duration_s: scenario.duration_s,
             has_automation: scenario.participant && scenario.automation.system != AutomationSystem::None,
         };
+        RoadUser::check_on(&scenario.road_users, &road).map_err(|message| fault(("road_user", message)))?;
         ScriptedEvent::check_on(&scenario.events, &road).map_err(|message| fault(("event", message)))?;
         let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })

@@ -3,7 +3,7 @@
 //!
 //! A road user has no driver model: it keeps its speed and its lane until an event changes them, as an entity of OpenSCENARIO does.
 
-use super::scripted_event::{EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, PLACES, within};
+use super::scripted_event::{DrivenRoad, EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, PLACES, within};
 use crate::traffic::{VehicleBody, VehicleKind};
 use serde::{Deserialize, Serialize};
 
@@ -81,6 +81,23 @@ impl RoadUser {
     pub fn rear_axle_m(&self) -> f64 {
         let share = if self.kind == VehicleKind::Pedestrian { 0.5 } else { REAR_AXLE_SHARE };
         self.rear_axle_m.unwrap_or_else(|| self.body().length_m * share)
+    }
+
+    /// Checks that the road of a drive has room for the road users.
+    ///
+    /// # Errors
+    /// The first fault, with value and remedy.
+    pub fn check_on(users: &[Self], road: &DrivenRoad) -> Result<(), String> {
+        let Some(user) = users.first() else { return Ok(()) };
+        if !road.is_open {
+            let why = "allowed: on a network, as a closed route is full of its own vehicles";
+            return Err(format!("road_user \"{}\": {why}\n  remedy: a path or a [demand]", user.name));
+        }
+        let length_m = road.map.route.length_m();
+        users.iter().find(|user| user.place_m > length_m).map_or(Ok(()), |user| {
+            let Self { name, place_m, .. } = user;
+            Err(format!("road_user \"{name}\": place_m is {place_m}, and the route is {length_m:.1} m long"))
+        })
     }
 
     /// Checks the road users of a scenario: each alone, and that names are unique.

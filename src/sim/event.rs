@@ -245,6 +245,8 @@ pub enum EndReason {
     Contact,
     /// The ego is at the end of its path.
     PathEnd,
+    /// An event of the scenario has ended it.
+    Event,
     /// The traffic engine failed; see [`super::Summary::failure`].
     Failed,
 }
@@ -256,6 +258,7 @@ impl EndReason {
             Self::Duration => "duration",
             Self::Contact => "contact",
             Self::PathEnd => "end of the path",
+            Self::Event => "event",
             Self::Failed => "failed",
         }
     }

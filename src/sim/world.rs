@@ -18,6 +18,7 @@ mod driving_order;
 mod ego_insertion;
 mod event_effects;
 mod event_script;
+mod event_triggers;
 mod event_vehicles;
 mod event_view;
 mod hand_over;
@@ -32,6 +33,8 @@ mod persons_ahead;
 mod put_back;
 mod road_people;
 mod road_rules;
+mod road_user;
+mod road_users;
 mod sham;
 mod speed_control;
 mod step_way;
@@ -39,6 +42,8 @@ mod time_to_collision;
 mod touchable;
 mod traffic_coupling;
 mod traffic_start;
+mod user_speed;
+mod user_way;
 mod vehicles_across;
 mod yielding;
 
@@ -237,7 +242,9 @@ impl World {
             self.observer.view_mut().task = display;
         }
         self.update_derived()?;
-        if self.observer.participant().is_some_and(Agent::is_at_end) {
+        if self.script.ends_drive() {
+            self.end(EndReason::Event);
+        } else if self.observer.participant().is_some_and(Agent::is_at_end) {
             self.end(EndReason::PathEnd);
         }
         let duration_s = self.scenario().duration_s;

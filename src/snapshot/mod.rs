@@ -267,7 +267,8 @@ impl Snapshot {
 impl VehicleSnapshot {
     /// Checks whether this is a person on foot or a cyclist of an event, rather than a vehicle of the traffic.
     pub fn is_person(&self) -> bool {
-        self.body.kind == VehicleKind::Pedestrian || self.id.is_of_event()
+        let kind = self.body.kind;
+        kind == VehicleKind::Pedestrian || (kind == VehicleKind::Bicycle && self.id.is_of_event())
     }
 
     /// Returns the parts of this vehicle, the front one first.

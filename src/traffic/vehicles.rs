@@ -19,11 +19,11 @@ pub struct VehicleId(pub u32);
 /// Number of the participant's vehicle, in every engine.
 pub const EGO: VehicleId = VehicleId(0);
 
-/// Smallest number of a person whom an event of the scenario moves; no engine counts as far.
+/// Smallest number of a person or road user that the scenario's events move; no engine counts as far.
 pub const FIRST_OF_EVENTS: VehicleId = VehicleId(100_000_000);
 
 impl VehicleId {
-    /// Checks whether this is a person whom an event of the scenario moves.
+    /// Checks whether this is a person or road user that the scenario's events move.
     pub fn is_of_event(self) -> bool {
         self >= FIRST_OF_EVENTS
     }

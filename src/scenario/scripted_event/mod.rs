@@ -90,7 +90,14 @@ impl ScriptedEvent {
             format!(", with probability {}", self.probability)
         };
         let repeats = if self.repeats { ", each time" } else { "" };
-        format!("\"{}\" {}{repeats}{chance}: {}", self.name, self.trigger.in_words(), actions.join(" and "))
+        let delay = if is_at_once(&self.delay_s) { String::new() } else { format!(", {} s later", self.delay_s) };
+        let actions = if actions.is_empty() { "a mark".into() } else { actions.join(" and ") };
+        format!("\"{}\" {}{delay}{repeats}{chance}: {actions}", self.name, self.trigger.in_words())
+    }
+
+    /// Checks whether the trigger or an action names a signal.
+    pub fn names_signal(&self) -> bool {
+        self.trigger.names_signal() || self.actions.iter().any(|action| matches!(action, Action::Signal { .. }))
     }
 
     /// Checks the events of a scenario: each alone, that names are unique, that none waits for itself, and that what only road users can do is for
@@ -204,8 +211,16 @@ impl ScriptedEvent {
 
 /// Checks that an action that only road users can carry out is for one of these, and that it names no vehicle of the traffic.
 fn check_road_user(action: &Action, users: &[RoadUser]) -> Result<(), String> {
-    let Some(name) = action.vehicle().filter(|_| action.needs_road_user()) else { return Ok(()) };
     let names: Vec<&str> = users.iter().map(|user| user.name.as_str()).collect();
+    if let Action::CutIn { vehicle, .. } = action
+        && names.contains(&vehicle.as_str())
+    {
+        let remedy = "synchronise, and change_lane with of = \"ego\"";
+        return Err(format!(
+            "cut_in: \"{vehicle}\" is a road user; allowed: a vehicle of the traffic\n  remedy: {remedy}"
+        ));
+    }
+    let Some(name) = action.vehicle().filter(|_| action.needs_road_user()) else { return Ok(()) };
     let fault = |name: &str, more: &str, remedy: &str| {
         let allowed = if names.is_empty() { "none in this scenario".to_owned() } else { names.join(", ") };
         Err(format!(

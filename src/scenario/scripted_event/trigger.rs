@@ -369,6 +369,15 @@ impl Trigger {
         }
     }
 
+    /// Checks whether the trigger looks at a signal by its name.
+    pub(super) fn names_signal(&self) -> bool {
+        match self {
+            Self::Signal { .. } => true,
+            Self::Any(list) | Self::All(list) => list.iter().any(Self::names_signal),
+            _ => false,
+        }
+    }
+
     /// Returns the condition in words, such as `at 60 s`.
     pub fn in_words(&self) -> String {
         let joined = |list: &[Self], word: &str| list.iter().map(Self::in_words).collect::<Vec<_>>().join(word);

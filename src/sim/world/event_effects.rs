@@ -20,13 +20,16 @@ impl World {
         }
     }
 
-    /// Adds the people of events to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
+    /// Adds the people of events and the road users to the view and to what the ego can touch, where they are `ticks` after the view's tick. Switches the hazard
     /// lights of vehicles on that have broken down.
     pub(super) fn show_moved_by_events(&mut self, ticks: u64) {
         let view = self.observer.view_mut();
         self.script.switch_hazard_lights(&mut view.cars);
         let now = Tick(view.tick.0 + ticks);
-        self.script.people.at(now, ticks, &self.drive.map().route).for_each(|person| self.traffic.add(view, person));
+        let map = self.drive.map();
+        self.script.users.tick(ticks, view, map);
+        let people = self.script.people.at(now, ticks, &map.route);
+        people.chain(self.script.users.now()).for_each(|user| self.traffic.add(view, user));
     }
 
     /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive. A text says so after one

@@ -5,17 +5,22 @@
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
 use super::{
-    event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, traffic_coupling::TrafficCoupling,
+    event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, road_users::RoadUsers,
+    traffic_coupling::TrafficCoupling,
 };
 use crate::{
     controls::Controls,
     ego::{Disturbance, water_mm},
-    map::network::{Side, SignalPhase},
+    map::{
+        StopLine,
+        network::{Side, SignalPhase},
+        stop_lines,
+    },
     policy::Advice,
     rng::{self, Stream},
     scenario::{
         PlannedDrive, ScriptedEvent,
-        scripted_event::{Action, DriverInput, PLACES, Trigger},
+        scripted_event::{Action, DriverInput, EventLight, PLACES},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
@@ -23,7 +28,7 @@ use crate::{
         event::{EventStage, NotDone, ScriptedState},
     },
     snapshot::{AutomationMode, Weather},
-    time::{TICK_S, Tick},
+    time::Tick,
     traffic::{EGO, LaneMotion, TrafficOrder, VehicleId},
 };
 use std::{
@@ -33,11 +38,11 @@ use std::{
 
 /// State of all events of a drive.
 pub(super) struct EventScript {
-    runs: Vec<EventRun>,
+    pub(super) runs: Vec<EventRun>,
     vehicles: EventVehicles,
     /// Inputs of the driver that triggers look at, and those given since the last step.
     looks_at: Vec<DriverInput>,
-    given: Vec<DriverInput>,
+    pub(super) given: Vec<DriverInput>,
     /// True if an event names a vehicle by its name in the demand.
     has_names: bool,
     /// Vehicles by these names.
@@ -46,10 +51,16 @@ pub(super) struct EventScript {
     asked: BTreeSet<VehicleId>,
     /// People whom the events move.
     pub people: RoadPeople,
+    /// Road users that the scenario places.
+    pub users: RoadUsers,
+    /// Stop lines on the ego's path, for events that name signals.
+    pub(super) lines: Vec<StopLine>,
+    /// True once an event has ended the drive.
+    ends_drive: bool,
     /// Number of vehicles that move as in a file: the first of the others.
     logged: u32,
     /// Ego's place and advice at the step before.
-    before: Option<(f64, Option<Advice>)>,
+    pub(super) before: Option<(f64, Option<Advice>)>,
     /// Weather of the scenario, and its last change by an event.
     weather: Weather,
     change: Option<WeatherChange>,
@@ -60,14 +71,17 @@ pub(super) struct EventScript {
 }
 
 /// An event with its state.
-struct EventRun {
-    event: ScriptedEvent,
+pub(super) struct EventRun {
+    pub(super) event: ScriptedEvent,
     stage: Stage,
     chance: Stream,
     was_true: bool,
     /// True once the experimenter has begun it by hand, until the next step.
     is_asked: bool,
-    ended: Option<Tick>,
+    /// Tick at which the event begins after its delay.
+    due: Option<Tick>,
+    pub(super) begun: Option<Tick>,
+    pub(super) ended: Option<Tick>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -118,8 +132,12 @@ impl EventScript {
             chance: rng::stream(scenario.seed, &format!("event/{}", event.name)),
             was_true: false,
             is_asked: false,
+            due: None,
+            begun: None,
             ended: None,
         };
+        let (people, map) = (RoadPeople::new(&scenario.events, drive.map()), drive.map());
+        let names_signal = scenario.events.iter().any(ScriptedEvent::names_signal);
         Self {
             runs: scenario.events.iter().map(run).collect(),
             vehicles: EventVehicles::new(drive),
@@ -128,7 +146,10 @@ impl EventScript {
             has_names: drive.is_open() && scenario.events.iter().any(has_name),
             names: BTreeMap::new(),
             asked: BTreeSet::new(),
-            people: RoadPeople::new(&scenario.events, drive.map()),
+            users: RoadUsers::new(&scenario.road_users, people.next_id(), map),
+            people,
+            lines: if names_signal { stop_lines(map) } else { Vec::new() },
+            ends_drive: false,
             logged: drive.logged().map_or(0, |logged| logged.log.vehicles().len() as u32),
             before: None,
             weather: Weather {
@@ -155,7 +176,12 @@ impl EventScript {
             let comes_true = is_true && !run.was_true;
             run.was_true = is_true;
             let by_hand = std::mem::take(&mut run.is_asked);
-            if (comes_true || by_hand) && run.stage == Stage::Armed {
+            let delay_s = if by_hand { 0.0 } else { run.event.delay_s };
+            if (by_hand || (comes_true && run.due.is_none())) && run.stage == Stage::Armed {
+                run.due = Some(Tick::at_seconds(now.seconds() + delay_s));
+            }
+            if run.due.is_some_and(|due| due <= now) {
+                run.due = None;
                 self.begin(k, by_hand, (seen, traffic));
             }
         }
@@ -164,9 +190,9 @@ impl EventScript {
         }
         let (runs, ego) = (&self.runs, seen.view.ego.position.truncate());
         self.people.leave(now, ego, &seen.map.route, &|event| runs[event].event.repeats);
-        self.vehicles.yield_to(&self.people, seen, self.logged);
+        self.vehicles.yield_to((&self.people, &self.users), seen, self.logged);
         for k in 0..self.runs.len() {
-            let is_moving = self.vehicles.are_moved_by(k);
+            let is_moving = self.vehicles.are_moved_by(k) || self.users.are_moved_by(k);
             let run = &mut self.runs[k];
             // What takes no time is over a step later, after its onset.
             if matches!(run.stage, Stage::Running(begun, until) if until <= now && begun < now) && !is_moving {
@@ -193,6 +219,11 @@ impl EventScript {
     /// Takes the order to the automation in the tick that begins.
     pub fn take_order_to_automation(&mut self) -> Option<AutomationOrder> {
         self.order_to_automation.take()
+    }
+
+    /// Checks whether an event has ended the drive.
+    pub fn ends_drive(&self) -> bool {
+        self.ends_drive
     }
 
     /// Takes what is recorded in the tick that begins.
@@ -225,60 +256,29 @@ impl EventScript {
         shown
     }
 
-    /// Checks whether a trigger is true where a step begins.
-    fn holds(&self, trigger: &Trigger, seen: &ScriptView) -> bool {
-        let (view, now_s) = (seen.view, seen.view.tick.seconds());
-        let distance_m =
-            |to: &str| self.vehicle(to, seen).and_then(|id| Some((seen.distance_m(id)?, view.vehicle(id)?)));
-        let speed_mps = view.ego.speed_mps;
-        match trigger {
-            Trigger::TimeS(time_s) => now_s + TICK_S / 2.0 >= *time_s,
-            Trigger::PlaceM(place_m) => self.reaches(*place_m, seen),
-            Trigger::SpeedAboveMps(above_mps) => speed_mps > *above_mps,
-            Trigger::SpeedBelowMps(below_mps) => speed_mps < *below_mps,
-            Trigger::Distance(ahead) => distance_m(&ahead.to).is_some_and(|(gap_m, _)| ahead.is_met(gap_m)),
-            Trigger::TimeGap(ahead) => distance_m(&ahead.to).is_some_and(|(gap_m, _)| ahead.is_met(gap_m, speed_mps)),
-            Trigger::TimeToCollision(ahead) => {
-                distance_m(&ahead.to).is_some_and(|(gap_m, car)| ahead.is_met(gap_m, speed_mps - car.speed_mps))
-            }
-            Trigger::Reaches { .. }
-            | Trigger::Speed { .. }
-            | Trigger::Driven { .. }
-            | Trigger::Signal { .. }
-            | Trigger::Begun { .. } => false,
-            Trigger::After { event, delay_s } => {
-                let before = self.runs.iter().find(|run| run.event.name == *event);
-                let ended = before.and_then(|run| run.ended);
-                ended.is_some_and(|ended| now_s + TICK_S / 2.0 >= ended.seconds() + delay_s)
-            }
-            Trigger::AdviceChanges => self.before.is_some_and(|(_, before)| {
-                let target = |advice: Option<Advice>| advice.map(|advice| advice.target_mps);
-                view.advice.is_some() && target(view.advice) != target(before)
-            }),
-            Trigger::Edge { id, lane, at_m } => seen.is_on_edge(id, *lane, *at_m),
-            Trigger::SignalAhead { light, below_m } => seen.has_signal_ahead(*light, *below_m),
-            Trigger::Pressed(input) => self.given.contains(input),
-            Trigger::Any(list) => list.iter().any(|trigger| self.holds(trigger, seen)),
-            Trigger::All(list) => list.iter().all(|trigger| self.holds(trigger, seen)),
-        }
-    }
-
-    /// Checks whether the ego's front has reached a place of its route; on a closed one, whether it has passed it in the step before.
-    fn reaches(&self, place_m: f64, seen: &ScriptView) -> bool {
-        let (route, here_m) = (&seen.map.route, seen.view.ego_s_m);
-        if !route.is_closed() {
-            return here_m >= place_m;
-        }
-        self.before.is_some_and(|(before_m, _)| {
-            let (way_m, to_place_m) = (route.ahead(before_m, here_m), route.ahead(before_m, place_m));
-            way_m < route.length_m() / 2.0 && to_place_m > 0.0 && to_place_m <= way_m
-        })
+    /// Brings the signal of a stop line to the first phase of its program that shows this light there.
+    fn show_light(
+        &self,
+        line: &StopLine,
+        light: EventLight,
+        seen: &ScriptView,
+        traffic: &mut TrafficCoupling,
+    ) -> Result<f64, NotDone> {
+        let signal = &seen.map.network.signals()[line.signal.index()];
+        let phases = signal.programs.first().map_or(&[][..], |program| &program.phases);
+        let shows = |phase: &SignalPhase| phase.light(line.link).is_some_and(|shown| light.is(shown));
+        let phase = phases.iter().position(shows).ok_or(NotDone::NoPhase)?;
+        let order = TrafficOrder::Phase { signal: line.signal, phase: phase as u32 };
+        traffic.order(&order).map(|_| 0.0).map_err(|_| NotDone::Refused)
     }
 
     /// Returns the vehicle of this name.
-    fn vehicle(&self, name: &str, seen: &ScriptView) -> Option<VehicleId> {
+    pub(super) fn vehicle(&self, name: &str, seen: &ScriptView) -> Option<VehicleId> {
         if PLACES.contains(&name) {
             return seen.neighbour(name);
+        }
+        if let Some(user) = self.users.named(name) {
+            return Some(user.id);
         }
         match name.parse() {
             Ok(number) => seen.view.vehicle(VehicleId(number)).map(|car| car.id),
@@ -310,7 +310,7 @@ impl EventScript {
             self.note(k, None, now, EventStage::NotDone(NotDone::ByChance));
             return;
         }
-        run.ended = None;
+        (run.begun, run.ended) = (Some(now), None);
         self.note(k, None, now, if by_hand { EventStage::TriggeredByHand } else { EventStage::Triggered });
         let mut until = now;
         for (n, action) in event.actions.iter().enumerate() {
@@ -318,6 +318,9 @@ impl EventScript {
             let person = self.people.begin((k, n), now);
             let begun = match id {
                 Some(None) => Err(NotDone::NoVehicle),
+                Some(Some(id)) if self.users.has(id) => {
+                    self.users.begin(k, action, id, (seen.view, seen.map)).map(|()| 0.0)
+                }
                 Some(Some(id)) if (seen.agents)(id) || id.0 <= self.logged => Err(NotDone::OwnDriver),
                 Some(Some(id)) if self.vehicles.moves(id) => Err(NotDone::OtherEvent),
                 Some(id) => self.act(k, action, id, (seen, traffic)),
@@ -349,12 +352,15 @@ impl EventScript {
         match action {
             Action::SignalAhead { light } => {
                 let (_, line) = seen.signal_ahead().ok_or(NotDone::NoSignal)?;
-                let signal = &seen.map.network.signals()[line.signal.index()];
-                let phases = signal.programs.first().map_or(&[][..], |program| &program.phases);
-                let shows = |phase: &SignalPhase| phase.light(line.link).is_some_and(|shown| light.is(shown));
-                let phase = phases.iter().position(shows).ok_or(NotDone::NoPhase)?;
-                let order = TrafficOrder::Phase { signal: line.signal, phase: phase as u32 };
-                traffic.order(&order).map(|_| 0.0).map_err(|_| NotDone::Refused)
+                self.show_light(line, *light, seen, traffic)
+            }
+            Action::Signal { name, light } => {
+                let line = self.line_of(name, seen).ok_or(NotDone::NoSignal)?;
+                self.show_light(line, *light, seen, traffic)
+            }
+            Action::EndDrive => {
+                self.ends_drive = true;
+                Ok(0.0)
             }
             Action::Weather { visibility_km, rain_mmph, time_h, over_s } => {
                 let now = seen.view.tick;

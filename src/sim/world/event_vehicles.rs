@@ -6,6 +6,7 @@ use super::{
     driving_order::DrivingOrder,
     event_view::ScriptView,
     road_people::RoadPeople,
+    road_users::RoadUsers,
     speed_control::SpeedControl,
     traffic_coupling::TrafficCoupling,
     yielding,
@@ -106,10 +107,12 @@ impl EventVehicles {
         failed
     }
 
-    /// Lets vehicles that no event moves brake for people on the road; the first `logged` of the others move as in a file.
-    pub fn yield_to(&mut self, people: &RoadPeople, seen: &ScriptView, logged: u32) {
+    /// Lets vehicles that no event moves brake for people on the road and for road users; the first `logged` of the others move as in a file.
+    pub fn yield_to(&mut self, (people, users): (&RoadPeople, &RoadUsers), seen: &ScriptView, logged: u32) {
         let view = seen.view;
-        let on_road: Vec<_> = view.persons().filter(|person| people.is_on_road(person.id, view.tick)).collect();
+        let is_there = |id: VehicleId| users.has(id) || people.is_on_road(id, view.tick);
+        let of_events = view.cars.iter().rev().take_while(|car| car.id.is_of_event());
+        let on_road: Vec<_> = of_events.filter(|car| is_there(car.id)).collect();
         if on_road.is_empty() {
             return;
         }
@@ -117,7 +120,7 @@ impl EventVehicles {
             self.order.take(view, seen.own());
         }
         let (route, order) = (&seen.map.route, (!self.is_open).then_some(&self.order));
-        let is_free = |id: VehicleId| id.0 > logged && !(seen.agents)(id) && !self.moves(id);
+        let is_free = |id: VehicleId| id.0 > logged && !id.is_of_event() && !(seen.agents)(id) && !self.moves(id);
         let free = view.vehicles().filter(|car| is_free(car.id));
         let braking = free.filter_map(|car| yielding::motion(car, on_road.iter().copied(), route, order, self.step_s));
         let braking: Vec<_> = braking.collect();

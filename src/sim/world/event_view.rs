@@ -14,6 +14,17 @@ const NEIGHBOUR_M: f64 = 200.0;
 /// Lateral distances between the ways of vehicles in neighbouring lanes, metres: half of a wide lane to one and a half narrow ones.
 const ASIDE_M: [f64; 2] = [1.8, 4.8];
 
+/// Vehicle along the ego's route.
+pub(super) struct OnRoute {
+    /// Ends of its body, m: the lower place and the higher one.
+    pub extent_m: [f64; 2],
+    /// Speed along the route, m/s, negative against it.
+    pub along_mps: f64,
+    pub speed_mps: f64,
+    /// Distance driven since the start, m.
+    pub driven_m: f64,
+}
+
 /// View of a drive where a step begins.
 pub(super) struct ScriptView<'a> {
     /// The participant's view of all vehicles.
@@ -29,6 +40,20 @@ impl ScriptView<'_> {
     /// Returns the image of the participant's vehicle.
     pub fn own(&self) -> Option<&VehicleSnapshot> {
         self.participant.map(|participant| &participant.image)
+    }
+
+    /// Returns where a vehicle is along the ego's route.
+    pub fn on_route(&self, car: &VehicleSnapshot) -> OnRoute {
+        let (route, half_m) = (&self.map.route, car.body.length_m / 2.0);
+        let s_m =
+            car.s_m.map_or_else(|| route.project(car.pose.position, Some(self.view.ego_s_m)).s_m, |s_m| s_m - half_m);
+        let along = (car.pose.yaw_rad - route.yaw_at(s_m)).cos();
+        OnRoute {
+            extent_m: [s_m - half_m, s_m + half_m],
+            along_mps: car.speed_mps * along,
+            speed_mps: car.speed_mps,
+            driven_m: car.odometer_m,
+        }
     }
 
     /// Returns the distance from the ego's front to another vehicle ahead, bumper to bumper along the route; beside the route, from body to body.

@@ -101,6 +101,11 @@ impl RoadPeople {
         Self { people: actions.filter_map(|(of, action)| RoadPerson::new(of, action, map)).collect() }
     }
 
+    /// Returns the id after those of all people.
+    pub fn next_id(&self) -> VehicleId {
+        id_of(self.people.len())
+    }
+
     /// Lets the person of an action move from a tick on, even if they are still under way. Returns their id, and the time until they are off the road
     /// again, s.
     pub fn begin(&mut self, of: (usize, usize), now: Tick) -> Option<(VehicleId, f64)> {

@@ -338,10 +338,10 @@ impl TrafficCoupling {
         }
     }
 
-    /// Adds a person of an event, whose id is above all others in the snapshot, at the tick of the last call of [`TrafficCoupling::move_vehicles`].
-    pub fn add(&mut self, snapshot: &mut Snapshot, person: VehicleSnapshot) {
-        note_obstacle(&mut self.obstacles, &person, snapshot);
-        snapshot.cars.push(person);
+    /// Adds a person of an event or a road user, whose id is above all others in the snapshot, at the tick of the last call of [`TrafficCoupling::move_vehicles`].
+    pub fn add(&mut self, snapshot: &mut Snapshot, user: VehicleSnapshot) {
+        note_obstacle(&mut self.obstacles, &user, snapshot);
+        snapshot.cars.push(user);
     }
 
     /// Returns where a vehicle's front is along the drive's route, metres; `None` off the route.
