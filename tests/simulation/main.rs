@@ -19,6 +19,7 @@ mod no_participant;
 mod obstacles;
 #[cfg(feature = "onnx")]
 mod onnx;
+mod openscenario;
 mod people_of_events;
 mod persons;
 mod policies;
