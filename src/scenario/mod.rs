@@ -64,7 +64,7 @@ flat_settings! {
             path_start_m: f64 = 0.0,
             /// Speed of the ego at its start along its path; 0: standing, or after a warm-up that of the traffic
             #[schemars(range(min = 0.0, max = 70.0), extend("unit" = "m/s"))]
-            path_start_mps: f64 = 0.0,
+            start_speed_mps: f64 = 0.0,
             /// Include the participant's vehicle; `false` needs a demand or a file as traffic, and works in `codrive run` only
             participant: bool = true,
             /// Vehicles that enter the road's network: SUMO's demand files, or flows from edge to edge. With a demand the drive is on the

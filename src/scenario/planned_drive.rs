@@ -41,13 +41,13 @@ const ONLY_WITH_FIXED_NUMBER: [(&str, &str); 6] = [
 /// Settings without effect where the number of vehicles is fixed, with the reason.
 const ONLY_ON_A_PATH: [(&str, &str); 2] = [
     ("path_start_m", "the ego starts at its place among the vehicles"),
-    ("path_start_mps", "the ego starts with the speed of its place among the vehicles"),
+    ("start_speed_mps", "the ego starts with the speed of its place among the vehicles"),
 ];
 
 /// Settings without effect with traffic of a file, with the reason.
 const NOT_BEHIND_A_LOG: [(&str, &str); 3] = [
     ("path_start_m", "the ego starts behind the vehicles of the file"),
-    ("path_start_mps", "the ego starts with the speed of the vehicle ahead"),
+    ("start_speed_mps", "the ego starts with the speed of the vehicle ahead"),
     ("start", "each vehicle starts at the gap of its own driver"),
 ];
 

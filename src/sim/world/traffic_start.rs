@@ -118,7 +118,7 @@ fn with_demand(drive: &PlannedDrive, lanes: &PathLanes) -> Result<StartedTraffic
         let is_moving = scenario.warm_up_s > 0.0 && !scenario.standing_start;
         let spot = Insertion { map, lanes, scenario, s_m, is_moving };
         let (fits_mps, so_long_s) = spot.warm_up(&mut engine, ego.lane)?;
-        let speed_mps = if scenario.path_start_mps > 0.0 { scenario.path_start_mps } else { fits_mps };
+        let speed_mps = if scenario.start_speed_mps > 0.0 { scenario.start_speed_mps } else { fits_mps };
         (start, waited_s) = (StartPlace { s_m, speed_mps }, so_long_s);
     } else {
         ego_insertion::warm_up_alone(scenario, &mut engine)?;
