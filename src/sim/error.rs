@@ -68,6 +68,7 @@ impl WorldError {
                 _ => &["map"],
             },
             Self::Plan(PlanError::Setting { key: "participant", .. }) => &["participant", "demand", "map"],
+            Self::Plan(PlanError::Setting { key: "road_user", .. }) => &["road_user", "path", "map"],
             Self::Plan(PlanError::Setting { key: "event", .. }) => &["event", "duration_s", "map"],
             Self::Plan(PlanError::Setting { .. }) => &["traffic", "sham_advice", "advised", "map"],
             Self::Policy(_) | Self::PolicyNeedsRing { .. } | Self::PolicyNeedsNetwork { .. } => &["policy"],

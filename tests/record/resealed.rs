@@ -344,6 +344,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/contact",
         "/other_model_share",
         "/path_start_m",
+        "/start_speed_mps",
         "/policy_speed_mps",
         "/wave_wait_s",
     ];
