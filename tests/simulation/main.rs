@@ -26,6 +26,7 @@ mod policies;
 mod python_episode;
 mod rain;
 mod right_of_way;
+mod road_users;
 mod train;
 #[cfg(feature = "desktop")]
 mod wheels_on_road;

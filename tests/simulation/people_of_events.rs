@@ -12,7 +12,7 @@ use codrive::{
     traffic::{FIRST_OF_EVENTS, VehicleId, VehicleKind},
 };
 
-fn scenario(text: &str) -> Scenario {
+pub(crate) fn scenario(text: &str) -> Scenario {
     Scenario::from_toml(text, "people.toml").unwrap_or_else(|fault| panic!("{fault}"))
 }
 
@@ -27,7 +27,7 @@ fn crosses(road: &str, time_s: f64, place_m: f64) -> Scenario {
 }
 
 /// Drives by the simulated driver for `seconds`; `look` sees the world at each step's end. Returns the events.
-fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec<Event> {
+pub(crate) fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec<Event> {
     let mut run = OfflineDrive::new(scenario, [0.0, f64::INFINITY]).unwrap_or_else(|error| panic!("{error}"));
     let mut seen = Vec::new();
     for k in 1..=(seconds / 0.1).round() as usize {
@@ -40,7 +40,7 @@ fn drive(scenario: &Scenario, seconds: f64, mut look: impl FnMut(&World)) -> Vec
     seen
 }
 
-fn contacts(events: &[Event]) -> usize {
+pub(crate) fn contacts(events: &[Event]) -> usize {
     events.iter().filter(|event| matches!(event.kind, EventKind::Contact { .. })).count()
 }
 

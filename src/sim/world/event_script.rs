@@ -165,7 +165,7 @@ impl EventScript {
 
     /// Begins and ends events where a step begins, and moves vehicles in that step.
     pub fn step(&mut self, seen: &ScriptView, traffic: &mut TrafficCoupling) {
-        if self.runs.is_empty() {
+        if self.runs.is_empty() && self.users.are_none() {
             return;
         }
         self.learn_names(seen.view, traffic);

@@ -24,6 +24,11 @@ impl RoadUsers {
         Self(placed.collect())
     }
 
+    /// Checks whether the scenario places no road user.
+    pub fn are_none(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Returns the road user of this name.
     pub fn named(&self, name: &str) -> Option<&MovedRoadUser> {
         self.0.iter().find(|user| user.name == name)

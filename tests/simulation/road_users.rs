@@ -1,0 +1,176 @@
+//! Road users that a scenario places: the participant and the traffic see them, events move them, and all is recorded and replayed to the bit.
+
+use crate::{people_of_events, world::one_at_a_time};
+use codrive::{
+    drive_loop::offline::OfflineDrive,
+    record,
+    replay::Replay,
+    scenario::{PlannedDrive, Scenario},
+    sim::{EndReason, EventKind, EventStage, World},
+    traffic::{FIRST_OF_EVENTS, VehicleId},
+};
+use people_of_events::{contacts, drive, scenario};
+
+/// A straight open lane of 3.6 m.
+const LANE: &str = "map = \"lane-10km\"\npath = \"e0\"\npolicy = \"none\"\ntrees = 0\n";
+
+fn on_lane(text: &str) -> Scenario {
+    scenario(&format!("{LANE}{text}"))
+}
+
+#[test]
+fn a_driver_stays_behind_a_road_user_that_an_event_stops() {
+    let _alone = one_at_a_time();
+    let text = "start_speed_mps = 15\npath_start_m = 20\n\
+        [[road_user]]\nname = \"van\"\nkind = \"van\"\nplace_m = 70\nspeed_mps = 15\n\
+        [[event]]\nname = \"stops\"\ntrigger = { time_s = 5 }\nactions = [{ speed = { vehicle = \"van\", to_mps = 0, rate_mps2 = 3 } }]\n\
+        [[event]]\nname = \"goes on\"\ntrigger = { after = { event = \"stops\", delay_s = 5 } }\nactions = [{ accelerate = { vehicle = \"leader\", accel_mps2 = 2, to_mps = 10 } }]\n";
+    let (mut least_m, mut slowest_mps, mut first) = (f64::INFINITY, f64::INFINITY, None);
+    let events = drive(&on_lane(text), 25.0, |world| {
+        let view = world.snapshot();
+        let leader = view.leader.expect("the van is ahead");
+        assert_eq!(leader.id, FIRST_OF_EVENTS);
+        first.get_or_insert((leader.gap_m, view.ego.speed_mps));
+        (least_m, slowest_mps) = (least_m.min(leader.gap_m), slowest_mps.min(view.ego.speed_mps));
+    });
+    // A van is 6.5 m long: 70 - 6.5 - 20 = 43.5 m at the start, where both drive 15 m/s.
+    let (gap_m, speed_mps) = first.expect("steps");
+    assert!((gap_m - 43.5).abs() < 0.5 && (speed_mps - 15.0).abs() < 1.0, "{gap_m} m at {speed_mps} m/s");
+    assert!(contacts(&events) == 0 && least_m > 0.5 && slowest_mps < 0.5, "{least_m} m, {slowest_mps} m/s");
+    let stages: Vec<_> = events
+        .iter()
+        .filter_map(|event| match event.kind {
+            EventKind::Scripted { event: number, vehicle, stage } => Some((number, event.tick.0, vehicle, stage)),
+            _ => None,
+        })
+        .collect();
+    // From 15 m/s to 0 with 3 m/s2: 5 s, then 5 s of delay, then 5 s to 10 m/s with 2 m/s2.
+    let van = Some(FIRST_OF_EVENTS);
+    let expected = [
+        (0, 500, None, EventStage::Triggered),
+        (0, 501, van, EventStage::Onset),
+        (0, 1000, None, EventStage::Ended),
+        (1, 1500, None, EventStage::Triggered),
+        (1, 1501, van, EventStage::Onset),
+        (1, 2000, None, EventStage::Ended),
+    ];
+    let scripted: Vec<_> = stages.into_iter().filter(|stage| expected.iter().any(|known| known.3 == stage.3)).collect();
+    assert_eq!(scripted, expected);
+}
+
+#[test]
+fn traffic_of_sumo_stops_behind_a_road_user() {
+    let _alone = one_at_a_time();
+    let text = "[[road_user]]\nname = \"wreck\"\nplace_m = 600\n\
+        [demand]\n[[demand.flows]]\nfrom = \"e0\"\nto = \"e0\"\nper_hour = 400\n";
+    let scenario = Scenario { participant: false, ..on_lane(text) };
+    let (mut stopped, mut nearest_m) = (0, f64::INFINITY);
+    let mut world = World::new(&scenario).unwrap_or_else(|error| panic!("{error}"));
+    for _ in 0..900 {
+        world.step().expect("the traffic goes on");
+        let view = world.snapshot();
+        let wreck = view.vehicle(FIRST_OF_EVENTS).expect("it stands");
+        assert_eq!(wreck.speed_mps, 0.0);
+        let behind = view.vehicles().filter(|car| car.id != FIRST_OF_EVENTS);
+        let gaps = behind.map(|car| {
+            (car.pose.rear(-car.body.length_m).distance(wreck.pose.rear(wreck.body.length_m)), car.speed_mps)
+        });
+        for (gap_m, speed_mps) in gaps {
+            nearest_m = nearest_m.min(gap_m);
+            stopped += usize::from(speed_mps < 0.1 && gap_m < 12.0);
+        }
+    }
+    assert!(stopped > 50 && nearest_m > 0.5, "{stopped} steps of standstill, {nearest_m} m");
+}
+
+#[test]
+fn a_parked_car_pulls_out_and_an_oncoming_one_passes() {
+    let _alone = one_at_a_time();
+    let text = "participant = false\n\
+        [[road_user]]\nname = \"parked\"\nplace_m = 100\noffset_m = -3\n\
+        [[road_user]]\nname = \"oncoming\"\nplace_m = 300\nlanes_left = 1\nagainst = true\nspeed_mps = 10\n\
+        [[event]]\nname = \"pulls out\"\ntrigger = { reaches = { vehicle = \"oncoming\", place_m = 200 } }\ndelay_s = 2\n\
+        actions = [{ offset = { vehicle = \"parked\", to_m = 0, in_s = 4 } }, { speed = { vehicle = \"parked\", to_mps = 8, in_s = 4 } }]\n";
+    let mut world = World::new(&on_lane(text)).unwrap_or_else(|error| panic!("{error}"));
+    let [parked, oncoming] = [FIRST_OF_EVENTS, VehicleId(FIRST_OF_EVENTS.0 + 1)];
+    let beside_m = |world: &World, id| {
+        let car = *world.snapshot().vehicle(id).expect("placed");
+        let at = world.map().route.project(car.pose.front(car.body.length_m), None);
+        (at.s_m, at.offset_m, car)
+    };
+    // 10 m/s for 100 m, 2 s, and half of 4 s.
+    for _ in 0..140 {
+        world.step().expect("the traffic goes on");
+    }
+    let (s_m, offset_m, car) = beside_m(&world, oncoming);
+    assert!((s_m - 160.0).abs() < 0.1 && (offset_m - 3.6).abs() < 0.1, "{s_m} {offset_m}");
+    assert!(car.s_m.is_none() && car.pose.forward().x < -0.99, "it drives against the path: {:?}", car.pose);
+    let (s_m, _, car) = beside_m(&world, parked);
+    // Half of the way aside in half of the time, turned to the left; 4 m/s, 4 m further.
+    let axle_m = world.map().route.project(car.pose.position - car.pose.forward() * 1.4, None).offset_m;
+    assert!((axle_m + 1.5).abs() < 0.15 && (s_m - 104.0).abs() < 0.3, "{axle_m} {s_m}");
+    assert!((car.speed_mps - 4.0).abs() < 0.1 && car.pose.forward().y > 0.1, "{:?}", car.pose);
+    for _ in 0..30 {
+        world.step().expect("the traffic goes on");
+    }
+    let (_, offset_m, car) = beside_m(&world, parked);
+    assert!(offset_m.abs() < 1e-6 && car.speed_mps == 8.0 && car.s_m.is_some(), "{offset_m} {}", car.speed_mps);
+}
+
+#[test]
+fn a_drive_with_road_users_is_replayed_to_the_bit_and_ended_by_an_event() {
+    let _alone = one_at_a_time();
+    let text = "start_speed_mps = 12\n\
+        [[road_user]]\nname = \"walker\"\nkind = \"pedestrian\"\nplace_m = 90\noffset_m = -4\n\
+        [[road_user]]\nname = \"car\"\nplace_m = 40\nspeed_mps = 12\n\
+        [[event]]\nname = \"walks\"\ntrigger = { distance = { of = \"car\", to = \"walker\", below_m = 30 } }\n\
+        actions = [{ speed = { vehicle = \"walker\", to_mps = 1.5, rate_mps2 = 2 } }, { walk = { vehicle = \"walker\", points = [[90, -4], [90, 4], [110, 4]] } }]\n\
+        [[event]]\nname = \"gives way\"\ntrigger = { time_to_collision = { of = \"car\", to = \"walker\", below_s = 2 } }\nactions = [{ speed = { vehicle = \"car\", to_mps = 0, in_m = 15, shape = \"sinusoidal\" } }]\n\
+        [[event]]\nname = \"over\"\ntrigger = { driven = { vehicle = \"walker\", above_m = 8 } }\nactions = [\"end_drive\"]\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("drive");
+    let mut run = OfflineDrive::new(&on_lane(text), [0.0, f64::INFINITY]).unwrap_or_else(|error| panic!("{error}"));
+    run.record(&path).expect("a recording");
+    run.until(60.0).expect("the drive goes on");
+    assert_eq!(run.world().ended(), Some(EndReason::Event));
+    let walker = *run.world().snapshot().vehicle(FIRST_OF_EVENTS).expect("the walker");
+    let ticks = run.world().snapshot().tick.0;
+    drop(run);
+    assert!(walker.is_person() && (walker.odometer_m - 8.0).abs() < 0.2, "{}", walker.odometer_m);
+    record::recover(&path).expect("it is recovered");
+    let mut replay = Replay::open(&path).expect("it can be driven");
+    replay.advance(u64::MAX).expect("the drive goes on");
+    assert!(replay.report().is_proven() && replay.report().ticks == ticks, "{:?}", replay.report());
+}
+
+#[test]
+fn road_users_that_cannot_be_are_faults_with_line_and_remedy() {
+    let fault = |text: &str| {
+        let read = Scenario::from_toml(&format!("{LANE}{text}"), "trial.toml");
+        let planned = read
+            .map_err(|fault| fault.to_string())
+            .and_then(|scenario| PlannedDrive::new(&scenario).map(drop).map_err(|error| error.to_string()));
+        planned.expect_err("a fault")
+    };
+    let user = "[[road_user]]\nname = \"van\"\nplace_m = 70\n";
+    let event =
+        |action: &str| format!("{user}[[event]]\nname = \"a\"\ntrigger = {{ time_s = 1 }}\nactions = [{action}]\n");
+    for (text, words) in [
+        (user.replace("70", "1001"), ["place_m is 1001", "1000.0 m long"]),
+        (user.replace("van", "leader"), ["trial.toml:6", "a name other than a number"]),
+        (user.to_owned() + "speed_mps = 71\n", ["trial.toml:8", "speed_mps is 71; allowed: 0 to 70"]),
+        (event("{ speed = { vehicle = \"vam\", to_mps = 3 } }"), ["trial.toml:11", "did you mean van"]),
+        (event("{ speed = { vehicle = \"van\", like = \"leader\" } }"), ["trial.toml:11", "allowed: ego, van"]),
+        (event("{ cut_in = { vehicle = \"van\", gap_m = 9 } }"), ["trial.toml:11", "remedy: synchronise"]),
+        (event("{ signal = { name = \"5\", light = \"red\" } }"), ["the network has no signal \"5\"", "event \"a\""]),
+    ] {
+        let fault = fault(&text);
+        assert!(words.iter().all(|word| fault.contains(word)), "{text}: {fault}");
+    }
+    let ring = Scenario::from_toml("[[road_user]]\nname = \"van\"\nplace_m = 70\n", "trial.toml").expect("settings");
+    let fault = PlannedDrive::new(&ring).map(drop).expect_err("a ring").to_string();
+    assert!(
+        fault.contains("a closed route is full of its own vehicles") && fault.contains("remedy: a path"),
+        "{fault}"
+    );
+}
