@@ -67,11 +67,12 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         Action::Weather { over_s, .. } => *over_s,
         Action::ChangeLane(LaneChange { in_s: Some(in_s), .. })
         | Action::Speed(SpeedChange { in_s: Some(in_s), .. })
-        | Action::Offset(OffsetChange { in_s, .. }) => *in_s,
+        | Action::Offset(OffsetChange { in_s: Some(in_s), .. }) => *in_s,
         Action::CyclistRides(ride) => ride.for_m / ride.speed_mps,
         Action::CutIn { .. }
         | Action::ChangeLane(LaneChange { in_s: None, .. })
         | Action::Speed(SpeedChange { in_s: None, .. })
+        | Action::Offset(OffsetChange { in_s: None, .. })
         | Action::Synchronise(_)
         | Action::Walk(_)
         | Action::Signal { .. }

@@ -214,6 +214,7 @@ fn settings(folder: &Path) -> Vec<Reader> {
                     "docs/how-to/leader-brakes.toml",
                     "docs/how-to/all-events.toml",
                     "docs/how-to/people-cross.toml",
+                    "docs/how-to/road-users.toml",
                 ]),
             ]
             .concat(),

@@ -152,8 +152,9 @@ fn matches_esmini(scene: &str) {
             let deviation = trajectory.deviation(k, found);
             assert!(
                 deviation.place_m <= PLACE_M && deviation.speed_mps <= SPEED_MPS,
-                "{scene}: {} in sample {k}: {deviation:?}; {found:?}, esmini: {:?}",
+                "{scene}: {} in sample {k}: {deviation:?}, {:.2} m from the point at this moment; {found:?}, esmini: {:?}",
                 user.name,
+                deviation.at_once_m,
                 trajectory.samples[k]
             );
         }

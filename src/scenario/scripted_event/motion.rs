@@ -113,7 +113,11 @@ pub struct OffsetChange {
     /// Offset from the middle of its lane at the end, m, positive to the left of the path.
     pub to_m: f64,
     /// Duration, s.
-    pub in_s: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_s: Option<f64>,
+    /// Distance, m; the shift then waits while the road user stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub in_m: Option<f64>,
     /// Shape of the shift.
     #[serde(default = "usual_shape")]
     pub shape: ChangeShape,
@@ -221,7 +225,7 @@ impl OffsetChange {
     /// Checks the values of the action.
     pub(super) fn check(&self) -> Result<(), String> {
         within("to_m", self.to_m, [-BESIDE_M, BESIDE_M])?;
-        within("in_s", self.in_s, [0.0, LATEST_S])
+        check_extent(&[("in_s", self.in_s, LATEST_S), ("in_m", self.in_m, FARTHEST_M)])
     }
 }
 

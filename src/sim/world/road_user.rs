@@ -25,6 +25,8 @@ use std::f64::consts::PI;
 const CURVATURE_M: f64 = 4.0;
 /// Smallest share of the distance on the route that a distance beside it is: inside the narrowest bends.
 const TIGHTEST: f64 = 0.1;
+/// Way aside from which a vehicle indicates, m.
+const INDICATES_M: f64 = 1.0;
 /// Deceleration from which the brake lamps are lit, m/s2.
 const BRAKE_LAMP_MPS2: f64 = 0.2;
 
@@ -233,7 +235,10 @@ impl MovedRoadUser {
         // A vehicle whose middle is in the lane of the route is one of those that follow each other there.
         let is_in_lane = self.lateral_m(map).abs() < map.route.width_m(self.s_m) / 2.0;
         let is_on_route = is_in_lane && !self.against && !self.now.is_person();
-        let is_broken_down = self.is_broken_down;
+        let aside_m = match &self.way {
+            UserWay::Shifts(shift) => shift.aside_m() * self.toward(),
+            _ => 0.0,
+        };
         self.now = VehicleSnapshot {
             pose,
             s_m: is_on_route.then_some(self.seen().front_m),
@@ -243,8 +248,8 @@ impl MovedRoadUser {
             height_m: map.route.height_m(self.s_m),
             lamps: VehicleLamps {
                 brake: accel_mps2 < -BRAKE_LAMP_MPS2,
-                left: is_broken_down,
-                right: is_broken_down,
+                left: self.is_broken_down || aside_m > INDICATES_M,
+                right: self.is_broken_down || aside_m < -INDICATES_M,
                 emergency: false,
             },
             pitch: self.now.pitch.step(accel_mps2, TICK_S),

@@ -63,17 +63,16 @@ impl UserWay {
         })
     }
 
-    /// Begins a shift from this offset.
+    /// Begins a shift from this offset; without time or distance it is done at once.
     pub fn shift(event: usize, change: &OffsetChange, from_m: f64) -> Self {
-        let OffsetChange { to_m, in_s: over, shape, .. } = *change;
         Self::Shifts(Shift {
             event,
             from_m,
-            to_m,
-            over,
+            to_m: change.to_m,
+            over: change.in_m.or(change.in_s).unwrap_or(0.0),
             passed: 0.0,
-            is_by_distance: false,
-            shape,
+            is_by_distance: change.in_m.is_some(),
+            shape: change.shape,
             is_lane_change: false,
         })
     }
@@ -100,6 +99,11 @@ impl UserWay {
 }
 
 impl Shift {
+    /// Returns the whole way aside, m, positive to the left of the route.
+    pub fn aside_m(&self) -> f64 {
+        self.to_m - self.from_m
+    }
+
     /// Takes the shift on by a tick in which this distance is moved. Returns the offset from the lane's middle, the part of the distance that is along the
     /// lane, and whether the shift is over.
     pub fn step(&mut self, moved_m: f64) -> (f64, f64, bool) {
