@@ -194,7 +194,7 @@ fn on_the_way(speed_mps: f64, left_m: f64, time_s: f64, to_mps: Option<f64>) -> 
     let (v0, v1, d, t) = (speed_mps, to_mps, left_m, time_s);
     let root = (2.0 * (2.0 * d * d - 2.0 * (v1 + v0) * t * d + (v1 * v1 + v0 * v0) * t * t)).max(0.0).sqrt();
     let ways =
-        [-root, root].map(|root| ((root - 2.0 * d + 2.0 * v1 * t) / (2.0 * (v1 - v0)), (2.0 * d - root) / (2.0 * t)));
+        [-root, root].map(|root| ((root - 2.0 * d + 2.0 * v1 * t) / (2.0 * (v1 - v0)), (2.0 * d + root) / (2.0 * t)));
     let way = ways.into_iter().find(|(x, _)| *x > 0.0 && *x < t);
     speed_mps + way.map_or(0.0, |(x, middle_mps)| (middle_mps - v0) / x) * TICK_S
 }
