@@ -26,7 +26,9 @@ mod net_check;
 mod net_tests;
 mod net_xml;
 pub mod network;
+mod open_drive_roads;
 mod path_places;
+mod reference_line;
 pub mod ring;
 mod route;
 mod shipped;
@@ -44,6 +46,7 @@ pub use canonical::SumoText;
 pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder, scenario_file};
 pub use error::MapError;
 pub use import::{Imported, import};
+pub use open_drive_roads::{OpenDriveRoad, OpenDriveRoads, OpenDriveSignal};
 pub use path_places::quickest_way_through;
 pub use route::{
     LaneChange, Manoeuvre, NextManoeuvre, PathGuidance, PathLanes, Route, RouteLane, RoutePosition, StopLine, StopRule,

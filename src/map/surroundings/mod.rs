@@ -5,7 +5,6 @@
 mod footprint;
 mod land;
 pub mod open_drive;
-mod reference_line;
 mod road_sign;
 
 pub use self::{
@@ -154,7 +153,7 @@ fn parse(file: &Path, text: &str) -> Result<Surroundings, MapError> {
 }
 
 /// Parses the text of a file.
-fn tree_of<'text>(file: &Path, text: &'text str) -> Result<Document<'text>, MapError> {
+pub(super) fn tree_of<'text>(file: &Path, text: &'text str) -> Result<Document<'text>, MapError> {
     Document::parse(text).map_err(|error| {
         let at = error.pos();
         MapError::NotXml { file: file.into(), line: at.row, column: at.col, message: error.to_string() }

@@ -5,13 +5,14 @@
 
 use super::{
     BuildingUse, Footprint, LandArea, LandUse, MOST_KEPT, StatedSign, StatedSignKind, StatedTree, Surroundings,
-    doubled_area_m2,
-    footprint::HIGHEST_M,
-    reference_line::{ReferenceLine, number},
-    road_sign::older_limit,
+    doubled_area_m2, footprint::HIGHEST_M, road_sign::older_limit,
 };
 use crate::{
-    map::{MapError, limits::MOST_BYTES},
+    map::{
+        MapError,
+        limits::MOST_BYTES,
+        reference_line::{ReferenceLine, number},
+    },
     sumo_xml::document,
 };
 use glam::{DVec2, dvec2};
