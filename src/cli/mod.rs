@@ -29,6 +29,7 @@ mod progress;
 mod recover;
 mod replay;
 mod run;
+mod scenario;
 mod sign;
 mod stop;
 mod study;
@@ -101,6 +102,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("recover", m)) => recover::main(m),
         Some(("sign", m)) => sign::main(m),
         Some(("map", m)) => map::main(m),
+        Some(("scenario", m)) => scenario::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),
         Some(("tune", m)) => tune::main(m),
@@ -170,7 +172,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate", "sweep", "validate"]),
     ("Train", &["train", "tune"]),
-    ("Maintain", &["map", "recover", "sign", "bench"]),
+    ("Maintain", &["map", "scenario", "recover", "sign", "bench"]),
 ];
 
 const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
@@ -208,6 +210,7 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(sweep::command())
         .subcommand(validate::command())
         .subcommand(map::command())
+        .subcommand(scenario::command())
         .subcommand(check_network::command())
         .subcommands(desktop::commands(listing));
     let groups = groups(&command);

@@ -192,7 +192,8 @@ impl RoadMap {
         Ok([vec![net_file], beside].concat())
     }
 
-    /// Loads a map as [`RoadMap::load`] does, with the open route along these edges.
+    /// Loads a map as [`RoadMap::load`] does, with the open route along these edges. Where the first of them is a lane by its id, the route begins
+    /// on it.
     ///
     /// # Errors
     /// As for [`RoadMap::load`]; or an edge does not exist, is closed to cars, or does not lead to the next.
@@ -205,7 +206,10 @@ impl RoadMap {
         };
         let about = folder.map_or(Ok(None), read_map_file)?;
         let network = Network::read(&net_file, &read_network(&net_file)?)?.with_surroundings_of(&net_file)?;
-        let route = along_edges(&net_file, &network, edges, None)?;
+        let named = edges.first().filter(|word| network.edge_named(word).is_none());
+        let begins_on =
+            named.and_then(|word| network.lane_named(word)).filter(|lane| network.lane(*lane).admits_cars());
+        let route = along_edges(&net_file, &network, edges, begins_on)?;
         let stem = || stem_of(&net_file);
         let name = folder.filter(|_| place.is_dir() || about.is_some()).map_or_else(stem, name_of);
         let title = about.map_or_else(|| name.clone(), |file| file.title);

@@ -139,6 +139,10 @@ mod tests {
         // Both lanes lead all the way. At C1 only the inner lane turns left: it is used from the start, without a lane change.
         assert_eq!(streets, ["A0B0_0", "B0C0_0", "C0C1_0"]);
         assert_eq!(along(&["A1B1", "B1C1", "C1C2"]).unwrap().lanes()[0].id(&net), "A1B1_1");
+        // Unless it names another one.
+        for first in ["A0B0_0", "A0B0_1"] {
+            assert_eq!(along(&[first, "B0C0"]).unwrap().lanes()[0].id(&net), first);
+        }
         // Each lane leads to the next by SUMO's own connections.
         for pair in route.lanes().windows(2) {
             let [from, to] = [&pair[0], &pair[1]].map(|lane| lane.lane.unwrap());

@@ -45,7 +45,7 @@ mod xml_tree_tests;
 pub use canonical::SumoText;
 pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder, scenario_file};
 pub use error::MapError;
-pub use import::{Imported, import};
+pub use import::{Imported, import, import_within};
 pub use open_drive_roads::{OpenDriveRoad, OpenDriveRoads, OpenDriveSignal};
 pub use path_places::quickest_way_through;
 pub use route::{
@@ -56,7 +56,7 @@ pub use shipped::SHIPPED;
 pub use write::{RoadEdge, net_xml};
 
 use glam::DVec2;
-use network::Network;
+use network::{LaneId, Network};
 use std::{path::PathBuf, sync::Arc};
 
 /// Width of the asphalt beyond the lane's edge on either side, metres: as drawn, and as the tyres feel it.
@@ -117,6 +117,27 @@ impl RoadMap {
         let after = lanes[here..].iter().find(is_street);
         let limits_mps = before.into_iter().chain(after).map(|lane| lane.speed_limit_mps);
         limits_mps.reduce(f64::min).unwrap_or(lanes[here].speed_limit_mps)
+    }
+
+    /// Returns the offset from the route of the middle of the lane that is a number of lanes to the left of the route's, m: lanes are side by
+    /// side, and beyond those of the edge as wide as its last one.
+    pub fn lane_middle_m(&self, s_m: f64, lanes_left: i32) -> f64 {
+        let part = &self.route.lanes()[self.route.lane_at(s_m).0];
+        let width_m = |lanes: i32| part.lane.map_or(part.width_m, |lane| self.width_beside_m(lane, lanes));
+        let toward = lanes_left.signum();
+        let between_m = |k: i32| (width_m(toward * k) + width_m(toward * (k - 1))) / 2.0;
+        f64::from(toward) * (1..=lanes_left.abs()).map(between_m).sum::<f64>()
+    }
+
+    /// Returns the width of the lane that is a number of lanes to the left of another, m.
+    fn width_beside_m(&self, lane: LaneId, lanes_left: i32) -> f64 {
+        let network = &self.network;
+        let lanes: Vec<LaneId> = network.edge_of(lane).lanes().collect();
+        let here = lanes.iter().position(|other| *other == lane).unwrap_or(0) as i32;
+        // Lanes are numbered from the outermost: from the right, with left-hand traffic from the left.
+        let steps = if network.is_left_hand() { -lanes_left } else { lanes_left };
+        let at = (here + steps).clamp(0, lanes.len() as i32 - 1);
+        network.lane(lanes[at as usize]).width_m
     }
 }
 

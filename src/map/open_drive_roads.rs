@@ -48,6 +48,8 @@ pub struct OpenDriveSignal {
     pub s_m: f64,
     /// Distance to the left of the reference line, m.
     pub t_m: f64,
+    /// True for one that rules those along the reference line, false for those against it; `None` for both.
+    pub is_along: Option<bool>,
 }
 
 /// Cubic polynomial that applies from a distance on.
@@ -229,6 +231,11 @@ impl OpenDriveSignal {
             kind: text("type").unwrap_or_default(),
             s_m: number(node, "s")?,
             t_m: number(node, "t")?,
+            is_along: match node.attribute("orientation") {
+                Some("+") => Some(true),
+                Some("-") => Some(false),
+                _ => None,
+            },
         })
     }
 }

@@ -10,6 +10,7 @@ mod event_chart;
 mod files;
 mod load;
 mod logged_traffic;
+pub mod openscenario;
 mod planned_drive;
 mod road_user;
 pub mod scripted_event;
@@ -330,7 +331,13 @@ impl Scenario {
         let names_places = self.path.split_whitespace().any(|word| map.network.edge_named(word).is_none());
         if names_places || (self.path.is_empty() && !map.route.is_closed()) {
             let streets = map.route.lanes().iter().filter(|lane| lane.is_street(&map.network));
-            self.path = streets.map(|lane| lane.edge_id(&map.network)).collect::<Vec<_>>().join(" ");
+            let mut words: Vec<&str> = streets.map(|lane| lane.edge_id(&map.network)).collect();
+            // The lane on which the path begins.
+            let lane = self.path.split_whitespace().next().filter(|word| map.network.lane_named(word).is_some());
+            if let (Some(first), Some(lane)) = (words.first_mut(), lane) {
+                *first = lane;
+            }
+            self.path = words.join(" ");
         }
     }
 

@@ -65,8 +65,15 @@ pub struct Imported {
 /// The name has other characters than letters, digits, - and _; the map exists; the file is missing, empty or too large; the format is
 /// unknown; netconvert is absent, fails or exceeds `options`; or the network has no road for cars. Nothing is left behind then.
 pub fn import(file: &Path, name: &str, options: &ImportOptions) -> Result<Imported, MapError> {
-    let maps = catalog::own_folder().ok_or(MapError::NoHome)?;
-    import_into(&maps, &netconvert::program(), file, name, options)
+    import_within(&catalog::own_folder().ok_or(MapError::NoHome)?, file, name, options)
+}
+
+/// Imports as [`import`] does, into the folder `<name>/` within `maps`.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_within(maps: &Path, file: &Path, name: &str, options: &ImportOptions) -> Result<Imported, MapError> {
+    import_into(maps, &netconvert::program(), file, name, options)
 }
 
 /// Imports as [`import`] does, with the folder of maps and the converter given.

@@ -6,7 +6,7 @@
 
 use super::{
     user_speed::{SeenVehicle, SeenVehicles, UserSpeed},
-    user_way::{UserWay, beside, lane_middle_m},
+    user_way::{UserWay, beside},
 };
 use crate::{
     map::RoadMap,
@@ -154,7 +154,7 @@ impl MovedRoadUser {
     fn change_lane(&mut self, event: usize, change: &LaneChange, (lane, is_against): (i32, bool), map: &RoadMap) {
         let lateral_m = self.lateral_m(map);
         self.lane = lane + if is_against { -change.to_the_left } else { change.to_the_left };
-        self.offset_m = lateral_m - lane_middle_m(map, self.s_m, self.lane);
+        self.offset_m = lateral_m - map.lane_middle_m(self.s_m, self.lane);
         self.way = UserWay::change_lane(event, change, self.offset_m);
     }
 
@@ -198,7 +198,7 @@ impl MovedRoadUser {
                 let is_over = line.is_over();
                 let at = map.route.project(axle.position, Some(self.s_m));
                 self.s_m = at.s_m;
-                self.offset_m = at.offset_m - lane_middle_m(map, at.s_m, self.lane);
+                self.offset_m = at.offset_m - map.lane_middle_m(at.s_m, self.lane);
                 self.against = wrap_angle(axle.yaw_rad - map.route.yaw_at(at.s_m)).cos() < 0.0;
                 if is_over {
                     self.way = UserWay::Keeps;
@@ -214,7 +214,7 @@ impl MovedRoadUser {
 
     /// Returns the lateral place on the route, m, positive to the left.
     fn lateral_m(&self, map: &RoadMap) -> f64 {
-        lane_middle_m(map, self.s_m, self.lane) + self.offset_m
+        map.lane_middle_m(self.s_m, self.lane) + self.offset_m
     }
 
     /// Returns the pose of the centre on the route, turned relative to it.

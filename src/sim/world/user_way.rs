@@ -2,10 +2,7 @@
 //! pose on the line. Metres, seconds.
 
 use crate::{
-    map::{
-        RoadMap,
-        network::{LaneId, Network},
-    },
+    map::RoadMap,
     scenario::scripted_event::{ChangeShape, LaneChange, OffsetChange, Walk},
     space::{Pose, wrap_angle},
     time::TICK_S,
@@ -166,25 +163,6 @@ impl Line {
 /// Returns the point beside the route at this offset to the left.
 pub(super) fn beside(map: &RoadMap, s_m: f64, offset_m: f64) -> DVec2 {
     map.route.point_at(s_m) + DVec2::from_angle(map.route.yaw_at(s_m)).perp() * offset_m
-}
-
-/// Returns the offset from the route of a lane's middle, m: lanes are side by side. Beyond those of the edge they are as wide as its last one.
-pub(super) fn lane_middle_m(map: &RoadMap, s_m: f64, lanes_left: i32) -> f64 {
-    let part = &map.route.lanes()[map.route.lane_at(s_m).0];
-    let width_m = |lanes: i32| part.lane.map_or(part.width_m, |lane| width_m(&map.network, lane, lanes));
-    let toward = lanes_left.signum();
-    let between_m = |k: i32| (width_m(toward * k) + width_m(toward * (k - 1))) / 2.0;
-    f64::from(toward) * (1..=lanes_left.abs()).map(between_m).sum::<f64>()
-}
-
-/// Returns the width of the lane that is a number of lanes to the left of another, m.
-fn width_m(network: &Network, lane: LaneId, lanes_left: i32) -> f64 {
-    let lanes: Vec<LaneId> = network.edge_of(lane).lanes().collect();
-    let here = lanes.iter().position(|other| *other == lane).unwrap_or(0) as i32;
-    // Lanes are numbered from the outermost: from the right, with left-hand traffic from the left.
-    let steps = if network.is_left_hand() { -lanes_left } else { lanes_left };
-    let at = (here + steps).clamp(0, lanes.len() as i32 - 1);
-    network.lane(lanes[at as usize]).width_m
 }
 
 #[cfg(test)]
