@@ -226,7 +226,8 @@ impl Script<'_> {
         Action::Offset(OffsetChange {
             vehicle: role.name.clone(),
             to_m: rounded(sign * to_m),
-            in_s: rounded(in_s),
+            in_s: Some(rounded(in_s)),
+            in_m: None,
             shape,
         })
     }
