@@ -27,8 +27,8 @@ use std::{collections::BTreeMap, sync::Arc};
 
 /// Duration of a scene that names no time at which it ends, s.
 const USUAL_S: f64 = 600.0;
-/// Step at which triggers are looked at, s: other programs look at them each time they draw.
-const STEP_S: f64 = 0.02;
+/// Step at which triggers are looked at, s: one tick. Other programs look at them each time they draw.
+const STEP_S: f64 = 0.01;
 /// Largest distances of a light from its stop line and from the path, m.
 const TO_LINE_M: f64 = 40.0;
 const TO_PATH_M: f64 = 20.0;

@@ -55,6 +55,8 @@ pub(super) struct EventScript {
     pub users: RoadUsers,
     /// Stop lines on the ego's path, for events that name signals.
     pub(super) lines: Vec<StopLine>,
+    /// Step of the traffic, s.
+    pub(super) step_s: f64,
     /// True once an event has ended the drive.
     ends_drive: bool,
     /// Number of vehicles that move as in a file: the first of the others.
@@ -150,6 +152,7 @@ impl EventScript {
             people,
             lines: if names_signal { stop_lines(map) } else { Vec::new() },
             ends_drive: false,
+            step_s: scenario.step_s,
             logged: drive.logged().map_or(0, |logged| logged.log.vehicles().len() as u32),
             before: None,
             weather: Weather {
@@ -170,21 +173,8 @@ impl EventScript {
         }
         self.learn_names(seen.view, traffic);
         let now = seen.view.tick;
-        for k in 0..self.runs.len() {
-            let is_true = self.holds(&self.runs[k].event.trigger, seen);
-            let run = &mut self.runs[k];
-            let comes_true = is_true && !run.was_true;
-            run.was_true = is_true;
-            let by_hand = std::mem::take(&mut run.is_asked);
-            let delay_s = if by_hand { 0.0 } else { run.event.delay_s };
-            if (by_hand || (comes_true && run.due.is_none())) && run.stage == Stage::Armed {
-                run.due = Some(Tick::at_seconds(now.seconds() + delay_s));
-            }
-            if run.due.is_some_and(|due| due <= now) {
-                run.due = None;
-                self.begin(k, by_hand, (seen, traffic));
-            }
-        }
+        // Again as long as an event begins, as others may wait for its begin, wherever they stand in the file.
+        while (0..self.runs.len()).fold(false, |any, k| self.look_at(k, (seen, traffic)) || any) {}
         for (event, id, why) in self.vehicles.step(seen, traffic) {
             self.note(event, Some(id), now, EventStage::NotDone(why));
         }
@@ -203,6 +193,26 @@ impl EventScript {
         }
         self.before = Some((seen.view.ego_s_m, seen.view.advice));
         self.given.clear();
+    }
+
+    /// Looks at the trigger of an event, and begins it if it is its time. Returns true if it has begun.
+    fn look_at(&mut self, k: usize, (seen, traffic): (&ScriptView, &mut TrafficCoupling)) -> bool {
+        let now = seen.view.tick;
+        let is_true = self.holds(&self.runs[k].event.trigger, seen);
+        let run = &mut self.runs[k];
+        let comes_true = is_true && !run.was_true;
+        run.was_true = is_true;
+        let by_hand = std::mem::take(&mut run.is_asked);
+        let delay_s = if by_hand { 0.0 } else { run.event.delay_s };
+        if (by_hand || (comes_true && run.due.is_none())) && run.stage == Stage::Armed {
+            run.due = Some(Tick::at_seconds(now.seconds() + delay_s));
+        }
+        let is_due = run.due.is_some_and(|due| due <= now);
+        if is_due {
+            run.due = None;
+            self.begin(k, by_hand, (seen, traffic));
+        }
+        is_due
     }
 
     /// Takes the driver's controls of a tick, for triggers on them.

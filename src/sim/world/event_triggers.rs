@@ -35,7 +35,9 @@ impl EventScript {
                 .distance(&ahead.of, &ahead.to, ahead.plus_m, seen)
                 .is_some_and(|[gap_m, _, closing_mps]| closing_mps > 0.0 && ahead.is_met(gap_m, closing_mps)),
             Trigger::Reaches { vehicle, place_m } => self.on_route(vehicle, seen).is_some_and(|at| {
-                if at.along_mps < 0.0 { at.extent_m[0] <= *place_m } else { at.extent_m[1] >= *place_m }
+                // At the step that is nearest, before or after.
+                let soon_m = at.along_mps * self.step_s / 2.0;
+                if soon_m < 0.0 { at.extent_m[0] + soon_m <= *place_m } else { at.extent_m[1] + soon_m >= *place_m }
             }),
             Trigger::Speed { vehicle, above_mps, below_mps } => self.on_route(vehicle, seen).is_some_and(|at| {
                 above_mps.is_none_or(|above| at.speed_mps > above) && below_mps.is_none_or(|below| at.speed_mps < below)

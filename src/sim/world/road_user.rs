@@ -207,8 +207,8 @@ impl MovedRoadUser {
             }
         }
         let on_route = 1.0 - map.route.curvature_at(self.s_m, CURVATURE_M) * self.lateral_m(map);
-        let declared = 1.0 / map.route.drawn_scale(self.s_m);
-        self.s_m += self.toward() * along_m * declared / on_route.max(TIGHTEST);
+        let per_metre_m = map.route.drawn_per_metre(self.s_m) * on_route.max(TIGHTEST);
+        self.s_m += self.toward() * along_m / per_metre_m;
         self.on_route(map, turned_rad)
     }
 
