@@ -114,7 +114,15 @@ fn a_parked_car_pulls_out_and_an_oncoming_one_passes() {
         world.step().expect("the traffic goes on");
     }
     let (_, offset_m, car) = beside_m(&world, parked);
+
     assert!(offset_m.abs() < 1e-6 && car.speed_mps == 8.0 && car.s_m.is_some(), "{offset_m} {}", car.speed_mps);
+    // The oncoming one is at the path's begin after 30 s, and stands there.
+    for _ in 0..200 {
+        world.step().expect("the traffic goes on");
+    }
+    let (_, _, car) = beside_m(&world, oncoming);
+    let axle_m = car.pose.position.x + 0.28 * car.body.length_m;
+    assert!(car.speed_mps == 0.0 && axle_m.abs() < 0.05, "{axle_m}");
 }
 
 #[test]

@@ -25,6 +25,8 @@ use std::f64::consts::PI;
 const CURVATURE_M: f64 = 4.0;
 /// Smallest share of the distance on the route that a distance beside it is: inside the narrowest bends.
 const TIGHTEST: f64 = 0.1;
+/// Largest difference of drawn from declared metres, as a share.
+const MOST_DIFFERENCE: f64 = 0.25;
 /// Way aside from which a vehicle indicates, m.
 const INDICATES_M: f64 = 1.0;
 /// Deceleration from which the brake lamps are lit, m/s2.
@@ -207,8 +209,15 @@ impl MovedRoadUser {
             }
         }
         let on_route = 1.0 - map.route.curvature_at(self.s_m, CURVATURE_M) * self.lateral_m(map);
-        let per_metre_m = map.route.drawn_per_metre(self.s_m) * on_route.max(TIGHTEST);
-        self.s_m += self.toward() * along_m / per_metre_m;
+        // The shortest pieces of a road, as in junctions without an area, may be declared much longer than they are drawn.
+        let drawn_m = map.route.drawn_per_metre(self.s_m).clamp(1.0 - MOST_DIFFERENCE, 1.0 + MOST_DIFFERENCE);
+        self.s_m += self.toward() * along_m / (drawn_m * on_route.max(TIGHTEST));
+        let end_m = map.route.length_m();
+        if !(0.0..=end_m).contains(&self.s_m) {
+            // The road ends: the road user stands there.
+            (self.s_m, self.speed_mps) = (self.s_m.clamp(0.0, end_m), 0.0);
+            self.speed = UserSpeed::Keeps;
+        }
         self.on_route(map, turned_rad)
     }
 
