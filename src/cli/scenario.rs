@@ -116,9 +116,9 @@ fn write(mut imported: ImportedScenario, (map, file, out): (&str, &Path, &Path))
             out::line(format_args!("{title:<14} {line}"))?;
         }
     }
-    let driven = if scenario.participant { "the participant and " } else { "" };
-    let (users, events) = (scenario.road_users.len(), scenario.events.len());
-    out::line(format_args!("scenario       {driven}{users} road users, {events} events, {} s", scenario.duration_s))?;
+    let driven = if scenario.participant { "with a participant" } else { "without a participant" };
+    let (users, events, end_s) = (scenario.road_users.len(), scenario.events.len(), scenario.duration_s);
+    out::line(format_args!("scenario       {driven}; road users: {users}, events: {events}, at most {end_s} s"))?;
     out::line(format_args!("written        {}, with its road in {}", out.display(), map.trim_end_matches("/net.xml")))?;
     let command = if scenario.participant { "drive" } else { "run" };
     out::line(format_args!("drive it with: codrive {command} --scenario {}", out.display()))

@@ -11,6 +11,7 @@ mod large_network;
 mod memory;
 mod mutate;
 mod readers;
+mod scenes;
 
 use codrive::rng;
 use memory::MOST;

@@ -147,7 +147,8 @@ fn used_network(network: &RoadNetwork) {
     assert!(again == *network && again.sumo_text().as_str() == copy, "the copy for SUMO is another network");
 }
 
-fn with_file(file: PathBuf, read: impl Fn(&Path) -> bool + 'static) -> Read {
+/// Returns a reader of a file that holds the bytes.
+pub fn with_file(file: PathBuf, read: impl Fn(&Path) -> bool + 'static) -> Read {
     Box::new(move |bytes| {
         fs::write(&file, bytes).unwrap();
         read(&file)
@@ -185,8 +186,7 @@ const MOMENT: Observation = Observation {
 /// Returns all readers. Files that a reader needs on the disk go into `folder`.
 pub fn all(folder: &Path) -> Vec<Reader> {
     let mut readers = settings(folder);
-    readers.extend(networks(folder));
-    readers.extend(recorded(folder));
+    readers.extend([networks(folder), recorded(folder), vec![super::scenes::reader(folder)]].into_iter().flatten());
     for reader in &mut readers {
         let kept = root().join("tests/fuzz/corpus").join(reader.name);
         let mut files: Vec<PathBuf> = fs::read_dir(kept).into_iter().flatten().flatten().map(|e| e.path()).collect();

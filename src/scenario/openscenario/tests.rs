@@ -256,7 +256,7 @@ fn delays_acts_and_states_become_marks_and_begins() {
         Scene { group: &text, act: &act, stop: &stop, ..Scene::default() }.imported(&ParticipantChoice::Ego);
     assert!(waits_for_itself.unwrap_err().contains("waits for"), "the third event waits for the end of its maneuver");
     let text =
-        text.replace("\"maneuver\" storyboardElementRef=\"maneuver\"", "\"action\" storyboardElementRef=\"a::does\"");
+        text.replace("\"maneuver\" storyboardElementRef=\"maneuver\"", "\"event\" storyboardElementRef=\"a::first\"");
     let found = Scene { group: &text, act: &act, stop: &stop, ..Scene::default() }
         .imported(&ParticipantChoice::Ego)
         .expect("a scenario");
@@ -515,19 +515,19 @@ fn faults_name_file_line_value_and_what_is_allowed() {
             "entityRef=\"Othr\"/></Actors>",
             "a.xosc:15: no entity is named \"Othr\" (did you mean Other?); allowed: Ego, Other",
         ),
-        ("s=\"100\"", "s=\"far\"", "a.xosc:9: <LanePosition>: s is \"far\"; allowed: a number"),
-        ("s=\"100\"", "s=\"600\"", "a.xosc:9: s is 600 on road 7; allowed: 0 to 500.00 m"),
+        ("s=\"100\"", "s=\"far\"", "a.xosc:10: <LanePosition>: s is \"far\"; allowed: a number"),
+        ("s=\"100\"", "s=\"600\"", "a.xosc:10: s is 600 on road 7; allowed: 0 to 500.00 m"),
         (
             "laneId=\"-1\" s=\"100\"",
             "laneId=\"-4\" s=\"100\"",
-            "a.xosc:9: road 7 has no lane -4 at 100 m; it has 1, -1, -2",
+            "a.xosc:10: road 7 has no lane -4 at 100 m; it has 1, -1, -2",
         ),
         (
             "roadId=\"7\" laneId=\"-1\" s=\"100\"",
             "roadId=\"8\" laneId=\"-1\" s=\"100\"",
-            "a.xosc:9: the road file has no road \"8\"",
+            "a.xosc:10: the road file has no road \"8\"",
         ),
-        ("laneId=\"-1\" s=\"100\"", "s=\"100\"", "a.xosc:9: <LanePosition>: the attribute laneId is missing"),
+        ("laneId=\"-1\" s=\"100\"", "s=\"100\"", "a.xosc:10: <LanePosition>: the attribute laneId is missing"),
         ("value=\"-3\"", "value=\"$rate\"", "a.xosc:16: <SpeedActionDynamics>: value: no parameter $rate is declared"),
         (
             "dynamicsShape=\"linear\"",
