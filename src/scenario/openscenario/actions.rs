@@ -7,7 +7,7 @@ use crate::scenario::scripted_event::{ChangeShape, EventLight};
 /// Extent of a change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Extent {
-    /// At once.
+    /// Change without a duration.
     Step,
     /// Duration, s.
     Time(f64),

@@ -36,7 +36,7 @@ pub(super) enum Part {
     Action,
 }
 
-/// Condition as such.
+/// State of the scene that a condition waits for.
 #[derive(Clone, Debug)]
 pub(super) enum Demand {
     /// Time since the start of the drive above this, s.

@@ -12,6 +12,8 @@ mod document;
 mod entities;
 mod expression;
 mod fault;
+#[cfg(test)]
+mod fault_tests;
 mod imported;
 mod parameters;
 mod positions;

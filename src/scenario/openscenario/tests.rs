@@ -27,7 +27,7 @@ const NET: &str = "<net><location netOffset=\"10,20\"/>\
     <edge id=\"7\"><lane id=\"7_0\" index=\"0\" speed=\"14\" width=\"3.5\" length=\"500\" shape=\"510,21.75 10,21.75\"/></edge></net>";
 
 /// Vehicles of a catalog: 4 m long with the reference point 1 m before the rear, and 10 m long with it 3 m before the rear.
-const CATALOG: &str = "<OpenSCENARIO><Catalog name=\"cars\">\
+pub(super) const CATALOG: &str = "<OpenSCENARIO><Catalog name=\"cars\">\
     <Vehicle name=\"small\" vehicleCategory=\"car\"><ParameterDeclarations><ParameterDeclaration name=\"length\" parameterType=\"double\" value=\"4\"/>\
     </ParameterDeclarations><BoundingBox><Center x=\"1\" y=\"0\" z=\"0\"/><Dimensions length=\"$length\" width=\"1.8\" height=\"1.5\"/></BoundingBox></Vehicle>\
     <Vehicle name=\"long\" vehicleCategory=\"truck\"><BoundingBox><Center x=\"2\" y=\"0\" z=\"0\"/><Dimensions length=\"10\" width=\"2.5\" height=\"3.5\"/>\
@@ -42,18 +42,18 @@ const CATALOG: &str = "<OpenSCENARIO><Catalog name=\"cars\">\
 
 /// Parts of a scene that differ between tests.
 #[derive(Default)]
-struct Scene<'t> {
-    entities: &'t str,
-    init: &'t str,
+pub(super) struct Scene<'t> {
+    pub entities: &'t str,
+    pub init: &'t str,
     /// Children of a maneuver group of the entity Other.
-    group: &'t str,
+    pub group: &'t str,
     /// Triggers of the act.
-    act: &'t str,
-    stop: &'t str,
+    pub act: &'t str,
+    pub stop: &'t str,
 }
 
 /// Returns the speed of an entity at the start, as its actions.
-fn starts(entity: &str, position: &str, speed_mps: f64) -> String {
+pub(super) fn starts(entity: &str, position: &str, speed_mps: f64) -> String {
     format!(
         "<Private entityRef=\"{entity}\"><PrivateAction><TeleportAction><Position>{position}</Position></TeleportAction></PrivateAction>\
          <PrivateAction><LongitudinalAction><SpeedAction><SpeedActionDynamics dynamicsShape=\"step\" dynamicsDimension=\"time\" value=\"0\"/>\
@@ -63,7 +63,7 @@ fn starts(entity: &str, position: &str, speed_mps: f64) -> String {
 }
 
 impl Scene<'_> {
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         let ego = starts("Ego", "<LanePosition roadId=\"7\" laneId=\"-1\" s=\"100\"/>", 20.0);
         let other = starts("Other", "<LanePosition roadId=\"7\" laneId=\"-2\" s=\"150\" offset=\"0.5\"/>", 15.0);
         format!(
@@ -78,12 +78,12 @@ impl Scene<'_> {
         )
     }
 
-    fn imported(&self, choice: &ParticipantChoice) -> Result<ImportedScenario, String> {
+    pub fn imported(&self, choice: &ParticipantChoice) -> Result<ImportedScenario, String> {
         imported(&self.text(), choice)
     }
 }
 
-fn imported(text: &str, choice: &ParticipantChoice) -> Result<ImportedScenario, String> {
+pub fn imported(text: &str, choice: &ParticipantChoice) -> Result<ImportedScenario, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
     std::fs::create_dir(folder.path().join("catalogs")).expect("a folder");
@@ -97,11 +97,11 @@ fn imported(text: &str, choice: &ParticipantChoice) -> Result<ImportedScenario, 
     found.map_err(|error| error.to_string().replace(&here, ""))
 }
 
-fn event(name: &str, actions: &str, trigger: &str) -> String {
+pub fn event(name: &str, actions: &str, trigger: &str) -> String {
     format!("<Event name=\"{name}\" priority=\"override\">{actions}<StartTrigger>{trigger}</StartTrigger></Event>\n")
 }
 
-fn action(inner: &str) -> String {
+pub fn action(inner: &str) -> String {
     format!("<Action name=\"does\"><PrivateAction>\n{inner}</PrivateAction></Action>")
 }
 
@@ -112,30 +112,30 @@ fn speed(dynamics: &str, target: &str) -> String {
     ))
 }
 
-fn brakes() -> String {
+pub fn brakes() -> String {
     speed("dynamicsShape=\"linear\" dynamicsDimension=\"rate\" value=\"-3\"", "<AbsoluteTargetSpeed value=\"5\"/>")
 }
 
-fn condition(delay_s: f64, inner: &str) -> String {
+pub fn condition(delay_s: f64, inner: &str) -> String {
     format!("<Condition name=\"when\" delay=\"{delay_s}\" conditionEdge=\"rising\">\n{inner}</Condition>")
 }
 
-fn group(conditions: &str) -> String {
+pub fn group(conditions: &str) -> String {
     format!("<ConditionGroup>{conditions}</ConditionGroup>")
 }
 
-fn time(time_s: f64) -> String {
+pub fn time(time_s: f64) -> String {
     format!("<ByValueCondition><SimulationTimeCondition value=\"{time_s}\" rule=\"greaterThan\"/></ByValueCondition>")
 }
 
-fn of_ego(inner: &str) -> String {
+pub fn of_ego(inner: &str) -> String {
     format!(
         "<ByEntityCondition><TriggeringEntities triggeringEntitiesRule=\"any\"><EntityRef entityRef=\"Ego\"/></TriggeringEntities>\
          <EntityCondition>{inner}</EntityCondition></ByEntityCondition>"
     )
 }
 
-fn maneuver(events: &str) -> String {
+pub fn maneuver(events: &str) -> String {
     format!("<Maneuver name=\"maneuver\">{events}</Maneuver>")
 }
 
@@ -340,158 +340,6 @@ fn what_the_ego_does_is_up_to_the_participant() {
 }
 
 #[test]
-fn all_that_codrive_does_not_have_is_listed_with_its_line() {
-    let on_time = group(&condition(0.0, &time(4.0)));
-    let with_action = |inner: &str| maneuver(&event("e", &action(inner), &on_time));
-    let with_condition = |inner: &str| maneuver(&event("e", &brakes(), &group(&condition(0.0, inner))));
-    let of_group = [
-        (with_action("<VisibilityAction graphics=\"false\"/>"), "VisibilityAction", "stays visible"),
-        (
-            with_action("<LongitudinalAction><SpeedProfileAction/></LongitudinalAction>"),
-            "SpeedProfileAction",
-            "keeps its speed",
-        ),
-        (
-            with_action("<LongitudinalAction><LongitudinalDistanceAction/></LongitudinalAction>"),
-            "LongitudinalDistanceAction",
-            "keeps its speed",
-        ),
-        (
-            with_action("<LateralAction><LateralDistanceAction/></LateralAction>"),
-            "LateralDistanceAction",
-            "keeps its lane",
-        ),
-        (
-            with_action("<RoutingAction><AcquirePositionAction/></RoutingAction>"),
-            "AcquirePositionAction",
-            "along its lane",
-        ),
-        (with_action("<AppearanceAction/>"), "AppearanceAction", "lamps"),
-        (
-            with_action("<TeleportAction><Position><WorldPosition x=\"1\" y=\"2\"/></Position></TeleportAction>"),
-            "TeleportAction",
-            "at the start only",
-        ),
-        (
-            with_action("<TeleportAction><Position><GeoPosition/></Position></TeleportAction>"),
-            "GeoPosition",
-            "does not know the place",
-        ),
-        (
-            with_condition(&of_ego("<AccelerationCondition value=\"1\" rule=\"lessThan\"/>")),
-            "AccelerationCondition",
-            "never comes true",
-        ),
-        (with_condition(&of_ego("<CollisionCondition/>")), "CollisionCondition", "never comes true"),
-        (with_condition(&of_ego("<OffroadCondition duration=\"1\"/>")), "OffroadCondition", "never comes true"),
-        (
-            with_condition(&of_ego("<RelativeSpeedCondition entityRef=\"Other\" value=\"1\" rule=\"lessThan\"/>")),
-            "RelativeSpeedCondition",
-            "never comes true",
-        ),
-        (
-            with_condition(&of_ego("<SpeedCondition value=\"1\" rule=\"equalTo\"/>")),
-            "SpeedCondition rule",
-            "above and below",
-        ),
-        (
-            with_condition(&of_ego(
-                "<RelativeDistanceCondition entityRef=\"Other\" value=\"1\" freespace=\"true\" relativeDistanceType=\"lateral\" rule=\"lessThan\"/>",
-            )),
-            "RelativeDistanceCondition relativeDistanceType",
-            "along the road",
-        ),
-        (
-            with_condition(
-                "<ByValueCondition><ParameterCondition parameterRef=\"a\" value=\"1\" rule=\"equalTo\"/></ByValueCondition>",
-            ),
-            "ParameterCondition",
-            "never comes true",
-        ),
-        (
-            with_condition(
-                "<ByValueCondition><SimulationTimeCondition value=\"1\" rule=\"lessThan\"/></ByValueCondition>",
-            ),
-            "SimulationTimeCondition rule",
-            "above a time only",
-        ),
-        (
-            with_condition(&time(4.0)).replace("\"rising\"", "\"falling\""),
-            "Condition conditionEdge",
-            "rising conditions only",
-        ),
-        (
-            with_condition(&time(4.0)).replace("priority=\"override\"", "priority=\"skip\""),
-            "Event priority",
-            "beside others",
-        ),
-        (
-            with_condition(&time(4.0)).replace("priority=", "maximumExecutionCount=\"2\" priority="),
-            "Event maximumExecutionCount",
-            "once, not 2 times",
-        ),
-        (
-            with_condition(&time(4.0)).replace("priority=", "colour=\"red\" priority="),
-            "Event colour",
-            "the attribute has no effect",
-        ),
-        (
-            maneuver(&event(
-                "e",
-                "<Action name=\"does\"><GlobalAction>\n<EnvironmentAction/></GlobalAction></Action>",
-                &on_time,
-            )),
-            "EnvironmentAction",
-            "weather and daylight",
-        ),
-        (
-            maneuver(&event(
-                "e",
-                "<Action name=\"does\"><GlobalAction>\n<ParameterAction parameterRef=\"a\"/></GlobalAction></Action>",
-                &on_time,
-            )),
-            "ParameterAction",
-            "as it is declared",
-        ),
-    ];
-    for (text, element, meaning) in &of_group {
-        assert_listed(&Scene { group: text, ..Scene::default() }, element, meaning);
-    }
-    let train =
-        "<ScenarioObject name=\"T\">\n<CatalogReference catalogName=\"cars\" entryName=\"train\"/></ScenarioObject>";
-    assert_listed(
-        &Scene { entities: train, ..Scene::default() },
-        "Vehicle",
-        "T is of a kind that codrive does not have",
-    );
-    let thing = "<ScenarioObject name=\"T\">\n<MiscObject/></ScenarioObject>";
-    assert_listed(&Scene { entities: thing, ..Scene::default() }, "MiscObject", "the object is not there");
-    let stop = "<StopTrigger><ConditionGroup>\n<Else/></ConditionGroup></StopTrigger>";
-    assert_listed(&Scene { stop, ..Scene::default() }, "Else", "it has no effect");
-    let act = format!("<StopTrigger>\n{on_time}</StopTrigger>");
-    assert_listed(&Scene { act: &act, ..Scene::default() }, "StopTrigger", "the act goes on");
-    let init = "<GlobalAction>\n<InfrastructureAction><TrafficSignalAction><TrafficSignalStateAction name=\"light\" state=\"blinking\"/></TrafficSignalAction></InfrastructureAction></GlobalAction>";
-    assert_listed(&Scene { init, ..Scene::default() }, "TrafficSignalStateAction state", "no light \"blinking\"");
-}
-
-/// Checks that an element is listed with the line at which the text has it, or that of its catalog.
-fn assert_listed(scene: &Scene, element: &str, meaning: &str) {
-    let text = scene.text();
-    let found = imported(&text, &ParticipantChoice::Ego).unwrap_or_else(|fault| panic!("{element}: {fault}"));
-    let part = found.unsupported.iter().find(|part| part.element == element);
-    let part = part.unwrap_or_else(|| panic!("{element} is not among {:?}", found.unsupported));
-    let tag = format!("<{}", element.split(' ').next().unwrap_or_default());
-    let is_in_catalog = part.file.ends_with("cars.xosc");
-    let line = if is_in_catalog { CATALOG } else { &text }.lines().nth(part.line as usize - 1).unwrap_or_default();
-    assert!(line.contains(&tag), "{element}: line {} is {line}", part.line);
-    assert!(part.meaning.contains(meaning), "{element}: {}", part.meaning);
-    // The rest is a scenario, and its head has the list.
-    let written = found.to_toml("a.xosc");
-    assert!(written.lines().any(|line| line.starts_with('#') && line.contains(&format!("<{element}>"))), "{written}");
-    Scenario::from_toml(&written, "a.toml").unwrap_or_else(|fault| panic!("{element}: {fault}\n{written}"));
-}
-
-#[test]
 fn an_event_with_conditions_that_never_come_true_is_left_out() {
     let never = of_ego("<OffroadCondition duration=\"1\"/>");
     let one = group(&(condition(0.0, &never) + &condition(0.0, &time(3.0))));
@@ -503,85 +351,6 @@ fn an_event_with_conditions_that_never_come_true_is_left_out() {
     assert_eq!(events(&found).as_array().map(Vec::len), Some(1));
     assert_eq!(events(&found)[0]["trigger"], json!({ "time_s": 5.0 }));
     assert!(found.unsupported.iter().any(|part| part.element == "Event never" && part.meaning == "it never begins"));
-}
-
-#[test]
-fn faults_name_file_line_value_and_what_is_allowed() {
-    let on_time = group(&condition(0.0, &time(4.0)));
-    let plain = Scene { group: &maneuver(&event("e", &brakes(), &on_time)), ..Scene::default() }.text();
-    let cases = [
-        (
-            "entityRef=\"Other\"/></Actors>",
-            "entityRef=\"Othr\"/></Actors>",
-            "a.xosc:15: no entity is named \"Othr\" (did you mean Other?); allowed: Ego, Other",
-        ),
-        ("s=\"100\"", "s=\"far\"", "a.xosc:10: <LanePosition>: s is \"far\"; allowed: a number"),
-        ("s=\"100\"", "s=\"600\"", "a.xosc:10: s is 600 on road 7; allowed: 0 to 500.00 m"),
-        (
-            "laneId=\"-1\" s=\"100\"",
-            "laneId=\"-4\" s=\"100\"",
-            "a.xosc:10: road 7 has no lane -4 at 100 m; it has 1, -1, -2",
-        ),
-        (
-            "roadId=\"7\" laneId=\"-1\" s=\"100\"",
-            "roadId=\"8\" laneId=\"-1\" s=\"100\"",
-            "a.xosc:10: the road file has no road \"8\"",
-        ),
-        ("laneId=\"-1\" s=\"100\"", "s=\"100\"", "a.xosc:10: <LanePosition>: the attribute laneId is missing"),
-        ("value=\"-3\"", "value=\"$rate\"", "a.xosc:16: <SpeedActionDynamics>: value: no parameter $rate is declared"),
-        (
-            "dynamicsShape=\"linear\"",
-            "dynamicsShape=\"linar\"",
-            "a.xosc:16: <SpeedActionDynamics>: dynamicsShape is \"linar\" (did you mean linear?); allowed: linear,",
-        ),
-        (
-            "<AbsoluteTargetSpeed value=\"5\"/>",
-            "<AbsoluteTargetSpeed value=\"-5\"/>",
-            "value is -5; allowed: 0 m/s or more",
-        ),
-        (
-            "<AbsoluteTargetSpeed value=\"5\"/>",
-            "<RelativeTargetSpeed entityRef=\"X\" value=\"1\" speedTargetValueType=\"delta\"/>",
-            "a.xosc:15: no entity is named \"X\"",
-        ),
-        (
-            "entryName=\"small\"",
-            "entryName=\"smal\"",
-            "a.xosc:6: <CatalogReference>: catalog \"cars\" has no entry \"smal\" (did you mean small?)",
-        ),
-        (
-            "catalogName=\"cars\" entryName=\"small\"",
-            "catalogName=\"vans\" entryName=\"small\"",
-            "a.xosc:6: <CatalogReference>: no catalog \"vans\"",
-        ),
-        ("path=\"catalogs\"", "path=\"none\"", "the folder of catalogs none cannot be read"),
-        ("filepath=\"road.xodr\"", "filepath=\"raod.xodr\"", "a.xosc:4: <LogicFile>: raod.xodr"),
-        ("name=\"Other\"><Cat", "name=\"Ego\"><Cat", "a.xosc:7: <ScenarioObject>: another entity is named \"Ego\""),
-        ("delay=\"0\"", "delay=\"-1\"", "delay is -1; allowed: 0 s or more"),
-    ];
-    for (from, to, wanted) in cases {
-        assert!(plain.contains(from), "{from}");
-        let fault = imported(&plain.replacen(from, to, 1), &ParticipantChoice::Ego).expect_err(to);
-        assert!(fault.contains(wanted), "{fault}\n{wanted}");
-    }
-}
-
-#[test]
-fn places_and_catalogs_that_refer_to_each_other_are_faults() {
-    let by = |entity: &str, other: &str| {
-        starts(entity, &format!("<RelativeLanePosition entityRef=\"{other}\" dLane=\"0\" ds=\"9\"/>"), 1.0)
-    };
-    let entities: String = ["A", "B"]
-        .map(|name| format!("<ScenarioObject name=\"{name}\"><CatalogReference catalogName=\"cars\" entryName=\"small\"/></ScenarioObject>"))
-        .concat();
-    let init = by("A", "B") + &by("B", "A");
-    let fault =
-        Scene { entities: &entities, init: &init, ..Scene::default() }.imported(&ParticipantChoice::Ego).unwrap_err();
-    assert!(fault.contains("the place depends on \"B\"") && fault.contains("remedy"), "{fault}");
-    let route = "<Private entityRef=\"Ego\"><PrivateAction><RoutingAction><AssignRouteAction><CatalogReference catalogName=\"cars\" entryName=\"a\"/>\
-        </AssignRouteAction></RoutingAction></PrivateAction></Private>";
-    let fault = Scene { init: route, ..Scene::default() }.imported(&ParticipantChoice::Ego).unwrap_err();
-    assert!(fault.contains("entries of catalogs refer to each other") && fault.contains("break the circle"), "{fault}");
 }
 
 #[test]
