@@ -14,6 +14,8 @@ pub(super) struct Trigger {
 pub(super) struct Condition {
     pub title: String,
     pub delay_s: f64,
+    /// True where a condition that is true from the start on does not count.
+    pub is_rising: bool,
     pub what: Demand,
     pub place: Place,
 }
@@ -78,6 +80,8 @@ pub(super) enum EntityDemand {
     /// Distance since the start of the drive above this, m.
     Driven(f64),
     Speed(f64, Rule),
+    /// Speed less that of another entity, m/s.
+    RelativeSpeed(String, f64, Rule),
     /// Standstill for this time, s.
     Standstill(f64),
     /// Standstill at the end of the path for this time, s.
@@ -151,7 +155,8 @@ impl Reader {
             return Ok(None);
         }
         let place = node.place().clone();
-        Ok(what.map(|what| Condition { title: node.title(), delay_s, what, place }))
+        let is_rising = node.find_text("conditionEdge")?.is_some_and(|word| word == "rising");
+        Ok(what.map(|what| Condition { title: node.title(), delay_s, is_rising, what, place }))
     }
 
     fn by_value(&mut self, node: &Node) -> Result<Option<Demand>, OpenScenarioError> {
@@ -266,6 +271,15 @@ impl Reader {
                     return Ok(Some(EntityDemand::Speed(STANDING_MPS, Rule::Below)));
                 }
                 Ok(self.rule(node)?.map(|rule| EntityDemand::Speed(value_mps, rule)))
+            }
+            "RelativeSpeedCondition" => {
+                self.expect(node, &["entityRef", "value", "rule", "direction"], &[])?;
+                if node.find_text("direction")?.is_some_and(|word| word != "longitudinal") {
+                    self.leave_out_part(node, "direction", "codrive knows the speed along the road only");
+                    return Ok(None);
+                }
+                let (to, value_mps) = (node.text("entityRef")?.to_owned(), node.number("value")?);
+                Ok(self.rule(node)?.map(|rule| EntityDemand::RelativeSpeed(to, value_mps, rule)))
             }
             "StandStillCondition" => {
                 self.expect(node, &["duration"], &[])?;

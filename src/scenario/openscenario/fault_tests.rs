@@ -52,11 +52,6 @@ fn all_that_codrive_does_not_have_is_listed_with_its_line() {
         (with_condition(&of_ego("<CollisionCondition/>")), "CollisionCondition", "never comes true"),
         (with_condition(&of_ego("<OffroadCondition duration=\"1\"/>")), "OffroadCondition", "never comes true"),
         (
-            with_condition(&of_ego("<RelativeSpeedCondition entityRef=\"Other\" value=\"1\" rule=\"lessThan\"/>")),
-            "RelativeSpeedCondition",
-            "never comes true",
-        ),
-        (
             with_condition(&of_ego("<SpeedCondition value=\"1\" rule=\"equalTo\"/>")),
             "SpeedCondition rule",
             "above and below",

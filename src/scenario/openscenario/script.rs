@@ -163,7 +163,7 @@ impl Script<'_> {
     }
 
     /// Returns the name of the event for actions at the start.
-    fn init_name(&self) -> String {
+    pub(super) fn init_name(&self) -> String {
         let taken: Vec<&str> = self.names.values().map(String::as_str).collect();
         unique_name("at the start", &taken)
     }

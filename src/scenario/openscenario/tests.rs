@@ -277,6 +277,42 @@ fn delays_acts_and_states_become_marks_and_begins() {
 }
 
 #[test]
+fn a_light_that_is_on_from_the_start_does_not_come_on() {
+    let light = |state: &str| {
+        let signal = format!("<TrafficSignalStateAction name=\"light\" state=\"{state}\"/>");
+        format!(
+            "<GlobalAction><InfrastructureAction><TrafficSignalAction>{signal}</TrafficSignalAction></InfrastructureAction></GlobalAction>"
+        )
+    };
+    let green = "off;off;on";
+    let is_green =
+        format!("<ByValueCondition><TrafficSignalCondition name=\"light\" state=\"{green}\"/></ByValueCondition>");
+    let again = format!("<Action name=\"does\">{}</Action>", light(green));
+    let waits = event("waits", &brakes(), &group(&condition(0.5, &is_green)));
+    let text = maneuver(&(event("again", &again, &group(&condition(0.0, &time(9.0)))) + &waits));
+    let trigger = |text: &str| {
+        let scene = Scene { group: text, init: &light(green), ..Scene::default() };
+        let found = scene.imported(&ParticipantChoice::Ego).expect("a scenario");
+        let list = events(&found);
+        list.as_array().expect("a list").iter().find(|event| event["name"] == "waits").expect("it waits")["trigger"]
+            .clone()
+    };
+    let begun = |event: &str| json!({ "begun": { "event": event, "delay_s": 0.0 } });
+    assert_eq!(trigger(&text), begun("again"));
+    let level = text.replace(&waits, &waits.replace("rising", "none"));
+    assert_eq!(trigger(&level), json!({ "any": [begun("at the start"), begun("again")] }));
+}
+
+#[test]
+fn a_relative_speed_is_that_of_the_triggering_entity_less_the_other() {
+    let inner = of_ego("<RelativeSpeedCondition entityRef=\"Other\" value=\"-2\" rule=\"lessThan\"/>");
+    let text = maneuver(&event("e", &brakes(), &group(&condition(0.0, &inner))));
+    let found = Scene { group: &text, ..Scene::default() }.imported(&ParticipantChoice::Ego).expect("a scenario");
+    let trigger = json!({ "speed": { "vehicle": "ego", "than": "Other", "below_mps": -2.0 } });
+    assert_eq!(events(&found)[0]["trigger"], trigger);
+}
+
+#[test]
 fn rates_and_accelerations_become_durations() {
     let change = |target: &str, dynamics: &str| {
         action(&format!(

@@ -95,7 +95,7 @@ impl Script<'_> {
         let place = &condition.place;
         match &condition.what {
             Demand::Time(time_s) => Ok(Some(Trigger::TimeS(*time_s))),
-            Demand::Signal { name, light } => self.signal(name, *light, (place, is_joined)),
+            Demand::Signal { name, light } => self.signal(name, *light, (condition, is_joined)),
             Demand::State { part, name, is_end } => self.state(*part, (name, *is_end), (place, at)),
             Demand::Entity { names, is_all, what } => {
                 let mut list = Vec::new();
@@ -115,11 +115,17 @@ impl Script<'_> {
         &mut self,
         name: &str,
         light: EventLight,
-        (place, is_joined): (&Place, bool),
+        (condition, is_joined): (&Condition, bool),
     ) -> Result<Option<Trigger>, OpenScenarioError> {
+        let place = &condition.place;
         let on_path = self.path_signal(name, place)?.filter(|(_, lights)| lights.contains(&light));
         let level = on_path.map(|(id, _)| Trigger::Signal { name: id, light });
-        let setters = self.setters.iter().filter(|(of, shown, _)| of == name && *shown == light);
+        // A light that is on from the start does not come on.
+        let init = condition.is_rising.then(|| self.init_name());
+        let is_setter = |(of, shown, event): &&(String, EventLight, String)| {
+            of == name && *shown == light && init.as_ref() != Some(event)
+        };
+        let setters = self.setters.iter().filter(is_setter);
         let set = any(setters.map(|(_, _, event)| begun(event)).collect());
         match (set, level) {
             // Later it may have changed again.
@@ -203,10 +209,17 @@ impl Script<'_> {
             EntityDemand::Speed(limit_mps, rule) => {
                 let is_above = *rule == Rule::Above;
                 let [above_mps, below_mps] = [is_above, !is_above].map(|is_side| is_side.then_some(*limit_mps));
-                Ok(Some(Trigger::Speed { vehicle, above_mps, below_mps }))
+                Ok(Some(Trigger::Speed { vehicle, than: None, above_mps, below_mps }))
+            }
+            EntityDemand::RelativeSpeed(to, limit_mps, rule) => {
+                let Some(other) = self.role(to, place)? else { return Ok(None) };
+                let than = Some(other.name.clone());
+                let is_above = *rule == Rule::Above;
+                let [above_mps, below_mps] = [is_above, !is_above].map(|is_side| is_side.then_some(*limit_mps));
+                Ok(Some(Trigger::Speed { vehicle, than, above_mps, below_mps }))
             }
             EntityDemand::Standstill(for_s) => {
-                let stands = Trigger::Speed { vehicle, above_mps: None, below_mps: Some(STANDING_MPS) };
+                let stands = Trigger::Speed { vehicle, than: None, above_mps: None, below_mps: Some(STANDING_MPS) };
                 Ok(Some(self.lasting(stands, *for_s, condition)))
             }
             EntityDemand::RoadEnd(for_s) => {

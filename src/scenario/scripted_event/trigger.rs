@@ -36,6 +36,9 @@ pub enum Trigger {
     /// Speed of a vehicle above or below a limit.
     Speed {
         vehicle: VehicleName,
+        /// Vehicle whose speed is subtracted.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        than: Option<VehicleName>,
         /// Lower limit, m/s.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         above_mps: Option<f64>,
@@ -363,7 +366,8 @@ impl Trigger {
         match self {
             Self::Distance(ahead) => vec![&ahead.of, &ahead.to],
             Self::TimeGap(ahead) | Self::TimeToCollision(ahead) => vec![&ahead.of, &ahead.to],
-            Self::Reaches { vehicle, .. } | Self::Speed { vehicle, .. } | Self::Driven { vehicle, .. } => vec![vehicle],
+            Self::Speed { vehicle, than, .. } => std::iter::once(vehicle).chain(than).collect(),
+            Self::Reaches { vehicle, .. } | Self::Driven { vehicle, .. } => vec![vehicle],
             Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::vehicles).collect(),
             _ => vec![],
         }
@@ -390,8 +394,9 @@ impl Trigger {
             Self::TimeGap(ahead) => format!("time gap {}", ahead.in_words("to")),
             Self::TimeToCollision(ahead) => format!("time to collision {}", ahead.in_words("with")),
             Self::Reaches { vehicle, place_m } => format!("{vehicle} at {place_m} m"),
-            Self::Speed { vehicle, above_mps, below_mps } => {
-                format!("speed of {vehicle} {}", limit_in_words((*below_mps, *above_mps), "m/s"))
+            Self::Speed { vehicle, than, above_mps, below_mps } => {
+                let than = than.as_ref().map_or(String::new(), |than| format!(" less that of {than}"));
+                format!("speed of {vehicle}{than} {}", limit_in_words((*below_mps, *above_mps), "m/s"))
             }
             Self::Driven { vehicle, above_m } => format!("{vehicle} driven {above_m} m"),
             Self::Signal { name, light } => format!("signal {name} {}", light.name()),
@@ -431,8 +436,10 @@ impl Trigger {
             Self::Reaches { vehicle, place_m } => {
                 within("place_m", *place_m, [0.0, FARTHEST_M]).and_then(|()| check_subject("vehicle", vehicle))
             }
-            Self::Speed { vehicle, above_mps, below_mps } => {
-                check_limit((*below_mps, *above_mps), "mps", [0.0, FASTEST_MPS])?;
+            Self::Speed { vehicle, than, above_mps, below_mps } => {
+                let least_mps = if than.is_some() { -FASTEST_MPS } else { 0.0 };
+                check_limit((*below_mps, *above_mps), "mps", [least_mps, FASTEST_MPS])?;
+                than.as_ref().map_or(Ok(()), |than| check_subject("than", than))?;
                 check_subject("vehicle", vehicle)
             }
             Self::Driven { vehicle, above_m } => {

@@ -39,9 +39,14 @@ impl EventScript {
                 let soon_m = at.along_mps * self.step_s / 2.0;
                 if soon_m < 0.0 { at.extent_m[0] + soon_m <= *place_m } else { at.extent_m[1] + soon_m >= *place_m }
             }),
-            Trigger::Speed { vehicle, above_mps, below_mps } => self.on_route(vehicle, seen).is_some_and(|at| {
-                above_mps.is_none_or(|above| at.speed_mps > above) && below_mps.is_none_or(|below| at.speed_mps < below)
-            }),
+            Trigger::Speed { vehicle, than, above_mps, below_mps } => {
+                let speed_mps = |name: &str| self.on_route(name, seen).map(|at| at.speed_mps);
+                let other_mps = than.as_ref().map_or(Some(0.0), |than| speed_mps(than));
+                speed_mps(vehicle).zip(other_mps).is_some_and(|(own_mps, other_mps)| {
+                    let more_mps = own_mps - other_mps;
+                    above_mps.is_none_or(|above| more_mps > above) && below_mps.is_none_or(|below| more_mps < below)
+                })
+            }
             Trigger::Driven { vehicle, above_m } => {
                 self.on_route(vehicle, seen).is_some_and(|at| at.driven_m > *above_m)
             }
