@@ -291,7 +291,7 @@ mod tests {
         assert_eq!((road.lane_middle_m(3, 20.0), road.lane_middle_m(-3, 20.0)), (None, None));
         // The road leads north, its left is west.
         let (point, heading_rad) = road.place(150.0, -4.0).expect("a place");
-        assert!(point.distance(dvec2(14.0, 170.0)) < 1e-9 && (heading_rad - 1.570_796).abs() < 1e-6);
+        assert!(point.distance(dvec2(14.0, 170.0)) < 1e-9 && (heading_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-9);
         assert_eq!((road.signals[0].id.as_str(), road.signals[0].s_m), ("9", 150.0));
     }
 

@@ -41,7 +41,7 @@ pub(super) enum LaneTarget {
 }
 
 /// Speed at the end of a meeting.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MeetingSpeed {
     Absolute(f64),
     /// Sum of the other entity's speed and this.
@@ -158,11 +158,11 @@ impl Reader {
         self.expect(node, &["dynamicsShape", "dynamicsDimension", "value", "followingMode"], &[])?;
         let shape = node.choice("dynamicsShape", &SHAPES)?;
         let value = node.number("value")?.abs();
-        let dimensions: [(&str, fn(f64) -> Extent); 3] =
-            [("time", Extent::Time), ("distance", Extent::Distance), ("rate", Extent::Rate)];
+        let dimensions =
+            [("time", Extent::Time(value)), ("distance", Extent::Distance(value)), ("rate", Extent::Rate(value))];
         let extent = node.choice("dynamicsDimension", &dimensions)?;
         match shape {
-            Some(shape) if value > 0.0 => Ok(Dynamics { shape, extent: extent(value) }),
+            Some(shape) if value > 0.0 => Ok(Dynamics { shape, extent }),
             shape => Ok(Dynamics { shape: shape.unwrap_or_default(), extent: Extent::Step }),
         }
     }
@@ -250,9 +250,9 @@ impl Reader {
             speed = match kind.name() {
                 "AbsoluteSpeed" => Some(MeetingSpeed::Absolute(self.speed(&kind)?)),
                 "RelativeSpeedToMaster" => {
-                    let types: [(&str, fn(f64) -> MeetingSpeed); 2] =
-                        [("delta", MeetingSpeed::Plus), ("factor", MeetingSpeed::Times)];
-                    Some(kind.choice("speedTargetValueType", &types)?(kind.number("value")?))
+                    let value = kind.number("value")?;
+                    let types = [("delta", MeetingSpeed::Plus(value)), ("factor", MeetingSpeed::Times(value))];
+                    Some(kind.choice("speedTargetValueType", &types)?)
                 }
                 _ => return self.unknown(&kind),
             };
