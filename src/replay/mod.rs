@@ -363,7 +363,7 @@ mod tests {
                 assert_eq!(world.scripted_events().next(), Some(("stop", ScriptedState::Running)));
             }
         });
-        assert_eq!(stages[..2], [(410, EventStage::TriggeredByHand), (411, EventStage::Onset)], "{stages:?}");
+        assert_eq!(stages[1..3], [(410, EventStage::TriggeredByHand), (411, EventStage::Onset)], "{stages:?}");
         let mut replay = Replay::open(&path).unwrap();
         assert_eq!(replay.by_hand, [(410, 0)]);
         replay.advance(u64::MAX).unwrap();

@@ -141,7 +141,7 @@ pub enum EventKind {
         /// Ego's front bumper along the route, metres.
         s_m: f64,
     },
-    /// An event of the scenario begins, is seen, ends, or is not carried out.
+    /// An event of the scenario is armed, begins, is seen, ends, or is not carried out.
     Scripted {
         /// Number of the event in the scenario, from 0.
         event: u16,
@@ -156,6 +156,8 @@ pub enum EventKind {
 /// Stage of an event of the scenario.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EventStage {
+    /// The event waits for its trigger from this tick on.
+    Armed,
     /// The trigger came true.
     Triggered,
     /// The experimenter began the event by hand.
@@ -172,7 +174,7 @@ pub enum EventStage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ScriptedState {
     /// Event that waits for its trigger.
-    Waiting,
+    Armed,
     /// Event that has begun.
     Running,
     /// Event that is over, or against which the draw was.
@@ -208,6 +210,7 @@ impl EventStage {
     /// Returns the kind of event in recordings.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Armed => "event_armed",
             Self::Triggered => "event_triggered",
             Self::TriggeredByHand => "event_triggered_by_hand",
             Self::Onset => "event_onset",

@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 60] = [
+const WORDS: [[&str; 3]; 61] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -173,6 +173,11 @@ const WORDS: [[&str; 3]; 60] = [
         "main_beam",
         "the main beam was switched on or off",
         "Agent-action, (Experiment-participant, (Press, Push-button)), Label/Main-beam",
+    ],
+    [
+        "event_armed",
+        "an event of the scenario waits for its trigger from now on",
+        "Experiment-structure, Label/Event-armed",
     ],
     [
         "event_triggered",

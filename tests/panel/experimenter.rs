@@ -344,7 +344,7 @@ fn moments_are_marked_and_notes_written_with_mouse_and_keys() {
 fn an_event_that_waits_is_begun_by_hand() {
     let mut bench = Bench::after(300);
     let event = |name: &str, state: ScriptedState| ListedEvent { name: name.into(), state };
-    bench.events = vec![event("leader brakes", ScriptedState::Over), event("cut-in", ScriptedState::Waiting)];
+    bench.events = vec![event("leader brakes", ScriptedState::Over), event("cut-in", ScriptedState::Armed)];
     let mut harness = tall(bench);
     harness.run();
     let buttons: Vec<_> = harness.get_all_by_role_and_label(Role::Button, "Begin").collect();

@@ -125,7 +125,8 @@ fn a_request_to_take_over_from_a_system_that_is_off_is_noted_as_not_done() {
             _ => None,
         }));
     });
-    let expected = [EventStage::Triggered, EventStage::NotDone(NotDone::AutomationOff), EventStage::Ended];
+    let not_done = EventStage::NotDone(NotDone::AutomationOff);
+    let expected = [EventStage::Armed, EventStage::Triggered, not_done, EventStage::Ended];
     assert_eq!(stages, expected);
 }
 

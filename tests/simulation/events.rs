@@ -58,6 +58,7 @@ fn the_leader_brakes_evenly_stands_and_drives_on() {
     let mut speeds = Vec::new();
     let stages = drive(&scenario(&text), 12.0, |world| speeds.push(speed_mps(world, 1)));
     let [
+        (0, None, 0, EventStage::Armed),
         (0, None, 200, EventStage::Triggered),
         (0, Some(1), 201, EventStage::Onset),
         (0, None, end, EventStage::Ended),
@@ -90,9 +91,9 @@ fn the_follower_accelerates_only_as_far_as_the_ego_allows() {
         let gap_m = (ego.ego_s_m - behind.s_m.expect("on the ring")).rem_euclid(world.map().route.length_m()) - 5.0;
         assert!(gap_m > 0.2, "{gap_m} m behind the ego");
     });
-    assert_eq!(stages[1], (0, Some(21), 101, EventStage::Onset));
+    assert_eq!(stages[2], (0, Some(21), 101, EventStage::Onset));
     assert!(fastest_mps > 3.8, "{fastest_mps}: faster than all others");
-    assert_eq!(stages.len(), 2, "20 m/s are never reached: {stages:?}");
+    assert_eq!(stages.len(), 3, "20 m/s are never reached: {stages:?}");
 }
 
 #[test]
@@ -120,12 +121,14 @@ fn events_follow_each_other_repeat_and_are_drawn_by_chance() {
     let of = |event: u16| {
         stages.iter().filter(move |stage| stage.0 == event).map(|stage| (stage.2, stage.3)).collect::<Vec<_>>()
     };
-    use EventStage::{Ended, NotDone as Not, Onset, Triggered};
-    assert_eq!(of(0), [(100, Triggered), (101, Onset), (150, Ended)]);
-    assert_eq!(of(1), [(220, Triggered), (221, Onset), (270, Ended)]);
-    assert_eq!(of(2), []);
-    assert_eq!(of(3), [(100, Not(NotDone::ByChance))]);
-    assert!(laps >= 2 && of(4).len() == 3 * laps, "{laps} laps: {:?}", of(4));
+    use EventStage::{Armed, Ended, NotDone as Not, Onset, Triggered};
+    assert_eq!(of(0), [(0, Armed), (100, Triggered), (101, Onset), (150, Ended)]);
+    assert_eq!(of(1), [(0, Armed), (220, Triggered), (221, Onset), (270, Ended)]);
+    assert_eq!(of(2), [(0, Armed)]);
+    assert_eq!(of(3), [(0, Armed), (100, Not(NotDone::ByChance))]);
+    let lap: Vec<_> = of(4).into_iter().map(|(_, stage)| stage).collect();
+    let each: Vec<_> = std::iter::repeat_n([Triggered, Onset, Ended, Armed], laps).flatten().collect();
+    assert!(laps >= 2 && lap == [vec![Armed], each].concat(), "{laps} laps: {lap:?}");
     // Steps end at 0.1 s, 0.2 s, …: the text is there from 1.01 to 1.5 s.
     let texts =
         |range: std::ops::Range<usize>| shown[range].iter().filter(|text| text.as_deref() == Some("first")).count();
@@ -239,8 +242,9 @@ fn in_sumo_a_vehicle_brakes_harder_than_its_model_and_changes_lanes() {
         .filter(|(kind, _)| kind.starts_with("event_"))
         .map(|(a, b)| (a.as_str(), b.as_str()))
         .collect();
-    assert_eq!(of[..3], [("event_triggered", "brake"), ("event_onset", "brake"), ("event_ended", "brake")], "{of:?}");
-    assert_eq!(of[3..5], [("event_triggered", "aside"), ("event_onset", "aside")], "{of:?}");
+    assert_eq!(of[..2], [("event_armed", "brake"), ("event_armed", "aside")], "{of:?}");
+    assert_eq!(of[2..5], [("event_triggered", "brake"), ("event_onset", "brake"), ("event_ended", "brake")], "{of:?}");
+    assert_eq!(of[5..7], [("event_triggered", "aside"), ("event_onset", "aside")], "{of:?}");
     // 0.6 m/s less in each step of 0.1 s, though the model brakes with 1.5 m/s² when it is comfortable.
     let hardest = speeds.windows(2).map(|pair| pair[0] - pair[1]).fold(0.0, f64::max);
     assert!((hardest - 0.6).abs() < 1e-6, "{hardest}");

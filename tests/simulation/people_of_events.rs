@@ -75,6 +75,7 @@ fn a_simulated_driver_and_its_followers_stop_for_a_pedestrian() {
         })
         .collect();
     let [
+        (0, None, EventStage::Armed),
         (200, None, EventStage::Triggered),
         (201, Some(FIRST_OF_EVENTS), EventStage::Onset),
         (ended, None, EventStage::Ended),

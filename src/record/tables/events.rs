@@ -39,7 +39,7 @@ pub const SHUTTER_OPENS: &str = "open";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 31] = [
+    const KINDS_OF_WORLD: [&str; 32] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -65,6 +65,7 @@ impl EventRow {
         "takeover_input",
         "minimal_risk_manoeuvre",
         PUT_BACK,
+        "event_armed",
         "event_triggered",
         "event_triggered_by_hand",
         "event_onset",
@@ -146,7 +147,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
          red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, task_stimulus, task_response, \
-         shutter, automation_on, automation_off, takeover_request, takeover_input, minimal_risk_manoeuvre, put_back, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
+         shutter, automation_on, automation_off, takeover_request, takeover_input, minimal_risk_manoeuvre, put_back, event_armed, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),

@@ -161,7 +161,7 @@ impl EventScript {
                 time_h: scenario.display.time_h,
             },
             change: None,
-            events: Vec::new(),
+            events: (0..scenario.events.len()).map(|k| record_of(k, None, Tick(0), EventStage::Armed)).collect(),
             order_to_automation: None,
         }
     }
@@ -186,9 +186,9 @@ impl EventScript {
             let run = &mut self.runs[k];
             // What takes no time is over a step later, after its onset.
             if matches!(run.stage, Stage::Running(begun, until) if until <= now && begun < now) && !is_moving {
-                run.stage = if run.event.repeats { Stage::Armed } else { Stage::Over };
                 run.ended = Some(now);
                 self.note(k, None, now, EventStage::Ended);
+                self.arm_again(k, now);
             }
         }
         self.before = Some((seen.view.ego_s_m, seen.view.advice));
@@ -316,8 +316,8 @@ impl EventScript {
         let run = &mut self.runs[k];
         let event = run.event.clone();
         if !by_hand && run.chance.uniform(0.0, 1.0) >= event.probability {
-            run.stage = if event.repeats { Stage::Armed } else { Stage::Over };
             self.note(k, None, now, EventStage::NotDone(NotDone::ByChance));
+            self.arm_again(k, now);
             return;
         }
         (run.begun, run.ended) = (Some(now), None);
@@ -409,7 +409,7 @@ impl EventScript {
         self.runs.iter().map(|run| {
             let state = match run.stage {
                 Stage::Armed if run.is_asked => ScriptedState::Running,
-                Stage::Armed => ScriptedState::Waiting,
+                Stage::Armed => ScriptedState::Armed,
                 Stage::Running(..) => ScriptedState::Running,
                 Stage::Over => ScriptedState::Over,
             };
@@ -417,15 +417,28 @@ impl EventScript {
         })
     }
 
-    /// Asks for an event that waits, so that it begins where the next step begins.
+    /// Asks for an event that is armed, so that it begins where the next step begins.
     pub fn ask(&mut self, event: usize) {
         if let Some(run) = self.runs.get_mut(event).filter(|run| run.stage == Stage::Armed) {
             run.is_asked = true;
         }
     }
 
-    fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
-        let kind = EventKind::Scripted { event: event as u16, vehicle, stage };
-        self.events.push(Event { tick, kind });
+    /// Arms an event that is over again if it repeats.
+    fn arm_again(&mut self, event: usize, now: Tick) {
+        let run = &mut self.runs[event];
+        run.stage = if run.event.repeats { Stage::Armed } else { Stage::Over };
+        if run.stage == Stage::Armed {
+            self.note(event, None, now, EventStage::Armed);
+        }
     }
+
+    fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
+        self.events.push(record_of(event, vehicle, tick, stage));
+    }
+}
+
+/// Returns the record of a stage of an event.
+fn record_of(event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) -> Event {
+    Event { tick, kind: EventKind::Scripted { event: event as u16, vehicle, stage } }
 }
