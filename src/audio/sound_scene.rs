@@ -5,6 +5,8 @@ use crate::{
     ego::GroundSurface,
     scenario::Scenario,
     sim::{Event, EventKind, Snapshot},
+    snapshot::ToneSeries,
+    time::Tick,
     traffic::VehicleId,
 };
 
@@ -16,9 +18,6 @@ const NEAREST: usize = 6;
 const EMPTY_TICKS: u32 = 30;
 /// Distance from which a vehicle is not heard, m.
 const FAR_M: f64 = 70.0;
-/// Times from tone to tone of a takeover request, and of an urgent one, ticks.
-const REQUEST_TONE_TICKS: u32 = 200;
-const URGENT_TONE_TICKS: u32 = 60;
 /// Difference of advised speeds below which no tone sounds, m/s: a quarter of a mile per hour.
 const SAME_ADVICE_MPS: f64 = 0.11;
 
@@ -126,15 +125,15 @@ pub struct Listener {
     advised_mps: Option<f64>,
     /// True if a change of advice has a tone.
     tone: bool,
-    /// Time since the beginning of a takeover request, ticks.
-    request_ticks: u32,
+    /// First tick of a takeover request.
+    request: Option<Tick>,
 }
 
 impl Listener {
     /// Starts a drive of this scenario.
     pub fn new(scenario: &Scenario) -> Self {
         let sound_scene = SoundScene { rain_mmph: scenario.rain_mmph as f32, ..SoundScene::default() };
-        Self { sound_scene, places: [Err(0); NEAR], advised_mps: None, tone: scenario.advice_tone, request_ticks: 0 }
+        Self { sound_scene, places: [Err(0); NEAR], advised_mps: None, tone: scenario.advice_tone, request: None }
     }
 
     /// Updates the scene after a tick with these controls.
@@ -159,7 +158,7 @@ impl Listener {
             }
         }
         self.hear_advice(snapshot.advice.map(|advice| advice.target_mps));
-        self.hear_takeover_request(snapshot);
+        self.hear_tones(snapshot);
         self.hear_cars(snapshot);
     }
 
@@ -168,17 +167,17 @@ impl Listener {
         self.sound_scene.questions += 1;
     }
 
-    /// Plays the tone of a takeover request, again and again until the takeover.
-    fn hear_takeover_request(&mut self, snapshot: &Snapshot) {
-        if !snapshot.automation.mode.asks() {
-            self.request_ticks = 0;
-            return;
-        }
-        let every_ticks = if snapshot.automation.is_urgent { URGENT_TONE_TICKS } else { REQUEST_TONE_TICKS };
-        if self.request_ticks.is_multiple_of(every_ticks) {
+    /// Plays the tones of a takeover request, again and again until the takeover, and those of events.
+    fn hear_tones(&mut self, snapshot: &Snapshot) {
+        let (automation, now) = (&snapshot.automation, snapshot.tick);
+        self.request = automation.mode.asks().then(|| self.request.unwrap_or(now));
+        let series = if automation.is_urgent { ToneSeries::Urgent } else { ToneSeries::Gentle };
+        let request = self.request.map(|first| (series, first));
+        let of_events = snapshot.stimuli.iter().flat_map(|stimuli| stimuli.tones.iter().copied());
+        let mut all = of_events.chain(request);
+        if all.any(|(series, first)| series.begins_tone(now.0 - first.0)) {
             self.chime();
         }
-        self.request_ticks += 1;
     }
 
     fn hear_advice(&mut self, advised_mps: Option<f64>) {

@@ -313,6 +313,18 @@ fn speed_engine_vehicles_contacts_and_changed_advice_are_heard() {
 }
 
 #[test]
+fn tones_of_events_sound_at_their_rates_from_the_onset_on() {
+    let text = "traffic = \"native\"\nvehicles = 2\ntrees = 0\n\
+         [[event]]\nname = \"a\"\ntrigger = { time_s = 1 }\nactions = [{ sound = { tone = \"gentle\", for_s = 4.5 } }]\n\
+         [[event]]\nname = \"b\"\ntrigger = { time_s = 7 }\nactions = [{ sound = { tone = \"urgent\" } }]\n";
+    let heard = listened(&Scenario::from_toml(text, "tones.toml").unwrap(), 1000);
+    let counts: Vec<u32> = heard.iter().map(|sound_scene| sound_scene.questions).collect();
+    let begins: Vec<usize> = (1..counts.len()).filter(|k| counts[*k] > counts[k - 1]).map(|k| k + 1).collect();
+    // The first tick that an event shows is the one after its trigger. A gentle tone each 2 s, an urgent one each 0.6 s for 2 s.
+    assert_eq!(begins, [101, 301, 501, 701, 761, 821, 881]);
+}
+
+#[test]
 fn a_vehicle_keeps_its_place_while_it_is_heard() {
     let scenario = Scenario { traffic: EngineChoice::Native, ..Scenario::default() };
     let heard = listened(&scenario, 600);

@@ -5,7 +5,7 @@ use crate::{
     controls::Controls,
     hud::SpokenGuidance,
     metrics::TaskStimulus,
-    scenario::Scenario,
+    scenario::{Scenario, ScriptedEvent},
     sim::{EventKind, World},
     snapshot::{AutomationMode, AutomationState},
 };
@@ -16,6 +16,9 @@ pub const HORN: &str = "horn";
 pub const SPOKEN_GUIDANCE: &str = "spoken_guidance";
 /// Name of the recorded event for a spoken digit of the n-back task, with the digit as detail.
 pub const SPOKEN_DIGIT: &str = "spoken_digit";
+
+/// Name of the recorded event for a spoken sentence of an event of the scenario, with the sentence as detail.
+pub const SPOKEN_SENTENCE: &str = "spoken_sentence";
 
 /// Name of the recorded event for a spoken takeover request, with the sentence as detail.
 pub const SPOKEN_REQUEST: &str = "spoken_request";
@@ -32,6 +35,8 @@ pub struct DriveSound {
     speaks_digits: bool,
     /// True if takeover requests are spoken.
     speaks_requests: bool,
+    /// True if sentences of events are spoken.
+    speaks_events: bool,
     /// Takeover request that was spoken last, as an index of [`REQUESTS`].
     request: Option<usize>,
     /// Name of the event and sentence that is not yet spoken.
@@ -61,6 +66,7 @@ impl DriveSound {
             guidance,
             speaks_digits: scenario.secondary_task.speaks(),
             speaks_requests: scenario.automation.speaks(),
+            speaks_events: scenario.events.iter().any(ScriptedEvent::speaks),
             request: None,
             due: None,
             spoken: None,
@@ -71,14 +77,15 @@ impl DriveSound {
     /// Starts playing at the scenario's levels.
     pub fn open(&mut self, scenario: &Scenario) {
         self.speaker = Some(Speaker::open(scenario.sound));
-        if self.guidance.is_some() || self.speaks_digits || self.speaks_requests {
+        if scenario.speaks() {
             let Err(why) = speech_program() else { return };
             log::warn!(
-                "no speech: {why}; continuing without spoken guidance and requests, and with digits on the screen"
+                "no speech: {why}; continuing without spoken guidance, requests and sentences of events, and with digits on the screen"
             );
             self.guidance = None;
             self.speaks_digits = false;
             self.speaks_requests = false;
+            self.speaks_events = false;
         }
     }
 
@@ -103,6 +110,13 @@ impl DriveSound {
         if let Some(guidance) = &mut self.guidance {
             let sentence = guidance.tick(snapshot.next_manoeuvre, snapshot.ego.speed_mps);
             self.due = sentence.map(|sentence| (SPOKEN_GUIDANCE, sentence)).or_else(|| self.due.take());
+        }
+        let sentence = snapshot.stimuli.as_ref().and_then(|stimuli| stimuli.sentence.as_ref());
+        if let Some((sentence, first)) = sentence
+            && self.speaks_events
+            && *first == snapshot.tick
+        {
+            self.due = Some((SPOKEN_SENTENCE, sentence.to_string()));
         }
         self.hear_request(snapshot.automation);
         for event in world.events().iter().filter(|_| self.speaks_digits) {
@@ -165,5 +179,26 @@ impl DriveSound {
     /// Returns the sounds of the present moment.
     pub fn scene(&self, running: bool, horn: bool) -> SoundScene {
         self.listener.scene(running, horn)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_of_an_event_is_due_once_at_its_onset() {
+        let text = "traffic = \"native\"\nvehicles = 2\ntrees = 0\n[[event]]\nname = \"a\"\ntrigger = { time_s = 1 }\n\
+             actions = [{ speak = { text = \"Mind the gap\" } }, { message = { text = \"a\", for_s = 3 } }]\n";
+        let scenario = Scenario::from_toml(text, "sentence.toml").expect("a scenario");
+        let (mut world, mut sound) = (World::new(&scenario).expect("the native engine"), DriveSound::new(&scenario));
+        let mut due = Vec::new();
+        for _ in 0..500 {
+            world.tick(&Controls::default()).expect("the native engine");
+            sound.tick(&world, &Controls::default());
+            due.extend(sound.due.take().map(|(kind, sentence)| (world.snapshot().tick.0, kind, sentence)));
+        }
+        // The first tick that an event shows is the one after its trigger.
+        assert_eq!(due, [(101, SPOKEN_SENTENCE, "Mind the gap".into())]);
     }
 }

@@ -4,7 +4,7 @@ use super::Replay;
 use crate::{
     audio::SoundFile,
     drive_loop::RunError,
-    live_drive::sound::{DriveSound, HORN, SPOKEN_GUIDANCE},
+    live_drive::sound::{DriveSound, HORN, SPOKEN_GUIDANCE, SPOKEN_SENTENCE},
     record::{RecordError, Table, TableReader},
 };
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub struct SoundTrack {
 }
 
 impl SoundTrack {
-    /// Begins the file at the scenario's sound levels; the horn and spoken guidance follow the recording's events.
+    /// Begins the file at the scenario's sound levels; the horn, spoken guidance and sentences of events follow the recording's events.
     ///
     /// # Errors
     /// The file exists already, or the recording's events cannot be read.
@@ -30,15 +30,15 @@ impl SoundTrack {
         let events = TableReader::parquet(&Table::Events.parquet(recording))?;
         let words: Vec<(String, String)> = events.words("event").into_iter().zip(events.words("detail")).collect();
         let rows: Vec<(u64, (String, String))> = events.wholes("tick").into_iter().zip(words).collect();
-        let of = |kind: &str| {
-            let of_kind = rows.iter().filter(|(_, (event, _))| event == kind);
+        let of = |kinds: &[&str]| {
+            let of_kind = rows.iter().filter(|(_, (event, _))| kinds.contains(&event.as_str()));
             let mut found: Vec<(u64, String)> = of_kind.map(|(tick, (_, detail))| (*tick, detail.clone())).collect();
             found.sort_by_key(|(tick, _)| *tick);
             found.reverse();
             found
         };
-        let horn = of(HORN).into_iter().map(|(tick, how)| (tick, how == "on")).collect();
-        let spoken = of(SPOKEN_GUIDANCE);
+        let horn = of(&[HORN]).into_iter().map(|(tick, how)| (tick, how == "on")).collect();
+        let spoken = of(&[SPOKEN_GUIDANCE, SPOKEN_SENTENCE]);
         let scenario = replay.world().scenario();
         let refused = |why| RecordError::File { path: path.into(), why };
         let file = SoundFile::begin(path, &scenario.sound).map_err(refused)?;
@@ -48,7 +48,7 @@ impl SoundTrack {
     /// Adds the sound of a tick of the replay.
     ///
     /// # Errors
-    /// An I/O error, or no program that speaks a sentence of the guidance.
+    /// An I/O error, or no program that speaks a sentence.
     pub fn tick(&mut self, replay: &Replay) -> Result<(), RunError> {
         let world = replay.world();
         while let Some((_, held)) = self.horn.pop_if(|(tick, _)| *tick < world.snapshot().tick.0) {

@@ -63,6 +63,7 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::SideWind { for_s, .. }
         | Action::Friction { for_s, .. }
         | Action::Message { for_s, .. }
+        | Action::Sound { for_s, .. }
         | Action::HideAdvice { for_s } => *for_s,
         Action::Weather { over_s, .. } => *over_s,
         Action::ChangeLane(LaneChange { in_s: Some(in_s), .. })
@@ -79,6 +80,7 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::EndDrive
         | Action::SignalAhead { .. }
         | Action::PedestrianCrosses(_)
+        | Action::Speak { .. }
         | Action::TakeoverRequest { .. }
         | Action::Automation(_) => 0.0,
     };

@@ -352,7 +352,8 @@ impl Scenario {
 
     /// Returns true if the drive has spoken sentences.
     pub fn speaks(&self) -> bool {
-        self.spoken_guidance || self.secondary_task.speaks() || self.automation.speaks()
+        let speak_events = self.events.iter().any(ScriptedEvent::speaks);
+        self.spoken_guidance || self.secondary_task.speaks() || self.automation.speaks() || speak_events
     }
 
     /// Returns the half width of the acceptable range, m/s.

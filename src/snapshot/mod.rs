@@ -1,11 +1,13 @@
 //! The world at one tick, as all modules above the simulation see it: plain data, world axes, SI.
 
 mod automation_state;
+mod stimuli;
 mod task_display;
 mod weather;
 
 pub use crate::traffic::Leader;
 pub use automation_state::{AutomationMode, AutomationState};
+pub use stimuli::{EventStimuli, ToneSeries};
 pub use task_display::{TaskDisplay, TaskPicture};
 pub use weather::Weather;
 
@@ -117,6 +119,8 @@ pub struct Snapshot {
     pub advice: Option<Advice>,
     /// Text that an event shows the participant.
     pub message: Option<Arc<str>>,
+    /// Other stimuli that events give the participant, if there are any.
+    pub stimuli: Option<Arc<EventStimuli>>,
     /// Weather and daylight, if events have changed those of the scenario.
     pub weather: Option<Weather>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
@@ -254,6 +258,9 @@ impl Snapshot {
         }
         if let Some(message) = &self.message {
             put("message", 0, rng::fnv_1a(HASH_START, message.as_bytes()) as f64);
+        }
+        if let Some(stimuli) = &self.stimuli {
+            stimuli.visit(put);
         }
         if let Some(Weather { visibility_km, rain_mmph, time_h }) = self.weather {
             let numbers = [("visibility", visibility_km), ("rain", rain_mmph), ("time of day", time_h)];

@@ -83,7 +83,7 @@ fn hashes_are_chained_over_every_number() {
     let one = snapshot(2);
     assert_eq!(one.hash(HASH_START), one.clone().hash(HASH_START));
     assert_ne!(one.hash(HASH_START), one.hash(one.hash(HASH_START)), "what was before counts");
-    let changes: [fn(&mut Snapshot); 15] = [
+    let changes: [fn(&mut Snapshot); 17] = [
         |s| s.tick = Tick(51),
         |s| s.ego.position.y = 0.1,
         |s| s.ego.rotation.z = 0.1,
@@ -99,6 +99,14 @@ fn hashes_are_chained_over_every_number() {
         |s| s.cars[1].speed_mps += 0.1,
         |s| s.cars[0].accel_mps2 += 0.1,
         |s| s.cars[0].lamps.brake = true,
+        |s| {
+            s.stimuli =
+                Some(Arc::new(EventStimuli { tones: vec![(ToneSeries::Gentle, Tick(50))], ..Default::default() }))
+        },
+        |s| {
+            let sentence = Some(("Mind the gap".into(), Tick(50)));
+            s.stimuli = Some(Arc::new(EventStimuli { sentence, ..Default::default() }));
+        },
     ];
     for (i, change) in changes.iter().enumerate() {
         let mut other = one.clone();

@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 61] = [
+const WORDS: [[&str; 3]; 62] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -244,6 +244,11 @@ const WORDS: [[&str; 3]; 61] = [
         "minimal_risk_manoeuvre",
         "the automation begins to stop in the lane",
         "Sensory-event, Experimental-stimulus, Label/Minimal-risk-manoeuvre",
+    ],
+    [
+        "spoken_sentence",
+        "a voice began to say a sentence of an event of the scenario",
+        "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-sentence",
     ],
     [
         "spoken_request",

@@ -8,6 +8,7 @@ mod driver;
 mod ego;
 mod episode;
 mod event_actions;
+mod event_stimuli;
 mod events;
 mod fixed_objects;
 mod hills;

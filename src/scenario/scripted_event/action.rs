@@ -7,12 +7,14 @@ use super::{
     people::{CyclistRide, PedestrianCrossing},
     within,
 };
-use crate::map::network::Side;
+use crate::{map::network::Side, snapshot::ToneSeries};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 /// Longest text for the participant, letters: it is read at a glance, beside the speedometer.
 const TEXT_LETTERS: usize = 60;
+/// Longest sentence to speak, letters: some 15 s of speech.
+const SENTENCE_LETTERS: usize = 200;
 /// Strongest wind, m/s: a hurricane.
 const STRONGEST_WIND_MPS: f64 = 40.0;
 /// Strongest acceleration and braking, m/s2: the bound of all vehicles of the traffic.
@@ -135,6 +137,15 @@ pub enum Action {
         /// Duration, s.
         for_s: f64,
     },
+    /// Tones sound.
+    Sound {
+        tone: ToneSeries,
+        /// Duration of the series, s.
+        #[serde(default = "usual_tones_s")]
+        for_s: f64,
+    },
+    /// A voice speaks a sentence.
+    Speak { text: String },
     /// The advice of the participant's speedometer disappears.
     HideAdvice {
         /// Duration, s.
@@ -161,6 +172,11 @@ pub enum AutomationSwitch {
 
 fn usual_cut_in_s() -> f64 {
     20.0
+}
+
+/// Returns the duration of one gentle tone, or of four urgent ones, s.
+fn usual_tones_s() -> f64 {
+    2.0
 }
 
 fn firm_mps2() -> f64 {
@@ -191,6 +207,8 @@ impl Action {
             | Self::PedestrianCrosses(_)
             | Self::CyclistRides(_)
             | Self::Message { .. }
+            | Self::Sound { .. }
+            | Self::Speak { .. }
             | Self::HideAdvice { .. }
             | Self::TakeoverRequest { .. }
             | Self::Automation(_) => None,
@@ -252,6 +270,8 @@ impl Action {
             Self::PedestrianCrosses(_) => "pedestrian_crosses",
             Self::CyclistRides(_) => "cyclist_rides",
             Self::Message { .. } => "message",
+            Self::Sound { .. } => "sound",
+            Self::Speak { .. } => "speak",
             Self::HideAdvice { .. } => "hide_advice",
             Self::TakeoverRequest { .. } => "takeover_request",
             Self::Automation(_) => "automation",
@@ -303,10 +323,7 @@ impl Action {
             Self::PedestrianCrosses(crossing) => crossing.check()?,
             Self::CyclistRides(ride) => ride.check()?,
             Self::Message { text, for_s } => {
-                let letters = text.chars().count();
-                if text.trim().is_empty() || letters > TEXT_LETTERS {
-                    return Err(format!("text has {letters} letters; allowed: 1 to {TEXT_LETTERS}"));
-                }
+                check_text(text, TEXT_LETTERS)?;
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
             Self::SideWind { wind_mps, for_s, .. } => {
@@ -337,12 +354,25 @@ impl Action {
                 within("gap_m", *gap_m, [0.5, 200.0])?;
                 within("within_s", *within_s, [0.1, 600.0])?;
             }
-            Self::KeepSpeed { for_s, .. } | Self::PowerLoss { for_s } | Self::HideAdvice { for_s } => {
+            Self::Speak { text } => check_text(text, SENTENCE_LETTERS)?,
+            Self::KeepSpeed { for_s, .. }
+            | Self::PowerLoss { for_s }
+            | Self::Sound { for_s, .. }
+            | Self::HideAdvice { for_s } => {
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
             Self::TakeoverRequest { lead_s } => within("lead_s", *lead_s, [0.1, 600.0])?,
             Self::SignalAhead { .. } | Self::Signal { .. } | Self::EndDrive | Self::Automation(_) => {}
         }
         self.vehicle().map_or(Ok(()), |name| check_vehicle("vehicle", name))
+    }
+}
+
+/// Checks the length of a text.
+fn check_text(text: &str, most: usize) -> Result<(), String> {
+    let letters = text.chars().count();
+    match text.trim().is_empty() || letters > most {
+        true => Err(format!("text has {letters} letters; allowed: 1 to {most}")),
+        false => Ok(()),
     }
 }

@@ -95,6 +95,11 @@ impl ScriptedEvent {
         format!("\"{}\" {}{delay}{repeats}{chance}: {actions}", self.name, self.trigger.in_words())
     }
 
+    /// Checks whether an action speaks a sentence.
+    pub fn speaks(&self) -> bool {
+        self.actions.iter().any(|action| matches!(action, Action::Speak { .. }))
+    }
+
     /// Checks whether the trigger or an action names a signal.
     pub fn names_signal(&self) -> bool {
         self.trigger.names_signal() || self.actions.iter().any(|action| matches!(action, Action::Signal { .. }))

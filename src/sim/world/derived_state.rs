@@ -29,6 +29,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         leader: None,
         advice: None,
         message: None,
+        stimuli: None,
         weather: None,
         mean_speed_mps: 0.0,
         task: TaskDisplay::default(),

@@ -5,8 +5,10 @@ use super::World;
 use crate::{
     scenario::OnContact,
     sim::event::{PERSON_TOUCHED, ScriptedState},
+    snapshot::EventStimuli,
     time::Tick,
 };
+use std::sync::Arc;
 
 impl World {
     /// Lets events of the scenario act on the participant and the car in the step that begins.
@@ -14,6 +16,8 @@ impl World {
         if let Some(participant) = self.observer.participant_mut() {
             let effects = self.script.effects(participant.view.tick);
             participant.view.message = effects.message;
+            let has_stimuli = effects.stimuli != EventStimuli::default();
+            participant.view.stimuli = has_stimuli.then(|| Arc::new(effects.stimuli));
             participant.hides_advice = effects.hides_advice;
             participant.view.weather = effects.weather;
             participant.disturb(effects.disturbance);

@@ -27,7 +27,7 @@ use crate::{
         automation::AutomationOrder,
         event::{EventStage, NotDone, ScriptedState},
     },
-    snapshot::{AutomationMode, Weather},
+    snapshot::{AutomationMode, EventStimuli, Weather},
     time::Tick,
     traffic::{EGO, LaneMotion, TrafficOrder, VehicleId},
 };
@@ -114,6 +114,7 @@ impl WeatherChange {
 #[derive(Default)]
 pub(super) struct EffectsOfEvents {
     pub message: Option<Arc<str>>,
+    pub stimuli: EventStimuli,
     pub hides_advice: bool,
     pub disturbance: Disturbance,
     /// Weather, once an event has changed it.
@@ -248,11 +249,16 @@ impl EventScript {
         shown.disturbance.water_mm = shown.weather.map(|weather| water_mm(weather.rain_mmph));
         for run in &self.runs {
             let Stage::Running(begun, _) = run.stage else { continue };
+            let onset = onset_of(begun);
             let is_on = |for_s: f64| now < Tick::at_seconds(begun.seconds() + for_s);
             for action in &run.event.actions {
                 let car = &mut shown.disturbance;
                 match action {
                     Action::Message { text, for_s } if is_on(*for_s) => shown.message = Some(text.as_str().into()),
+                    Action::Sound { tone, for_s } if is_on(*for_s) => shown.stimuli.tones.push((*tone, onset)),
+                    Action::Speak { text } if now == begun => {
+                        shown.stimuli.sentence = Some((text.as_str().into(), onset))
+                    }
                     Action::HideAdvice { for_s } if is_on(*for_s) => shown.hides_advice = true,
                     Action::PowerLoss { for_s } if is_on(*for_s) => car.is_powerless = true,
                     Action::Friction { share, for_s } if is_on(*for_s) => car.friction *= share,
@@ -340,7 +346,7 @@ impl EventScript {
             match begun {
                 Ok(lasts_s) => {
                     until = until.max(Tick::at_seconds(now.seconds() + lasts_s));
-                    self.note(k, id, Tick(now.0 + 1), EventStage::Onset);
+                    self.note(k, id, onset_of(now), EventStage::Onset);
                 }
                 Err(why) => self.note(k, id, now, EventStage::NotDone(why)),
             }
@@ -391,6 +397,7 @@ impl EventScript {
                 Ok(0.0)
             }
             Action::Message { for_s, .. }
+            | Action::Sound { for_s, .. }
             | Action::HideAdvice { for_s }
             | Action::PowerLoss { for_s }
             | Action::SideWind { for_s, .. }
@@ -436,6 +443,11 @@ impl EventScript {
     fn note(&mut self, event: usize, vehicle: Option<VehicleId>, tick: Tick, stage: EventStage) {
         self.events.push(record_of(event, vehicle, tick, stage));
     }
+}
+
+/// Returns the first tick that shows the actions of an event that begins.
+fn onset_of(begun: Tick) -> Tick {
+    Tick(begun.0 + 1)
 }
 
 /// Returns the record of a stage of an event.

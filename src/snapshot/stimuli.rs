@@ -1,0 +1,49 @@
+//! Stimuli that events of the scenario give the participant, beside texts. In: nothing. Out: [`EventStimuli`] of a moment, which the sound follows.
+
+use crate::{rng, snapshot::HASH_START, time::Tick};
+use serde::{Deserialize, Serialize};
+use std::sync::Arc;
+
+/// Stimuli of events at a tick.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EventStimuli {
+    /// Series of tones that are under way, each with its first tick.
+    pub tones: Vec<(ToneSeries, Tick)>,
+    /// Sentence to speak, with its first tick.
+    pub sentence: Option<(Arc<str>, Tick)>,
+}
+
+/// Series of equal tones, as takeover requests have them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ToneSeries {
+    /// A tone each two seconds.
+    Gentle,
+    /// A tone each 0.6 s.
+    Urgent,
+}
+
+impl ToneSeries {
+    /// Returns true if a tone begins this number of ticks after the first one.
+    pub fn begins_tone(self, passed_ticks: u64) -> bool {
+        let every_ticks = match self {
+            Self::Gentle => 200,
+            Self::Urgent => 60,
+        };
+        passed_ticks.is_multiple_of(every_ticks)
+    }
+}
+
+impl EventStimuli {
+    /// Visits the stimuli.
+    pub(super) fn visit(&self, put: &mut impl FnMut(&'static str, u32, f64)) {
+        for (series, first) in &self.tones {
+            put("tone", 0, f64::from(*series as u8));
+            put("first tone", 0, first.seconds());
+        }
+        if let Some((sentence, first)) = &self.sentence {
+            put("sentence", 0, rng::fnv_1a(HASH_START, sentence.as_bytes()) as f64);
+            put("time of the sentence", 0, first.seconds());
+        }
+    }
+}
