@@ -175,7 +175,13 @@ impl EventScript {
         self.learn_names(seen.view, traffic);
         let now = seen.view.tick;
         // Again as long as an event begins, as others may wait for its begin, wherever they stand in the file.
-        while (0..self.runs.len()).fold(false, |any, k| self.look_at(k, (seen, traffic)) || any) {}
+        let mut is_settled = false;
+        while !is_settled {
+            is_settled = true;
+            for k in 0..self.runs.len() {
+                is_settled &= !self.look_at(k, (seen, traffic));
+            }
+        }
         for (event, id, why) in self.vehicles.step(seen, traffic) {
             self.note(event, Some(id), now, EventStage::NotDone(why));
         }
