@@ -53,8 +53,9 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-fn shipped(files: &[&str]) -> Vec<Vec<u8>> {
-    files.iter().map(|file| fs::read(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))).collect()
+fn shipped(files: &[impl AsRef<str>]) -> Vec<Vec<u8>> {
+    let read = |file: &str| fs::read(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+    files.iter().map(|file| read(file.as_ref())).collect()
 }
 
 /// Recordings that the program makes: one that ended, and one whose journal still exists.
@@ -201,10 +202,8 @@ fn settings(folder: &Path) -> Vec<Reader> {
     let study = root().join("assets/studies/congestion.toml");
     let scenario = Scenario::default().to_toml().into_bytes();
     let wheels = ["g29", "g27", "g920", "g923"].map(|name| format!("assets/wheels/{name}.toml"));
-    let wheels: Vec<&str> = wheels.iter().map(String::as_str).collect();
     let forms =
         ["ssq", "raw-tlx", "acceptance", "driving-experience"].map(|name| format!("assets/questionnaires/{name}.json"));
-    let forms: Vec<&str> = forms.iter().map(String::as_str).collect();
     vec![
         Reader {
             name: "scenario",
