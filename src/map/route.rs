@@ -344,12 +344,6 @@ impl Route {
         self.segments[self.segment_at(self.within(s_m))].drawn_scale
     }
 
-    /// Returns the length as drawn of one metre of the route at `s_m`, where both differ by little, too.
-    pub fn drawn_per_metre(&self, s_m: f64) -> f64 {
-        let segment = &self.segments[self.segment_at(self.within(s_m))];
-        segment.drawn_m / (segment.end_s_m - segment.start_s_m)
-    }
-
     /// Returns [`Route::ahead`] in metres as drawn: the distance that a driver sees and a brake needs.
     pub fn drawn_ahead_m(&self, from_s_m: f64, to_s_m: f64) -> f64 {
         let Some(lap_m) = self.drawn_starts_m.last() else { return self.ahead(from_s_m, to_s_m) };

@@ -35,7 +35,7 @@ impl ToneSeries {
 }
 
 impl EventStimuli {
-    /// Visits the stimuli.
+    /// Visits tones and sentences by name and tick.
     pub(super) fn visit(&self, put: &mut impl FnMut(&'static str, u32, f64)) {
         for (series, first) in &self.tones {
             put("tone", 0, f64::from(*series as u8));

@@ -87,7 +87,7 @@ pub enum Action {
         name: String,
         light: EventLight,
     },
-    /// The drive ends.
+    /// End of the drive, before its duration is over.
     EndDrive,
     /// The next signal on the ego's path goes to the phase of its program that shows it this light.
     SignalAhead { light: EventLight },
@@ -137,7 +137,7 @@ pub enum Action {
         /// Duration, s.
         for_s: f64,
     },
-    /// Tones sound.
+    /// A series of tones is heard, gentle or urgent.
     Sound {
         tone: ToneSeries,
         /// Duration of the series, s.

@@ -16,7 +16,7 @@ const MOST_POINTS: usize = 1000;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeShape {
-    /// Even change.
+    /// Straight line from the begin to the end.
     #[default]
     Linear,
     /// Cubic polynomial without a slope at both ends.

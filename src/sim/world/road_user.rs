@@ -210,7 +210,8 @@ impl MovedRoadUser {
         }
         let on_route = 1.0 - map.route.curvature_at(self.s_m, CURVATURE_M) * self.lateral_m(map);
         // The shortest pieces of a road, as in junctions without an area, may be declared much longer than they are drawn.
-        let drawn_m = map.route.drawn_per_metre(self.s_m).clamp(1.0 - MOST_DIFFERENCE, 1.0 + MOST_DIFFERENCE);
+        let [behind, ahead] = [-1.0, 1.0].map(|m| map.route.point_at(self.s_m + m));
+        let drawn_m = (behind.distance(ahead) / 2.0).clamp(1.0 - MOST_DIFFERENCE, 1.0 + MOST_DIFFERENCE);
         self.s_m += self.toward() * along_m / (drawn_m * on_route.max(TIGHTEST));
         let end_m = map.route.length_m();
         if !(0.0..=end_m).contains(&self.s_m) {

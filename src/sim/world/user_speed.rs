@@ -26,13 +26,13 @@ pub(super) type SeenVehicles<'a> = &'a dyn Fn(&str) -> Option<SeenVehicle>;
 
 /// Control of the speed of a road user.
 pub(super) enum UserSpeed {
-    /// It stays as it is.
+    /// Speed that stays as it is.
     Keeps,
-    /// It changes over a time.
+    /// Speed that changes over a time.
     Changes(SpeedRamp),
-    /// It follows the speed of another vehicle until another action replaces this one. The first number is that of the event.
+    /// Speed of another vehicle until another action replaces this one. The first number is that of the event.
     Follows(usize, Target),
-    /// It changes for a meeting, to which these distances were left a tick ago, m.
+    /// Speed for a meeting, to which these distances were left a tick ago, m.
     Meets(usize, Meeting, Option<[f64; 2]>),
 }
 

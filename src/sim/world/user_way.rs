@@ -9,18 +9,18 @@ use crate::{
 };
 use glam::DVec2;
 
-/// Duration of a change of lanes for which neither time nor distance is stated, s (docs/references.md: lane changes).
+/// Duration of a change of lanes for which neither time nor distance is stated, s.
 const USUAL_CHANGE_S: f64 = 5.0;
 /// Way before and after a corner of a line within which the heading turns, m.
 const CORNER_M: f64 = 1.0;
 
 /// Control of the lateral place of a road user.
 pub(super) enum UserWay {
-    /// It stays as it is in its lane.
+    /// Place that stays as it is in its lane.
     Keeps,
-    /// It shifts.
+    /// Shift across the lane, or into another one.
     Shifts(Shift),
-    /// It moves along a line.
+    /// Way along a line of points.
     Walks(Line),
 }
 
