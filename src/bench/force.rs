@@ -65,6 +65,7 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
                     speed_mps: 20.0,
                     grass: 1.0,
                     contact: 0.0,
+                    pulse: 0.0,
                     running: true,
                 });
                 std::thread::sleep(Duration::from_millis(10));

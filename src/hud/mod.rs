@@ -22,7 +22,12 @@ pub use search_display::{SEARCH_ROWS, SearchCircle, cells_across, search_circles
 pub use speedometer::Speedometer;
 pub use spoken_guidance::SpokenGuidance;
 
-use crate::{controls::Indicator, map::NextManoeuvre, snapshot::AutomationState, units::SpeedUnit};
+use crate::{
+    controls::Indicator,
+    map::NextManoeuvre,
+    snapshot::{AutomationState, Pictogram},
+    units::SpeedUnit,
+};
 use std::sync::Arc;
 
 /// Content of the speedometer in one frame. Speeds are in the dial's unit.
@@ -52,7 +57,9 @@ pub struct DialView {
     pub main_beam: bool,
     /// Guidance to the next manoeuvre of the path.
     pub guidance: Option<DialGuidance>,
-    /// Text above the dial.
+    /// Sign above the dial.
+    pub pictogram: Option<Pictogram>,
+    /// Text above the dial, and above its sign.
     pub message: Option<Arc<str>>,
     /// Lamp of the automation; `None` without one, and in the dark half of its blinking.
     pub automation: Option<AutomationLamp>,
@@ -116,6 +123,7 @@ impl DialView {
             indicator: Indicator::Off,
             main_beam: false,
             guidance: None,
+            pictogram: None,
             message: None,
             automation: None,
         }
@@ -130,6 +138,11 @@ impl DialView {
     /// Returns this dial with the telltale of the main beam lit or dark.
     pub fn with_main_beam(self, main_beam: bool) -> Self {
         Self { main_beam, ..self }
+    }
+
+    /// Returns this dial with a sign above it.
+    pub fn with_pictogram(self, pictogram: Option<Pictogram>) -> Self {
+        Self { pictogram, ..self }
     }
 
     /// Returns this dial with a text above it.

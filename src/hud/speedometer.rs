@@ -52,6 +52,7 @@ impl Speedometer {
             .indicating(snapshot.ego_indicator.lit_at(snapshot.tick.seconds()))
             .with_main_beam(snapshot.ego_main_beam)
             .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
+            .with_pictogram(snapshot.stimuli.as_ref().and_then(|stimuli| stimuli.pictogram))
             .saying(snapshot.message.clone())
             .automated(&snapshot.automation, snapshot.tick.seconds())
             .steadied(&mut self.filter)

@@ -2,7 +2,7 @@
 //! torque, N m, positive to the left, and the kernel's level for it.
 //!
 //! The torque is the ego's self-aligning torque, dry friction (more at a standstill), damping, optional centring,
-//! vibration on grass, the jolt of a contact and soft end stops. It is capped, and faded in and out. The filters have a time constant of
+//! vibration on grass, the jolt of a contact, pulses of events and soft end stops. It is capped, and faded in and out. The filters have a time constant of
 //! [`SMOOTH_S`].
 
 use super::profile::ForceSettings;
@@ -28,6 +28,9 @@ const END_RAD: f64 = 0.2;
 /// Amplitude, N m, and frequency, Hz, of the jolt of the hardest contact.
 const CONTACT_NM: f64 = 0.8;
 const CONTACT_HZ: f64 = 14.0;
+/// Amplitude, N m, and frequency, Hz, of the strongest pulse of an event: six turns of the force thread for each period.
+const PULSE_NM: f64 = 1.0;
+const PULSE_HZ: f64 = 25.0;
 
 /// State of the ego from which the force is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +42,8 @@ pub struct ForceInput {
     pub grass: f64,
     /// Strength of a contact that has just happened, 0 (none) to 1.
     pub contact: f64,
+    /// Strength of a pulse of an event, 0 (none) to 1.
+    pub pulse: f64,
     /// True while simulation time runs.
     pub running: bool,
 }
@@ -50,9 +55,8 @@ pub struct ForceModel {
     end_rad: f64,
     aligning_nm: f64,
     grass: f64,
-    contact: f64,
-    /// Time since the contact, s; 0 without one.
-    contact_s: f64,
+    contact: Vibration,
+    pulse: Vibration,
     wheel_radps: f64,
     wheel_rad: Option<f64>,
     way_m: f64,
@@ -67,8 +71,8 @@ impl ForceModel {
             end_rad,
             aligning_nm: 0.0,
             grass: 0.0,
-            contact: 0.0,
-            contact_s: 0.0,
+            contact: Vibration::default(),
+            pulse: Vibration::default(),
             wheel_radps: 0.0,
             wheel_rad: None,
             way_m: 0.0,
@@ -86,8 +90,8 @@ impl ForceModel {
         let speed_mps = finite(force_input.speed_mps).abs();
         self.aligning_nm += share * (finite(force_input.aligning_nm) - self.aligning_nm);
         self.grass += share * (finite(force_input.grass) - self.grass);
-        self.contact += share * (finite(force_input.contact).clamp(0.0, 1.0) - self.contact);
-        self.contact_s = if self.contact > 1e-3 { self.contact_s + dt_s } else { 0.0 };
+        let contact_nm = CONTACT_NM * self.contact.step(finite(force_input.contact), share, dt_s, CONTACT_HZ);
+        let pulse_nm = PULSE_NM * self.pulse.step(finite(force_input.pulse), share, dt_s, PULSE_HZ);
         let before = self.wheel_rad.replace(wheel_rad).unwrap_or(wheel_rad);
         self.wheel_radps += share * ((wheel_rad - before) / dt_s - self.wheel_radps);
         self.way_m = (self.way_m + speed_mps * dt_s) % 1000.0;
@@ -99,11 +103,16 @@ impl ForceModel {
         let centring_nm = -s.centring_nm * wheel_rad;
         let bumps = 0.6 * (TAU * self.way_m / 0.9).sin() + 0.4 * (TAU * self.way_m / 0.37).sin();
         let grass_nm = s.grass_nm * self.grass * smooth(speed_mps / 3.0) * bumps;
-        let contact_nm = CONTACT_NM * self.contact * (TAU * CONTACT_HZ * self.contact_s).sin();
         let over_rad = (wheel_rad.abs() - (self.end_rad - END_RAD)).max(0.0);
         let end_nm = -wheel_rad.signum() * s.cap_nm * over_rad / END_RAD;
-        let sum_nm =
-            s.strength * self.aligning_nm + friction_nm + damping_nm + centring_nm + grass_nm + contact_nm + end_nm;
+        let sum_nm = s.strength * self.aligning_nm
+            + friction_nm
+            + damping_nm
+            + centring_nm
+            + grass_nm
+            + contact_nm
+            + pulse_nm
+            + end_nm;
         self.gain * finite(sum_nm).clamp(-s.cap_nm, s.cap_nm)
     }
 
@@ -114,6 +123,23 @@ impl ForceModel {
         let to_left = (torque_nm / self.settings.full_nm).clamp(-1.0, 1.0);
         let steps = (to_left * 255.0).round() * 128.0;
         (if left_is_low { -steps } else { steps }) as i16
+    }
+}
+
+/// Vibration of the wheel with its filtered strength.
+#[derive(Clone, Copy, Debug, Default)]
+struct Vibration {
+    strength: f64,
+    /// Time since its begin, s; 0 without one.
+    since_s: f64,
+}
+
+impl Vibration {
+    /// Returns the deflection `dt_s` after the previous step, -1 to 1, where the strength goes this share of the way to a new one.
+    fn step(&mut self, strength: f64, share: f64, dt_s: f64, frequency_hz: f64) -> f64 {
+        self.strength += share * (strength.clamp(0.0, 1.0) - self.strength);
+        self.since_s = if self.strength > 1e-3 { self.since_s + dt_s } else { 0.0 };
+        self.strength * (TAU * frequency_hz * self.since_s).sin()
     }
 }
 

@@ -16,7 +16,7 @@ fn model() -> ForceModel {
 }
 
 fn rolling(aligning_nm: f64) -> ForceInput {
-    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, contact: 0.0, running: true }
+    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, contact: 0.0, pulse: 0.0, running: true }
 }
 
 /// Returns the torque after 1 s of constant input.
@@ -69,6 +69,7 @@ fn the_torque_is_finite_and_within_the_cap_for_any_input() {
             speed_mps: pick(&mut random),
             grass: random.uniform(0.0, 1.0),
             contact: 0.0,
+            pulse: 0.0,
             running: true,
         };
         let torque_nm = model.step(DT_S, random.uniform(-9.0, 9.0), &force_input, 0.0);
@@ -87,6 +88,7 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
             speed_mps: 6.0 + 6.0 * (0.4 * t).sin(),
             grass: (0.5 + (0.7 * t).sin()).clamp(0.0, 1.0),
             contact: 0.0,
+            pulse: 0.0,
             running: true,
         };
         model.step(DT_S, 7.7 * (TAU * 0.25 * t).sin(), &force_input, 0.0)
@@ -296,6 +298,7 @@ fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
                 speed_mps: state.speed_mps,
                 grass: 0.0,
                 contact: 0.0,
+                pulse: 0.0,
                 running: true,
             };
         }
@@ -358,4 +361,21 @@ fn a_contact_is_felt_at_the_wheel_for_a_moment() {
     assert!((0.3..0.8).contains(&most_nm), "{most_nm} N m");
     assert!(torques[10..30].iter().any(|nm| *nm < -0.1) && torques[..10].iter().any(|nm| *nm > 0.3), "to and fro");
     assert!(torques[90..].iter().all(|nm| nm.abs() < 0.02), "over after half a second: {torques:?}");
+}
+
+#[test]
+fn a_pulse_vibrates_at_25_hertz_with_its_strength_and_ends() {
+    let mut model = model();
+    for _ in 0..100 {
+        model.step(DT_S, 0.0, &rolling(0.0), 0.0);
+    }
+    let torques: Vec<f64> = (0..200)
+        .map(|i| model.step(DT_S, 0.0, &ForceInput { pulse: if i < 100 { 0.5 } else { 0.0 }, ..rolling(0.0) }, 0.0))
+        .collect();
+    // Half of 1 N m, once the filter of 10 ms has let it in. 0.48 s have 12 periods with two changes of sign each.
+    let most_nm = torques[20..100].iter().fold(0.0_f64, |most, torque_nm| most.max(torque_nm.abs()));
+    assert!((0.45..0.5001).contains(&most_nm), "{most_nm} N m");
+    let changes = torques[20..100].windows(2).filter(|pair| pair[0] * pair[1] < 0.0).count();
+    assert!((23..=25).contains(&changes), "{changes} changes of sign");
+    assert!(torques[115..].iter().all(|nm| nm.abs() < 0.01), "over after 0.09 s: {torques:?}");
 }

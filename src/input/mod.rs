@@ -157,6 +157,11 @@ impl Devices {
         self.pads.set_force_input(force_input);
     }
 
+    /// Checks whether a force can be felt now.
+    pub fn has_force(&self) -> bool {
+        self.rig.has_force() || self.pads.has_force()
+    }
+
     /// Returns the mean torque that was sent to the wheel since the last call, N m, positive to the left; `None` without
     /// force feedback.
     pub fn take_torque_nm(&self) -> Option<f64> {

@@ -137,6 +137,11 @@ impl Pads {
         }
     }
 
+    /// Checks whether a force can be felt now.
+    pub fn has_force(&self) -> bool {
+        self.force.is_some()
+    }
+
     /// Returns the mean torque that was sent since the last call, N m, positive to the left; `None` without force feedback.
     pub fn take_torque_nm(&self) -> Option<f64> {
         Some(self.force.as_ref()?.thread.take_torque_nm())
@@ -416,6 +421,7 @@ mod tests {
                 speed_mps: 10.0,
                 grass: 0.0,
                 contact: 0.0,
+                pulse: 0.0,
                 running: true,
             });
             std::thread::sleep(std::time::Duration::from_millis(10));

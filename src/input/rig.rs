@@ -188,6 +188,11 @@ impl Rig {
         }
     }
 
+    /// Checks whether a force can be felt now.
+    pub fn has_force(&self) -> bool {
+        self.wheel.as_ref().is_some_and(|wheel| wheel.force.is_some())
+    }
+
     /// Returns the mean torque that was sent since the last call, N m, positive to the left; `None` without force feedback.
     pub fn take_torque_nm(&self) -> Option<f64> {
         Some(self.wheel.as_ref()?.force.as_ref()?.take_torque_nm())

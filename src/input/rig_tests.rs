@@ -148,7 +148,14 @@ fn the_force_thread_ends_the_force_when_it_is_dropped() {
     let force = ForceLoop::new(Box::new(log.clone()), &profile);
     let angle = Arc::new(SharedAngle::default());
     let thread = ForceThread::start(force, angle).unwrap();
-    thread.set_input(ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, contact: 0.0, running: true });
+    thread.set_input(ForceInput {
+        aligning_nm: 4.0,
+        speed_mps: 10.0,
+        grass: 0.0,
+        contact: 0.0,
+        pulse: 0.0,
+        running: true,
+    });
     drop(thread);
     assert_eq!(log.0.lock().unwrap().last(), Some(&None));
 }

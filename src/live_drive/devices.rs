@@ -12,7 +12,11 @@ use crate::{
 impl LiveDrive {
     /// Updates force, sound and lamps for the present moment.
     pub(super) fn update_rig(&mut self) {
-        self.devices.set_force_input(self.force_input());
+        let force_input = self.force_input();
+        if force_input.pulse > 0.0 && !self.devices.has_force() && !std::mem::replace(&mut self.is_pulse_missed, true) {
+            self.trouble("no wheel has force feedback: pulses of events are not felt".into());
+        }
+        self.devices.set_force_input(force_input);
         let horn = self.devices.horn();
         if self.sound.frame(self.running(), horn) {
             self.note(sound::HORN, if horn { "on" } else { "off" });
@@ -56,6 +60,7 @@ impl LiveDrive {
             speed_mps: ego.speed_mps,
             grass: on_grass as f64 / 2.0,
             contact: self.contacts.jolt().strength,
+            pulse: world.snapshot().stimuli.as_ref().map_or(0.0, |stimuli| stimuli.wheel_pulse),
             running: self.running(),
         }
     }
@@ -85,16 +90,19 @@ impl LiveDrive {
                     }
                 }
                 RigEvent::Pressed(action) => self.pressed(action),
-                RigEvent::Trouble(text) => {
-                    self.note("wheel trouble", &text);
-                    self.news.push(text);
-                }
+                RigEvent::Trouble(text) => self.trouble(text),
             }
         }
         if !self.running() {
             self.devices.forget_presses();
         }
         self.latency.read(self.devices.newest_input());
+    }
+
+    /// Records what a wheel does not do, and says so.
+    fn trouble(&mut self, text: String) {
+        self.note("wheel trouble", &text);
+        self.news.push(text);
     }
 
     /// Puts the ego back on its lane, if it has left it and there is room.
@@ -153,5 +161,33 @@ impl LiveDrive {
     /// Returns the button actions since the last call, in a session.
     pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
         std::mem::take(&mut self.pressed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        input::{Devices, Rig, wheel::WheelMessage},
+        scenario::Scenario,
+    };
+    use std::time::Duration;
+
+    #[test]
+    fn a_pulse_reaches_the_force_and_without_force_is_reported_once() {
+        let text = "traffic = \"native\"\nvehicles = 2\ntrees = 0\n[[event]]\nname = \"a\"\ntrigger = { time_s = 0.5 }\n\
+             actions = [{ wheel_pulse = { strength = 0.5, for_s = 1 } }]\n";
+        let scenario = Scenario::from_toml(text, "pulse.toml").expect("a scenario");
+        let (_, messages) = std::sync::mpsc::channel::<WheelMessage>();
+        let devices = Devices::with_rig(Rig::fed_by(messages));
+        let mut live = LiveDrive::new(&scenario, Pace::RealTime, devices).expect("the native engine");
+        let (mut pulses, mut news) = (Vec::new(), Vec::new());
+        for _ in 0..20 {
+            live.advance(Duration::from_millis(100), |_| ()).expect("the native engine");
+            pulses.push(live.force_input().pulse);
+            news.extend(live.take_news());
+        }
+        assert_eq!(pulses.iter().filter(|pulse| **pulse == 0.5).count(), 10, "1 s: {pulses:?}");
+        assert_eq!(news, ["no wheel has force feedback: pulses of events are not felt"]);
     }
 }

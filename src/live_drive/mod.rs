@@ -71,6 +71,8 @@ pub struct LiveDrive {
     sound: DriveSound,
     /// True while the drive is paused because the wheel was unplugged.
     waiting: bool,
+    /// True once a pulse of an event could not be felt.
+    is_pulse_missed: bool,
     /// Messages for the overlay.
     news: Vec<String>,
     /// True in a session: buttons are only collected in `pressed`, because the session decides when time runs.
@@ -107,6 +109,7 @@ impl LiveDrive {
             latency: InputLatency::default(),
             sound,
             waiting: false,
+            is_pulse_missed: false,
             news: Vec::new(),
             led: false,
             pressed: Vec::new(),

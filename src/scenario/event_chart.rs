@@ -63,7 +63,9 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::SideWind { for_s, .. }
         | Action::Friction { for_s, .. }
         | Action::Message { for_s, .. }
+        | Action::Pictogram { for_s, .. }
         | Action::Sound { for_s, .. }
+        | Action::WheelPulse { for_s, .. }
         | Action::HideAdvice { for_s } => *for_s,
         Action::Weather { over_s, .. } => *over_s,
         Action::ChangeLane(LaneChange { in_s: Some(in_s), .. })

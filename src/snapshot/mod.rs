@@ -7,7 +7,7 @@ mod weather;
 
 pub use crate::traffic::Leader;
 pub use automation_state::{AutomationMode, AutomationState};
-pub use stimuli::{EventStimuli, ToneSeries};
+pub use stimuli::{EventStimuli, Pictogram, ToneSeries};
 pub use task_display::{TaskDisplay, TaskPicture};
 pub use weather::Weather;
 

@@ -1,4 +1,4 @@
-//! Stimuli that events of the scenario give the participant, beside texts. In: nothing. Out: [`EventStimuli`] of a moment, which the sound follows.
+//! Stimuli that events of the scenario give the participant, beside texts. In: nothing. Out: [`EventStimuli`] of a moment, which dial, sound and wheel follow.
 
 use crate::{rng, snapshot::HASH_START, time::Tick};
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,32 @@ use std::sync::Arc;
 /// Stimuli of events at a tick.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EventStimuli {
+    /// Sign above the speedometer.
+    pub pictogram: Option<Pictogram>,
     /// Series of tones that are under way, each with its first tick.
     pub tones: Vec<(ToneSeries, Tick)>,
     /// Sentence to speak, with its first tick.
     pub sentence: Option<(Arc<str>, Tick)>,
+    /// Strength of the vibration at the steering wheel, 0 (none) to 1.
+    pub wheel_pulse: f64,
+}
+
+/// Sign above the speedometer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pictogram {
+    /// The word BRAKE on red: brake now.
+    Brake,
+    /// Two hands at a steering wheel: take the wheel.
+    HandsOn,
+    /// A person on foot in a triangle.
+    Pedestrian,
+    /// A car that skids, in a triangle.
+    Slippery,
+    /// A red octagon with the word STOP.
+    Stop,
+    /// An exclamation mark in a triangle.
+    Warning,
 }
 
 /// Series of equal tones, as takeover requests have them.
@@ -35,8 +57,11 @@ impl ToneSeries {
 }
 
 impl EventStimuli {
-    /// Visits tones and sentences by name and tick.
+    /// Visits all of them as numbers, texts by their hashes.
     pub(super) fn visit(&self, put: &mut impl FnMut(&'static str, u32, f64)) {
+        if let Some(pictogram) = self.pictogram {
+            put("pictogram", 0, f64::from(pictogram as u8));
+        }
         for (series, first) in &self.tones {
             put("tone", 0, f64::from(*series as u8));
             put("first tone", 0, first.seconds());
@@ -45,5 +70,6 @@ impl EventStimuli {
             put("sentence", 0, rng::fnv_1a(HASH_START, sentence.as_bytes()) as f64);
             put("time of the sentence", 0, first.seconds());
         }
+        put("wheel pulse", 0, self.wheel_pulse);
     }
 }

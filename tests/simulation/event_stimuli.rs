@@ -6,7 +6,7 @@ use codrive::{
     record::{self, Table, TableReader},
     replay::Replay,
     scenario::Scenario,
-    snapshot::{EventStimuli, ToneSeries},
+    snapshot::{EventStimuli, Pictogram, ToneSeries},
     time::Tick,
 };
 
@@ -60,6 +60,18 @@ fn tones_and_sentences_begin_at_the_recorded_onset() {
 }
 
 #[test]
+fn signs_and_pulses_last_as_long_as_their_event_says() {
+    let (seen, rows) = recorded(
+        &(event("sign", 1.0, "{ pictogram = { sign = \"hands_on\", for_s = 2 } }")
+            + &event("pulse", 2.0, "{ wheel_pulse = { strength = 0.5, for_s = 0.3 } }")),
+    );
+    assert_eq!(ticks_of(&seen, |stimuli| stimuli.pictogram == Some(Pictogram::HandsOn)), [101, 300]);
+    assert_eq!(ticks_of(&seen, |stimuli| stimuli.wheel_pulse == 0.5), [201, 230]);
+    let ends: Vec<u64> = rows.iter().filter(|(_, event)| event == "event_ended").map(|(tick, _)| *tick).collect();
+    assert_eq!(ends, [230, 300]);
+}
+
+#[test]
 fn stimuli_beyond_their_bounds_are_refused_with_value_and_remedy() {
     let fault = |action: &str| {
         let text = format!("{RING}{}", event("e", 1.0, action));
@@ -68,6 +80,9 @@ fn stimuli_beyond_their_bounds_are_refused_with_value_and_remedy() {
     for (action, words) in [
         ("{ sound = { tone = \"loud\" } }", "gentle"),
         ("{ sound = { tone = \"gentle\", for_s = 0 } }", "for_s is 0; allowed: 0.1 to 604800"),
+        ("{ pictogram = { sign = \"go\", for_s = 3 } }", "hands_on"),
+        ("{ wheel_pulse = { strength = 2, for_s = 0.3 } }", "strength is 2; allowed: 0.05 to 1"),
+        ("{ wheel_pulse = { strength = 1, for_s = 60 } }", "for_s is 60; allowed: 0.1 to 10"),
         ("{ speak = { text = \" \" } }", "text has 1 letters; allowed: 1 to 200"),
         (&format!("{{ speak = {{ text = \"{}\" }} }}", "a".repeat(201)), "text has 201 letters; allowed: 1 to 200"),
     ] {

@@ -216,6 +216,7 @@ fn a_base_without_wheel_in_its_name_is_pushed() {
             speed_mps: 10.0,
             grass: 0.0,
             contact: 0.0,
+            pulse: 0.0,
             running: true,
         });
         sleep(Duration::from_millis(10));

@@ -4,6 +4,7 @@
 mod automation;
 mod brush;
 mod fixed;
+mod pictogram;
 mod task;
 
 use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
@@ -22,6 +23,7 @@ use automation::automation_lamp;
 use brush::{DialBrush, black, opaque, shade};
 use fixed::FixedParts;
 use glam::Vec3;
+use pictogram::pictogram;
 use task::paint_task;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
@@ -56,8 +58,10 @@ pub mod layout {
     pub const AUTOMATION: (f32, f32, f32, f32) = (0.235, 0.535, 0.08, 0.017);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
-    /// Height of the text of an event, and the distance of its middle above the centre.
-    pub const MESSAGE: (f32, f32) = (0.15, 1.22);
+    /// Height of the text of an event, and the distances of its middle above the centre without and with a sign.
+    pub const MESSAGE: (f32, f32, f32) = (0.15, 1.22, 1.94);
+    /// Sign of an event: half the side of its plate, and the distance of its middle above the centre.
+    pub const PICTOGRAM: (f32, f32) = (0.34, 1.40);
     /// Height of the distance below the arrow, and the distance of its middle below the centre.
     pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.855);
 }
@@ -225,6 +229,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     main_beam(&brush, dial, palette);
     automation_lamp(&brush, dial, palette);
     guidance(&brush, dial, palette);
+    pictogram(&brush, dial);
     message(&brush, dial, palette);
 }
 
@@ -407,7 +412,8 @@ fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
 /// Draws the text of an event above the dial, on a dark plate within the picture.
 fn message(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let Some(text) = &dial.message else { return };
-    let (height, up) = layout::MESSAGE;
+    let (height, alone, above_sign) = layout::MESSAGE;
+    let up = if dial.pictogram.is_some() { above_sign } else { alone };
     let size = vec2(lettering::set(text).width, 1.0) * height * brush.radius;
     let plate = size + vec2(1.2, 1.0) * height * brush.radius;
     let room = brush.painter.clip_rect();

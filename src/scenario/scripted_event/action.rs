@@ -7,7 +7,10 @@ use super::{
     people::{CyclistRide, PedestrianCrossing},
     within,
 };
-use crate::{map::network::Side, snapshot::ToneSeries};
+use crate::{
+    map::network::Side,
+    snapshot::{Pictogram, ToneSeries},
+};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -15,6 +18,8 @@ use serde_json::Value;
 const TEXT_LETTERS: usize = 60;
 /// Longest sentence to speak, letters: some 15 s of speech.
 const SENTENCE_LETTERS: usize = 200;
+/// Longest vibration of the wheel, s: a longer one hides the forces of the road.
+const LONGEST_PULSE_S: f64 = 10.0;
 /// Strongest wind, m/s: a hurricane.
 const STRONGEST_WIND_MPS: f64 = 40.0;
 /// Strongest acceleration and braking, m/s2: the bound of all vehicles of the traffic.
@@ -137,7 +142,13 @@ pub enum Action {
         /// Duration, s.
         for_s: f64,
     },
-    /// A series of tones is heard, gentle or urgent.
+    /// A sign appears above the participant's speedometer.
+    Pictogram {
+        sign: Pictogram,
+        /// Duration, s.
+        for_s: f64,
+    },
+    /// The tone of a takeover request sounds again and again.
     Sound {
         tone: ToneSeries,
         /// Duration of the series, s.
@@ -146,6 +157,13 @@ pub enum Action {
     },
     /// A voice speaks a sentence.
     Speak { text: String },
+    /// The steering wheel vibrates, by its force feedback.
+    WheelPulse {
+        /// Strength, up to 1.
+        strength: f64,
+        /// Duration, s.
+        for_s: f64,
+    },
     /// The advice of the participant's speedometer disappears.
     HideAdvice {
         /// Duration, s.
@@ -207,8 +225,10 @@ impl Action {
             | Self::PedestrianCrosses(_)
             | Self::CyclistRides(_)
             | Self::Message { .. }
+            | Self::Pictogram { .. }
             | Self::Sound { .. }
             | Self::Speak { .. }
+            | Self::WheelPulse { .. }
             | Self::HideAdvice { .. }
             | Self::TakeoverRequest { .. }
             | Self::Automation(_) => None,
@@ -270,8 +290,10 @@ impl Action {
             Self::PedestrianCrosses(_) => "pedestrian_crosses",
             Self::CyclistRides(_) => "cyclist_rides",
             Self::Message { .. } => "message",
+            Self::Pictogram { .. } => "pictogram",
             Self::Sound { .. } => "sound",
             Self::Speak { .. } => "speak",
+            Self::WheelPulse { .. } => "wheel_pulse",
             Self::HideAdvice { .. } => "hide_advice",
             Self::TakeoverRequest { .. } => "takeover_request",
             Self::Automation(_) => "automation",
@@ -354,9 +376,14 @@ impl Action {
                 within("gap_m", *gap_m, [0.5, 200.0])?;
                 within("within_s", *within_s, [0.1, 600.0])?;
             }
+            Self::WheelPulse { strength, for_s } => {
+                within("strength", *strength, [0.05, 1.0])?;
+                within("for_s", *for_s, [0.1, LONGEST_PULSE_S])?;
+            }
             Self::Speak { text } => check_text(text, SENTENCE_LETTERS)?,
             Self::KeepSpeed { for_s, .. }
             | Self::PowerLoss { for_s }
+            | Self::Pictogram { for_s, .. }
             | Self::Sound { for_s, .. }
             | Self::HideAdvice { for_s } => {
                 within("for_s", *for_s, [0.1, LATEST_S])?;

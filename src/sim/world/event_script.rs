@@ -261,9 +261,13 @@ impl EventScript {
                 let car = &mut shown.disturbance;
                 match action {
                     Action::Message { text, for_s } if is_on(*for_s) => shown.message = Some(text.as_str().into()),
+                    Action::Pictogram { sign, for_s } if is_on(*for_s) => shown.stimuli.pictogram = Some(*sign),
                     Action::Sound { tone, for_s } if is_on(*for_s) => shown.stimuli.tones.push((*tone, onset)),
                     Action::Speak { text } if now == begun => {
                         shown.stimuli.sentence = Some((text.as_str().into(), onset))
+                    }
+                    Action::WheelPulse { strength, for_s } if is_on(*for_s) => {
+                        shown.stimuli.wheel_pulse = shown.stimuli.wheel_pulse.max(*strength);
                     }
                     Action::HideAdvice { for_s } if is_on(*for_s) => shown.hides_advice = true,
                     Action::PowerLoss { for_s } if is_on(*for_s) => car.is_powerless = true,
@@ -403,7 +407,9 @@ impl EventScript {
                 Ok(0.0)
             }
             Action::Message { for_s, .. }
+            | Action::Pictogram { for_s, .. }
             | Action::Sound { for_s, .. }
+            | Action::WheelPulse { for_s, .. }
             | Action::HideAdvice { for_s }
             | Action::PowerLoss { for_s }
             | Action::SideWind { for_s, .. }
