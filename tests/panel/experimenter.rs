@@ -354,7 +354,7 @@ fn an_event_that_waits_is_begun_by_hand() {
     drop(buttons);
     harness.run();
     assert_eq!(std::mem::take(&mut harness.state_mut().commands), [Command::BeginEvent(1)]);
-    assert!(harness.query_by_label("over").is_some() && harness.query_by_label("waits").is_some());
+    assert!(harness.query_by_label("over").is_some() && harness.query_by_label("armed").is_some());
 }
 
 #[test]
@@ -363,7 +363,7 @@ fn tab_reaches_every_widget_and_the_focus_is_visible() {
     let mut seen = Vec::new();
     let before = harness.render().unwrap();
     // All widgets once, and on to the vehicles.
-    for _ in 0..65 {
+    for _ in 0..66 {
         harness.key_press(Key::Tab);
         harness.run();
         let Some(node) = harness.query_all(egui_kittest::kittest::by().predicate(|node| node.is_focused())).next()
