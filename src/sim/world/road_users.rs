@@ -70,6 +70,9 @@ impl RoadUsers {
 
     /// Moves all road users by a number of ticks, with the participant as they are in the view.
     pub fn tick(&mut self, ticks: u64, view: &Snapshot, map: &RoadMap) {
+        if self.are_none() {
+            return;
+        }
         for _ in 0..ticks {
             let seen = self.seen(view);
             let others: SeenVehicles = &|name| find(&seen, name);
