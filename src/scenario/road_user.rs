@@ -60,20 +60,12 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 impl RoadUser {
     /// Returns the body: the sizes that are stated, and otherwise those of SUMO's class of this kind.
     pub fn body(&self) -> VehicleBody {
-        let [length_m, width_m, height_m] = match self.kind {
-            VehicleKind::Car => [VehicleBody::CAR.length_m, VehicleBody::CAR.width_m, VehicleBody::CAR.height_m],
-            VehicleKind::Van => [6.5, 2.16, 2.86],
-            VehicleKind::Truck => [7.1, 2.4, 2.4],
-            VehicleKind::Bus => [12.0, 2.5, 3.4],
-            VehicleKind::Motorcycle => [2.2, 0.9, 1.5],
-            VehicleKind::Bicycle => [1.6, 0.65, 1.7],
-            VehicleKind::Pedestrian => [0.215, 0.478, 1.719],
-        };
+        let usual = VehicleBody::of_kind(self.kind);
         VehicleBody {
-            kind: self.kind,
-            length_m: self.length_m.unwrap_or(length_m),
-            width_m: self.width_m.unwrap_or(width_m),
-            height_m: self.height_m.unwrap_or(height_m),
+            length_m: self.length_m.unwrap_or(usual.length_m),
+            width_m: self.width_m.unwrap_or(usual.width_m),
+            height_m: self.height_m.unwrap_or(usual.height_m),
+            ..usual
         }
     }
 

@@ -109,6 +109,20 @@ impl Default for VehicleBody {
 impl VehicleBody {
     /// Passenger car, the body of all vehicles of a ring.
     pub const CAR: Self = Self { kind: VehicleKind::Car, length_m: CAR_LENGTH_M, width_m: CAR_WIDTH_M, height_m: 1.5 };
+
+    /// Returns the body of a kind: a car's, or the size of SUMO's class of that kind.
+    pub const fn of_kind(kind: VehicleKind) -> Self {
+        let [length_m, width_m, height_m] = match kind {
+            VehicleKind::Car => return Self::CAR,
+            VehicleKind::Van => [6.5, 2.16, 2.86],
+            VehicleKind::Truck => [7.1, 2.4, 2.4],
+            VehicleKind::Bus => [12.0, 2.5, 3.4],
+            VehicleKind::Motorcycle => [2.2, 0.9, 1.5],
+            VehicleKind::Bicycle => [1.6, 0.65, 1.7],
+            VehicleKind::Pedestrian => [0.215, 0.478, 1.719],
+        };
+        Self { kind, length_m, width_m, height_m }
+    }
 }
 
 /// Lamps of a vehicle that are lit.

@@ -20,7 +20,7 @@ use crate::{
     rng::{self, Stream},
     scenario::{
         PlannedDrive, ScriptedEvent,
-        scripted_event::{Action, DriverInput, EventLight, PLACES},
+        scripted_event::{Action, DriverInput, EGO_NAME, EventLight, PLACES},
     },
     sim::{
         Event, EventKind, Snapshot, VehicleSnapshot,
@@ -125,7 +125,9 @@ impl EventScript {
     /// Arms the events of a drive.
     pub fn new(drive: &PlannedDrive) -> Self {
         let scenario = drive.scenario();
-        let is_name = |name: &String| !PLACES.contains(&name.as_str()) && name.parse::<u32>().is_err();
+        let is_user = |name: &str| name == EGO_NAME || scenario.road_users.iter().any(|user| user.name == name);
+        let is_name =
+            |name: &String| !PLACES.contains(&name.as_str()) && !is_user(name) && name.parse::<u32>().is_err();
         let has_name = |event: &ScriptedEvent| {
             event.actions.iter().filter_map(Action::vehicle).chain(event.trigger.vehicles()).any(is_name)
         };

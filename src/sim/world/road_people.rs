@@ -17,10 +17,8 @@ use crate::{
 use glam::DVec2;
 use std::f64::consts::FRAC_PI_2;
 
-/// Sizes of SUMO's classes `pedestrian` and `bicycle`.
-const ON_FOOT: VehicleBody =
-    VehicleBody { kind: VehicleKind::Pedestrian, length_m: 0.215, width_m: 0.478, height_m: 1.719 };
-const RIDING: VehicleBody = VehicleBody { kind: VehicleKind::Bicycle, length_m: 1.6, width_m: 0.65, height_m: 1.7 };
+const ON_FOOT: VehicleBody = VehicleBody::of_kind(VehicleKind::Pedestrian);
+const RIDING: VehicleBody = VehicleBody::of_kind(VehicleKind::Bicycle);
 /// Accelerations from a standstill, m/s2 (docs/references.md: walkers).
 const ON_FOOT_MPS2: f64 = 2.0;
 const RIDING_MPS2: f64 = 1.0;
