@@ -461,8 +461,7 @@ fn the_lamp_of_the_automation_has_the_colour_of_its_state() {
     for steers in [true, false] {
         for (mode, is_urgent, colour) in states {
             let state = AutomationState { mode, is_urgent, steers, ..AutomationState::default() };
-            // At 0 s a blinking lamp is lit. The gauge is a stroke of two pixels, half of which has no other colour mixed in. Fewer than 40 would be
-            // a lamp of which parts are missing.
+            // At 0 s a blinking lamp is lit. The gauge's arc is 45 pixels long, one of its width without another colour: 40 are nearly all.
             let lit = hc22(&dial.clone().automated(&state, 0.0));
             let more = lit.count(colour).saturating_sub(dark.count(colour));
             assert!(more > 40, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
