@@ -73,6 +73,8 @@ struct OpenDriveLane {
     /// Widths, or distances of the outer border from the middle lane.
     edges: Vec<Cubic>,
     is_by_border: bool,
+    /// Type of the lane, such as `driving` or `shoulder`.
+    kind: String,
 }
 
 impl Cubic {
@@ -131,7 +133,8 @@ impl OpenDriveLane {
         let widths = Cubic::all(node, "width", "sOffset");
         let is_by_border = widths.is_empty();
         let edges = if is_by_border { Cubic::all(node, "border", "sOffset") } else { widths };
-        Some(Self { id: node.attribute("id")?.trim().parse().ok()?, edges, is_by_border })
+        let (id, kind) = (node.attribute("id")?.trim().parse().ok()?, node.attribute("type").unwrap_or("none"));
+        Some(Self { id, edges, is_by_border, kind: kind.to_owned() })
     }
 }
 
@@ -197,6 +200,20 @@ impl OpenDriveRoad {
         }
         let [inner_m, outer_m] = self.section(s_m)?.borders_m(lane, s_m)?;
         Some(offset_m + f64::from(lane.signum()) * (inner_m + outer_m) / 2.0)
+    }
+
+    /// Returns the width of the strip beside the lanes for cars that is still road, such as a shoulder or a pavement, m: the wider one of both sides.
+    /// `None` where the road has no lane for cars.
+    pub fn beside_driving_m(&self, s_m: f64) -> Option<f64> {
+        let section = self.section(s_m)?;
+        let border_m = |side: &[OpenDriveLane], is_in: &dyn Fn(&str) -> bool| {
+            let outermost = side.iter().rev().find(|lane| is_in(&lane.kind))?;
+            section.borders_m(outermost.id, s_m).map(|[_, outer_m]| outer_m)
+        };
+        let of_side = |side: &Vec<OpenDriveLane>| {
+            Some(border_m(side, &|kind| kind != "none")? - border_m(side, &|kind| kind == "driving")?)
+        };
+        section.sides.iter().filter_map(of_side).reduce(f64::max)
     }
 
     /// Returns the lane at a distance to the left of the reference line; `None` beside all lanes.

@@ -28,7 +28,8 @@ pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
 pub use registry::{Measure, MeasuredOn, RoadKinds, measure};
 pub use secondary_task::{FIRST_HIT_S, TaskLog, TaskResponse, TaskScores, TaskStimulus};
 pub use takeover::{
-    AFTER_TAKEOVER_S, AutomationChange, SwitchedOffBy, SwitchedOnBy, TakeoverInput, TakeoverLog, TakeoverScores,
+    AFTER_TAKEOVER_S, AutomationChange, GazeSample, SwitchedOffBy, SwitchedOnBy, TakeoverInput, TakeoverLog,
+    TakeoverScores, eyes_on_road_s,
 };
 pub use tick_totals::{RunningMean, RunningMinimum, TickTotals};
 pub use traffic_totals::TrafficTotals;

@@ -7,6 +7,53 @@ use serde::Serialize;
 /// Time after a takeover in which its quality is measured, s.
 pub const AFTER_TAKEOVER_S: f64 = 10.0;
 
+/// Shortest glance, s: a shorter stay of the gaze is a pass of the eyes over it (docs/references.md: automation).
+const GLANCE_S: f64 = 0.12;
+/// Longest time without a sample within a glance, s: a blink.
+const BLINK_S: f64 = 0.3;
+
+/// Gaze of the participant at one moment.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GazeSample {
+    /// Time since the start of the drive, s.
+    pub time_s: f64,
+    /// True for a gaze at the picture of the road.
+    pub is_on_road: bool,
+}
+
+/// Returns the mean time from a takeover request to the begin of the first glance at the road, s: 0 where the eyes are there already. `None` without a
+/// request that is followed by a glance before the next one. The samples are sorted by their times.
+pub fn eyes_on_road_s(changes: &[(Tick, AutomationChange)], gaze: &[GazeSample]) -> Option<f64> {
+    let requests = changes.iter().filter(|(_, change)| matches!(change, AutomationChange::Request { .. }));
+    let requests_s: Vec<f64> = requests.map(|(tick, _)| tick.seconds()).collect();
+    let ends_s = requests_s.iter().skip(1).copied().chain([f64::INFINITY]);
+    let times_s: Vec<f64> = requests_s
+        .iter()
+        .zip(ends_s)
+        .filter_map(|(request_s, end_s)| {
+            let begin_s = glances_s(gaze).into_iter().find(|[_, to_s]| to_s >= request_s)?[0];
+            (begin_s < end_s).then(|| (begin_s - request_s).max(0.0))
+        })
+        .collect();
+    (!times_s.is_empty()).then(|| times_s.iter().sum::<f64>() / times_s.len() as f64)
+}
+
+/// Returns the begins and ends of all glances at the road, s.
+fn glances_s(gaze: &[GazeSample]) -> Vec<[f64; 2]> {
+    let mut glances: Vec<[f64; 2]> = Vec::new();
+    let mut is_open = false;
+    for sample in gaze {
+        match glances.last_mut().filter(|glance| is_open && sample.time_s - glance[1] <= BLINK_S) {
+            Some(glance) if sample.is_on_road => glance[1] = sample.time_s,
+            _ if sample.is_on_road => glances.push([sample.time_s; 2]),
+            _ => {}
+        }
+        is_open = sample.is_on_road;
+    }
+    glances.retain(|[from_s, to_s]| to_s - from_s >= GLANCE_S);
+    glances
+}
+
 /// Change of the automation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AutomationChange {
@@ -260,5 +307,25 @@ mod tests {
         };
         assert_eq!(log.scores(), Some(expected));
         assert_eq!(TakeoverLog::default().scores(), None);
+    }
+
+    #[test]
+    fn eyes_are_on_the_road_at_the_first_glance_after_a_request() {
+        let request = |at_s: f64| (Tick::at_seconds(at_s), AutomationChange::Request { lead_s: 7.0 });
+        // 50 samples a second: on the road up to 1 s, for 0.06 s at 5 s, from 6.5 to 8 s with a blink of 0.2 s, and from 22 s on.
+        let is_on = |t: f64| t < 1.0 || (5.0..5.07).contains(&t) || (6.495..8.0).contains(&t) || t >= 21.995;
+        let samples = (0..1500).map(|k| f64::from(k) / 50.0).filter(|t| !(6.9..7.1).contains(t));
+        let gaze: Vec<GazeSample> = samples.map(|time_s| GazeSample { time_s, is_on_road: is_on(time_s) }).collect();
+        let mean_s = |requests: &[f64]| {
+            let changes: Vec<_> = requests.iter().map(|at_s| request(*at_s)).collect();
+            eyes_on_road_s(&changes, &gaze)
+        };
+        let near = |found: Option<f64>, wanted_s: f64| (found.expect("a glance") - wanted_s).abs() < 1e-9;
+        assert!(near(mean_s(&[4.0]), 2.5), "{:?}", mean_s(&[4.0]));
+        assert!(near(mean_s(&[7.5]), 0.0), "the eyes are on the road");
+        assert!(near(mean_s(&[4.0, 20.0]), (2.5 + 2.0) / 2.0), "{:?}", mean_s(&[4.0, 20.0]));
+        assert!(near(mean_s(&[9.0, 20.0]), 2.0), "no glance follows the first request before the second one");
+        assert_eq!((mean_s(&[]), mean_s(&[40.0])), (None, None));
+        assert_eq!(eyes_on_road_s(&[request(1.0)], &[]), None);
     }
 }

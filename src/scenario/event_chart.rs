@@ -29,7 +29,7 @@ pub fn event_chart(drive: &PlannedDrive) -> Option<String> {
 fn earliest_s(trigger: &Trigger, events: &[ScriptedEvent]) -> f64 {
     match trigger {
         Trigger::TimeS(time_s) => *time_s,
-        Trigger::After { event, delay_s } => {
+        Trigger::After { event, delay_s, .. } => {
             let before = events.iter().find(|other| other.name == *event);
             before.map_or(0.0, |before| begins_s(before, events) + lasts_s(before) + delay_s)
         }
@@ -45,7 +45,7 @@ fn earliest_s(trigger: &Trigger, events: &[ScriptedEvent]) -> f64 {
 
 /// Returns the earliest time at which an event can begin, s.
 fn begins_s(event: &ScriptedEvent, events: &[ScriptedEvent]) -> f64 {
-    earliest_s(&event.trigger, events) + event.delay_s
+    earliest_s(&event.trigger, events) + event.holds_s + event.delay_s
 }
 
 /// Checks whether a trigger comes true at its earliest time for sure.
@@ -78,6 +78,7 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::Offset(OffsetChange { in_s: None, .. })
         | Action::Synchronise(_)
         | Action::Walk(_)
+        | Action::Teleport(_)
         | Action::Signal { .. }
         | Action::EndDrive
         | Action::SignalAhead { .. }

@@ -51,6 +51,12 @@ pub struct RoadUser {
     /// Distance from the front back to the point that follows the lane, m; without it 78 % of the length, as in a car.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rear_axle_m: Option<f64>,
+    /// Largest acceleration of its changes of speed, m/s2; those that need more take longer. Without it there is no limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub most_accel_mps2: Option<f64>,
+    /// Largest deceleration of its changes of speed, m/s2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub most_decel_mps2: Option<f64>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -67,6 +73,11 @@ impl RoadUser {
             height_m: self.height_m.unwrap_or(usual.height_m),
             ..usual
         }
+    }
+
+    /// Returns the largest acceleration and deceleration of its changes of speed, m/s2.
+    pub fn most_mps2(&self) -> [f64; 2] {
+        [self.most_accel_mps2, self.most_decel_mps2].map(|most| most.unwrap_or(f64::INFINITY))
     }
 
     /// Returns the distance from the front back to the point that follows the lane, m.
@@ -115,10 +126,15 @@ impl RoadUser {
             if users[..k].iter().any(|other| other.name == user.name) {
                 return Err(fault("name", "another road user has this name; allowed: one for each".into()));
             }
-            let sizes =
-                [("length_m", user.length_m, 25.0), ("width_m", user.width_m, 5.0), ("height_m", user.height_m, 5.0)];
-            for (part, size_m, most_m) in sizes {
-                within(part, size_m.unwrap_or(1.0), [0.1, most_m]).map_err(|message| fault(part, message))?;
+            let bounds = [
+                ("length_m", user.length_m, 25.0),
+                ("width_m", user.width_m, 5.0),
+                ("height_m", user.height_m, 5.0),
+                ("most_accel_mps2", user.most_accel_mps2, 100.0),
+                ("most_decel_mps2", user.most_decel_mps2, 100.0),
+            ];
+            for (part, value, most) in bounds {
+                within(part, value.unwrap_or(1.0), [0.1, most]).map_err(|message| fault(part, message))?;
             }
             let values = [
                 ("place_m", user.place_m, [0.0, FARTHEST_M]),

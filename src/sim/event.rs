@@ -194,6 +194,8 @@ pub enum NotDone {
     OtherEvent,
     /// The automation does not drive, or asks for a takeover already.
     AutomationOff,
+    /// The automation is on already, or cannot be switched on: the brake is pressed, the selector is not in drive, the vehicle is too fast, or it has failed.
+    AutomationNotReady,
     /// The traffic engine refuses the order.
     Refused,
     /// The vehicle has left the road before the end.
@@ -229,6 +231,7 @@ impl NotDone {
             Self::OwnDriver => "the vehicle has a driver of its own",
             Self::OtherEvent => "another event moves the vehicle",
             Self::AutomationOff => "the automation does not drive",
+            Self::AutomationNotReady => "the automation cannot be switched on",
             Self::Refused => "refused by the traffic",
             Self::HasLeft => "the vehicle has left",
             Self::TooLate => "not possible in its time",

@@ -3,6 +3,7 @@
 
 use crate::world::one_at_a_time;
 use codrive::{
+    controls::{Controls, Indicator, Selector, TaskButton},
     drive_loop::offline::OfflineDrive,
     record::{self, Table, TableReader},
     replay::Replay,
@@ -167,6 +168,50 @@ fn triggers_on_speeds_gaps_and_the_brake_come_true_at_their_step() {
     for (event, tick) in (1..).zip(expected) {
         assert!(stages.contains(&(event, None, tick, EventStage::Triggered)), "{event} at {tick}: {stages:?}");
     }
+}
+
+#[test]
+fn each_input_of_the_driver_triggers_its_event() {
+    let inputs = ["accelerator", "brake", "respond", "indicator_left", "indicator_right", "main_beam"];
+    let event = |input| format!("[[event]]\nname = \"{input}\"\ntrigger = {{ pressed = \"{input}\" }}\nactions = []\n");
+    let mut world = World::new(&scenario(&(RING.to_owned() + &inputs.map(event).concat()))).expect("a world");
+    let mut begun = Vec::new();
+    let rest = Controls { selector: Selector::Drive, ..Controls::default() };
+    for tick in 1..=720 {
+        // Each input for one tick, 0.05 s after the full second.
+        let given = match tick {
+            105 => Controls { throttle: 0.5, ..rest },
+            205 => Controls { brake: 0.5, ..rest },
+            305 => Controls { task_button: TaskButton::Respond, ..rest },
+            405 => Controls { indicator: Indicator::Left, ..rest },
+            505 => Controls { indicator: Indicator::Right, ..rest },
+            605 => Controls { main_beam: true, ..rest },
+            _ => rest,
+        };
+        world.tick(&given).expect("the native engine");
+        begun.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Scripted { event: number, stage: EventStage::Triggered, .. } => Some((number, event.tick.0)),
+            _ => None,
+        }));
+    }
+    // Where the next step of 0.1 s begins.
+    assert_eq!(begun, [(0, 110), (1, 210), (2, 310), (3, 410), (4, 510), (5, 610)]);
+}
+
+#[test]
+fn an_event_begins_at_each_new_advice() {
+    let text = RING.replace("policy = \"none\"", "policy = \"follower-stopper\"")
+        + "[[event]]\nname = \"new\"\ntrigger = \"advice_changes\"\nrepeats = true\nactions = []\n";
+    let mut targets = Vec::new();
+    let stages =
+        drive(&scenario(&text), 30.0, |world| targets.push(world.snapshot().advice.map(|advice| advice.target_mps)));
+    let begun: Vec<u64> = stages.iter().filter(|stage| stage.3 == EventStage::Triggered).map(|stage| stage.2).collect();
+    // Steps end at 0.1 s, 0.2 s, …; an advice of the step that ends is seen where the next one begins, at the same tick.
+    let changes = (1..targets.len()).filter(|k| targets[*k].is_some() && targets[*k] != targets[k - 1]);
+    let expected: Vec<u64> = changes.map(|k| 10 * (k as u64 + 1)).filter(|tick| *tick < 3000).collect();
+    assert!(expected.len() > 5, "{targets:?}");
+    let late: Vec<u64> = begun.into_iter().filter(|tick| *tick > 20).collect();
+    assert_eq!(late, expected.into_iter().filter(|tick| *tick > 20).collect::<Vec<_>>());
 }
 
 #[test]

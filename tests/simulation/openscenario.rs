@@ -200,6 +200,11 @@ fn imported_vehicles_arrive_together_as_in_esmini() {
 }
 
 #[test]
+fn imported_events_repeat_and_put_vehicles_back_as_in_esmini() {
+    matches_esmini("again");
+}
+
+#[test]
 fn a_shift_a_delay_and_a_wrong_speed_are_deviations() {
     // A vehicle at 20 m/s along x; the point of sample 5 is at 10 m.
     let samples = (0..=10).map(|k| Sample { point: dvec2(2.0 * f64::from(k), 0.0), speed_mps: 20.0 }).collect();

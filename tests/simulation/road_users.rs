@@ -182,3 +182,71 @@ fn road_users_that_cannot_be_are_faults_with_line_and_remedy() {
         "{fault}"
     );
 }
+
+#[test]
+fn triggers_hold_for_their_time_and_events_repeat_so_often() {
+    let _alone = one_at_a_time();
+    let mark = |name: &str, rest: &str| format!("[[event]]\nname = \"{name}\"\nactions = []\n{rest}\n");
+    let text = "participant = false\n[[road_user]]\nname = \"car\"\nplace_m = 100\nspeed_mps = 10\n\
+        [[event]]\nname = \"brakes\"\ntrigger = { time_s = 2 }\nactions = [{ speed = { vehicle = \"car\", to_mps = 4, rate_mps2 = 3 } }]\n\
+        [[event]]\nname = \"aside\"\ntrigger = { time_s = 6 }\nactions = [{ offset = { vehicle = \"car\", to_m = -5, in_s = 2, shape = \"linear\" } }]\n\
+        [[event]]\nname = \"back\"\ntrigger = { reaches = { vehicle = \"car\", place_m = 160 } }\nrepeats = true\nmost_times = 2\n\
+        actions = [{ teleport = { vehicle = \"car\", place_m = 100 } }]\n"
+        .to_owned()
+        + &mark("hard", "trigger = { acceleration = { vehicle = \"car\", below_mps2 = -2 } }\nholds_s = 0.5")
+        + &mark("too long", "trigger = { acceleration = { vehicle = \"car\", below_mps2 = -2 } }\nholds_s = 3")
+        + &mark("off", "trigger = { off_road = { vehicle = \"car\" } }\nholds_s = 1\ndelay_s = 2")
+        + &mark("each", "trigger = { begun = { event = \"back\" } }\nrepeats = true")
+        + &mark("twice", "trigger = { after = { event = \"back\", times = 2 } }");
+    let mut world = World::new(&on_lane(&text)).unwrap_or_else(|error| panic!("{error}"));
+    let (mut begun, mut places_m) = (Vec::new(), Vec::new());
+    for _ in 0..450 {
+        world.step().expect("the traffic goes on");
+        begun.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Scripted { event: number, stage: EventStage::Triggered, .. } => Some((number, event.tick.0)),
+            _ => None,
+        }));
+        let car = world.snapshot().vehicle(FIRST_OF_EVENTS).expect("placed");
+        places_m.push(world.map().route.project(car.pose.front(car.body.length_m), None).s_m);
+    }
+    let of = |number: u16| begun.iter().filter(|event| event.0 == number).map(|event| event.1).collect::<Vec<_>>();
+    // It brakes from 2 to 4 s, which is seen a step later. From 134 m on it drives 4 m/s: 6.5 s to 160 m, and 15 s from 100 m.
+    assert_eq!([of(0), of(1), of(2)], [vec![200], vec![600], vec![1050, 2550]]);
+    assert_eq!([of(3), of(4)], [vec![260], vec![]]);
+    // Off the lane of 3.6 m and its shoulder of 0.4 m from 2.2 m on: 0.88 s after the begin, and at the next step. It holds for 1 s.
+    assert_eq!(of(5), [690 + 100 + 200]);
+    assert_eq!(
+        [of(6), of(7)],
+        [vec![1050, 2550], vec![2570]],
+        "the end of an event is seen in the second step after its begin"
+    );
+    // A third time it goes on.
+    assert!(places_m[104] > 159.0 && places_m[105] < 101.0 && places_m[449] > 170.0, "{places_m:?}");
+}
+
+#[test]
+fn a_road_user_cuts_in_at_the_gap_that_is_stated() {
+    let _alone = one_at_a_time();
+    let text = "start_speed_mps = 15\npath_start_m = 20\n\
+        [[road_user]]\nname = \"passer\"\nplace_m = 15\nlanes_left = 1\nspeed_mps = 17\n\
+        [[event]]\nname = \"cuts in\"\ntrigger = { time_s = 1 }\nactions = [{ cut_in = { vehicle = \"passer\", gap_m = 9, within_s = 20 } }]\n";
+    let (mut at_change, mut in_lane) = (None, None);
+    let events = drive(&on_lane(text), 30.0, |world| {
+        let view = world.snapshot();
+        let car = *view.vehicle(FIRST_OF_EVENTS).expect("placed");
+        let at = world.map().route.project(car.pose.position, None);
+        let gap_m = at.s_m - car.body.length_m / 2.0 - view.ego_s_m;
+        if car.lamps.right {
+            at_change.get_or_insert((gap_m, car.speed_mps - view.ego.speed_mps));
+        }
+        if at.offset_m.abs() < 0.1 {
+            in_lane.get_or_insert((view.leader.map(|leader| leader.id), gap_m));
+        }
+    });
+    // The controller begins within 1 m and 1 m/s of its place.
+    let (gap_m, faster_mps) = at_change.expect("it indicates and changes lanes");
+    assert!((gap_m - 9.0).abs() < 1.2 && faster_mps.abs() < 1.2, "{gap_m} m, {faster_mps} m/s");
+    let (leader, gap_m) = in_lane.expect("it is in the lane");
+    assert!(leader == Some(FIRST_OF_EVENTS) && gap_m > 3.0, "{leader:?} {gap_m}");
+    assert_eq!(contacts(&events), 0);
+}

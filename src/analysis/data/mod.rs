@@ -14,6 +14,7 @@ pub mod driver_moments;
 pub mod ego_samples;
 pub mod found;
 pub mod frame_times;
+mod gaze;
 pub mod people;
 pub mod person_answers;
 pub mod recorded_log;

@@ -5,6 +5,7 @@ use super::{
     advice::{AdviceChange, ChangeFinder, IssuedAdvice, ShownFrames},
     ego_samples::{EGO, EgoSamples},
     frame_times::{self, FrameTimes},
+    gaze,
     road_events::RoadEvents,
     scripted_moments::{self, ScriptedMoment},
     setup::DriveSetup,
@@ -14,7 +15,7 @@ use super::{
 use crate::analysis::error::AnalysisError;
 use crate::{
     map::RoadMap,
-    metrics::{AutomationChange, TaskLog, TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, GazeSample, TaskLog, TaskResponse, TaskStimulus},
     record::{
         self, RecordError, Table, TableParts, TableReader,
         tables::{PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
@@ -62,6 +63,8 @@ pub struct RecordedTrial {
     pub task: TaskLog,
     /// Changes of the automation, with their ticks.
     pub automation_changes: Vec<(Tick, AutomationChange)>,
+    /// Gaze of the participant in a drive with takeover requests, if an eye tracker sent it.
+    pub gaze: Vec<GazeSample>,
     /// Number of times that the middle of the car left its lane.
     pub left_road: usize,
     /// Times of the frames that the participant saw.
@@ -137,6 +140,11 @@ impl RecordedTrial {
         }
         trial.changes = finder.changes;
         trial.frames = FrameTimes::read(trial.parts(Table::Frames, &frame_times::COLUMNS)?)?;
+        let is_request = |(_, change): &(Tick, AutomationChange)| matches!(change, AutomationChange::Request { .. });
+        if trial.automation_changes.iter().any(is_request) {
+            let size = trial.setup.manifest.screen.as_ref().map_or([1, 1], |screen| screen.size);
+            trial.gaze = gaze::read(recording, size)?;
+        }
         Ok(trial)
     }
 

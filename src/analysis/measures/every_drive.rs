@@ -9,7 +9,7 @@ use crate::{
         responses::{OnsetKind, ResponseTime, ScriptedResponse},
         statistics::middle,
     },
-    metrics::registry::measure,
+    metrics::{eyes_on_road_s, registry::measure},
 };
 
 /// Measures in the order of the tables.
@@ -109,6 +109,7 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("takeover_time_s"), |s| s.takeovers?.takeover_time_s),
     (measure("takeover_first_input_s"), |s| s.takeovers?.takeover_first_input_s),
     (measure("takeover_hands_on_s"), |s| s.takeovers?.takeover_hands_on_s),
+    (measure("takeover_eyes_on_road_s"), |s| eyes_on_road_s(&s.trial.automation_changes, &s.trial.gaze)),
     (measure("takeover_min_ttc_s"), |s| s.takeovers?.takeover_min_ttc_s),
     (measure("takeover_lane_deviation_m"), |s| s.takeovers?.takeover_lane_deviation_m),
     (measure("minimal_risk_manoeuvres"), |s| Some(s.takeovers?.minimal_risk_manoeuvres.into())),

@@ -37,6 +37,14 @@ pub(super) const MEASURES: &[Measure] = &[
     )
     .by("automation"),
     ego(
+        "takeover_eyes_on_road_s",
+        "Eyes-on-road time",
+        "s",
+        "time from a takeover request to the begin of the first glance of 0.12 s or more at the road, 0 if the eyes are there, by the stream of an eye \
+         tracker: mean over the requests with one before the next request",
+    )
+    .by("automation"),
+    ego(
         "takeover_min_ttc_s",
         "Smallest time to collision after takeovers",
         "s",

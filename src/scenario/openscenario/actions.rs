@@ -74,6 +74,11 @@ pub(super) enum Deed {
         name: String,
         light: EventLight,
     },
+    /// New value of a parameter, for conditions on it.
+    Parameter {
+        name: String,
+        value: String,
+    },
 }
 
 const SHAPES: [(&str, Option<ChangeShape>); 4] = [
@@ -125,6 +130,17 @@ impl Reader {
     /// A name is missing.
     pub fn global_action(&mut self, node: &Node) -> Result<Option<Deed>, OpenScenarioError> {
         let kind = node.only()?;
+        if kind.name() == "ParameterAction" {
+            self.expect(&kind, &["parameterRef"], &["SetAction", "ModifyAction"])?;
+            let (name, change) = (kind.text("parameterRef")?, kind.only()?);
+            kind.declared(&name)?;
+            if change.name() != "SetAction" {
+                self.leave_out(&change, "codrive sets parameters to stated values only; it stays as it is");
+                return Ok(None);
+            }
+            self.expect(&change, &["value"], &[])?;
+            return Ok(Some(Deed::Parameter { name, value: change.text("value")? }));
+        }
         if kind.name() != "InfrastructureAction" {
             return self.unknown(&kind);
         }

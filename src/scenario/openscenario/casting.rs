@@ -155,21 +155,32 @@ impl Cast {
 
 fn user(role: &Role, scene: &Scene) -> RoadUser {
     let (entity, place) = (&role.entity, role.place);
-    let middle_m = |lanes: i32| scene.map.lane_middle_m(place.s_m, lanes);
-    let aside_m = |lanes: &i32| (middle_m(*lanes) - place.offset_m).abs();
-    let lanes_left = (-MOST_LANES..=MOST_LANES).min_by(|a, b| aside_m(a).total_cmp(&aside_m(b))).unwrap_or_default();
+    let (lanes_left, offset_m) = place.lane(scene);
     RoadUser {
         name: role.name.clone(),
         kind: entity.kind,
         place_m: rounded(role.front_at_m(place.s_m)),
         lanes_left,
-        offset_m: rounded(place.offset_m - middle_m(lanes_left)),
+        offset_m,
         against: place.is_against,
         speed_mps: rounded(role.speed_mps),
         length_m: Some(entity.length_m),
         width_m: Some(entity.width_m),
         height_m: Some(entity.height_m),
         rear_axle_m: Some(rounded(entity.front_m())),
+        most_accel_mps2: entity.most_mps2[0],
+        most_decel_mps2: entity.most_mps2[1],
+    }
+}
+
+impl PathPlace {
+    /// Returns the lane whose middle is nearest, counted to the left from that of the path, and the offset from its middle, m.
+    pub fn lane(&self, scene: &Scene) -> (i32, f64) {
+        let middle_m = |lanes: i32| scene.map.lane_middle_m(self.s_m, lanes);
+        let aside_m = |lanes: &i32| (middle_m(*lanes) - self.offset_m).abs();
+        let lanes_left =
+            (-MOST_LANES..=MOST_LANES).min_by(|a, b| aside_m(a).total_cmp(&aside_m(b))).unwrap_or_default();
+        (lanes_left, rounded(self.offset_m - middle_m(lanes_left)))
     }
 }
 

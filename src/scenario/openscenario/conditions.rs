@@ -3,6 +3,7 @@
 
 use super::{document::Place, fault::OpenScenarioError, parameters::Node, positions::Placement, reader::Reader};
 use crate::scenario::scripted_event::EventLight;
+use std::cmp::Ordering;
 
 /// Groups of conditions: true if all conditions of one of them are. Without a group it never comes true.
 #[derive(Clone, Debug)]
@@ -38,6 +39,39 @@ pub(super) enum Part {
     Action,
 }
 
+/// State of a part of the storyboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum State {
+    Begun,
+    /// End of one execution.
+    Ended,
+    /// End of the last execution.
+    Complete,
+}
+
+/// Comparison of a value with another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ValueRule {
+    /// True where the first may be less than the other, equal to it, and greater.
+    allowed: [bool; 3],
+}
+
+impl ValueRule {
+    /// Checks whether a value compares so with another one: as numbers if both are, otherwise as texts. Texts are only equal or not.
+    pub fn is_met(self, value: &str, other: &str) -> bool {
+        let numbers = value.trim().parse::<f64>().ok().zip(other.trim().parse::<f64>().ok());
+        let order = match numbers {
+            Some((value, other)) => value.partial_cmp(&other),
+            None if value == other => Some(Ordering::Equal),
+            None => None,
+        };
+        match order {
+            Some(order) => self.allowed[(order as i8 + 1) as usize],
+            None => self.allowed == UNEQUAL,
+        }
+    }
+}
+
 /// State of the scene that a condition waits for.
 #[derive(Clone, Debug)]
 pub(super) enum Demand {
@@ -53,7 +87,14 @@ pub(super) enum Demand {
     State {
         part: Part,
         name: String,
-        is_end: bool,
+        state: State,
+    },
+    /// Value of a parameter, with the value that it has at the start.
+    Parameter {
+        name: String,
+        declared: String,
+        rule: ValueRule,
+        value: String,
     },
     Signal {
         name: String,
@@ -82,8 +123,11 @@ pub(super) enum EntityDemand {
     Speed(f64, Rule),
     /// Speed less that of another entity, m/s.
     RelativeSpeed(String, f64, Rule),
+    Acceleration(f64, Option<Rule>),
     /// Standstill for this time, s.
     Standstill(f64),
+    /// Place beside all lanes for this time, s.
+    OffRoad(f64),
     /// Standstill at the end of the path for this time, s.
     RoadEnd(f64),
 }
@@ -106,8 +150,31 @@ const RULES: [(&str, Option<Rule>); 6] = [
     ("equalTo", None),
     ("notEqualTo", None),
 ];
+/// Comparison of texts that differ.
+const UNEQUAL: [bool; 3] = [true, false, true];
+pub(super) const VALUE_RULES: [(&str, ValueRule); 6] = [
+    ("greaterThan", ValueRule { allowed: [false, false, true] }),
+    ("greaterOrEqual", ValueRule { allowed: [false, true, true] }),
+    ("lessThan", ValueRule { allowed: [true, false, false] }),
+    ("lessOrEqual", ValueRule { allowed: [true, true, false] }),
+    ("equalTo", ValueRule { allowed: [false, true, false] }),
+    ("notEqualTo", ValueRule { allowed: UNEQUAL }),
+];
 /// Speed below which an entity stands, m/s.
 const STANDING_MPS: f64 = 0.05;
+
+impl Condition {
+    /// Returns the time for which the condition has to be true, s.
+    pub fn holds_s(&self) -> f64 {
+        match &self.what {
+            Demand::Entity {
+                what: EntityDemand::Standstill(s) | EntityDemand::OffRoad(s) | EntityDemand::RoadEnd(s),
+                ..
+            } => s.max(0.0),
+            _ => 0.0,
+        }
+    }
+}
 
 impl Reader {
     /// Reads a trigger; `None` without one, which begins at once.
@@ -171,6 +238,13 @@ impl Reader {
                 Ok((rule == Some(Rule::Above)).then_some(Demand::Time(condition.number("value")?.max(0.0))))
             }
             "StoryboardElementStateCondition" => self.state(&condition),
+            "ParameterCondition" => {
+                self.expect(&condition, &["parameterRef", "value", "rule"], &[])?;
+                let name = condition.text("parameterRef")?;
+                let (rule, value) = (condition.choice("rule", &VALUE_RULES)?, condition.text("value")?);
+                let declared = condition.declared(&name)?;
+                Ok(Some(Demand::Parameter { name, declared, rule, value }))
+            }
             "TrafficSignalCondition" => {
                 self.expect(&condition, &["name", "state"], &[])?;
                 let light = self.light(&condition)?;
@@ -195,21 +269,21 @@ impl Reader {
             ("action", Part::Action),
         ];
         let states = [
-            ("startTransition", Some(false)),
-            ("runningState", Some(false)),
-            ("endTransition", Some(true)),
-            ("completeState", Some(true)),
+            ("startTransition", Some(State::Begun)),
+            ("runningState", Some(State::Begun)),
+            ("endTransition", Some(State::Ended)),
+            ("completeState", Some(State::Complete)),
             ("stopTransition", None),
             ("skipTransition", None),
             ("standbyState", None),
         ];
         let part = node.choice("storyboardElementType", &parts)?;
         let name = node.text("storyboardElementRef")?;
-        let Some(is_end) = node.choice("state", &states)? else {
+        let Some(state) = node.choice("state", &states)? else {
             self.leave_out_part(node, "state", "codrive knows begins and ends only; the condition never comes true");
             return Ok(None);
         };
-        Ok(Some(Demand::State { part, name, is_end }))
+        Ok(Some(Demand::State { part, name, state }))
     }
 
     fn rule(&mut self, node: &Node) -> Result<Option<Rule>, OpenScenarioError> {
@@ -280,6 +354,22 @@ impl Reader {
                 }
                 let (to, value_mps) = (node.text("entityRef")?.to_owned(), node.number("value")?);
                 Ok(self.rule(node)?.map(|rule| EntityDemand::RelativeSpeed(to, value_mps, rule)))
+            }
+            "AccelerationCondition" => {
+                self.expect(node, &["value", "rule", "direction"], &[])?;
+                if node.find_text("direction")?.is_some_and(|word| word != "longitudinal") {
+                    self.leave_out_part(node, "direction", "codrive knows the acceleration along the road only");
+                    return Ok(None);
+                }
+                let value_mps2 = node.number("value")?;
+                if node.text("rule")? == "equalTo" {
+                    return Ok(Some(EntityDemand::Acceleration(value_mps2, None)));
+                }
+                Ok(self.rule(node)?.map(|rule| EntityDemand::Acceleration(value_mps2, Some(rule))))
+            }
+            "OffroadCondition" => {
+                self.expect(node, &["duration"], &[])?;
+                Ok(Some(EntityDemand::OffRoad(node.number("duration")?)))
             }
             "StandStillCondition" => {
                 self.expect(node, &["duration"], &[])?;

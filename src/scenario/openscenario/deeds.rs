@@ -10,7 +10,10 @@ use super::{
     script::Script,
     storyboard::{InitAction, StoryEvent},
 };
-use crate::scenario::scripted_event::{Action, ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Walk};
+use crate::map::SHOULDER_M;
+use crate::scenario::scripted_event::{
+    Action, ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport, Walk,
+};
 use std::f64::consts::PI;
 
 /// Duration of a change at once, s.
@@ -48,6 +51,15 @@ impl Scene<'_> {
         let road = self.roads.road(road)?;
         let lane = lane.or_else(|| road.lane_under(*s_m, *t_m))?;
         Some((lane, t_m - road.lane_middle_m(lane, *s_m)?))
+    }
+
+    /// Returns the distance from the outermost lane that cars drive on to the edge of the road where an entity starts, m.
+    pub fn beyond_lanes_m(&self, name: &str) -> f64 {
+        let edges = self.spots.get(name).and_then(|spot| {
+            let (road, s_m, ..) = spot.on_road.as_ref()?;
+            self.roads.road(road)?.beside_driving_m(*s_m)
+        });
+        edges.unwrap_or(SHOULDER_M)
     }
 
     /// Returns the distance between the middles of two lanes of the road on which an entity starts, m; 3.5 m a lane where it cannot be known.
@@ -111,7 +123,8 @@ impl Script<'_> {
                 Ok(Some(Action::Synchronise(Meeting { vehicle, place_m, with: with.name, with_place_m, to_mps })))
             }
             Deed::Follow(points) => self.walk(&role, points),
-            Deed::Teleport(_) | Deed::Route(_) | Deed::Signal { .. } => Ok(None),
+            Deed::Teleport(to) => self.teleport(&role, to),
+            Deed::Route(_) | Deed::Signal { .. } | Deed::Parameter { .. } => Ok(None),
         }
     }
 
@@ -177,11 +190,8 @@ impl Script<'_> {
                 (*lanes, (reference.name != role.name).then_some(reference.name), next)
             }
         };
-        if to_the_left == 0 && of.is_none() {
-            let (file, line) = (place.file.display(), place.line);
-            self.problems.note(format!("{file}:{line}: {entity} is on this lane already"));
-            return Ok(None);
-        }
+        // A change to the own lane leads to its middle.
+        let of = of.or_else(|| (to_the_left == 0).then(|| role.name.clone()));
         let aside_m = self.scene.between_lanes_m(spot, [own.unwrap_or(0), next.or(own).unwrap_or(0)]);
         let (in_s, in_m) = match dynamics.extent {
             Extent::Step => (Some(AT_ONCE_S), None),
@@ -230,6 +240,21 @@ impl Script<'_> {
             in_m: None,
             shape,
         })
+    }
+
+    fn teleport(&mut self, role: &Role, to: &Placement) -> Result<Option<Action>, OpenScenarioError> {
+        let spot = self.scene.spot(to)?;
+        let Some(place) = self.scene.place(&spot) else {
+            self.leave_out(&to.place, "Position", "the place is far from the path of the ego; the action is left out");
+            return Ok(None);
+        };
+        if let Some(lane) = self.scene.lane_of(&spot) {
+            self.lanes.insert(role.entity.name.clone(), lane);
+        }
+        let (lanes_left, offset_m) = place.lane(self.scene);
+        let front_m = if place.is_against { -role.entity.front_m() } else { role.entity.front_m() };
+        let (vehicle, place_m) = (role.name.clone(), rounded((place.s_m + front_m).max(0.0)));
+        Ok(Some(Action::Teleport(Teleport { vehicle, place_m, lanes_left, offset_m, against: place.is_against })))
     }
 
     /// Returns the place of the front while the reference point is at a position; `None` if that is reported.

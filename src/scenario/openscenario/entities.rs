@@ -13,6 +13,8 @@ pub(super) struct Entity {
     pub height_m: f64,
     /// Distance from the reference point forward to the middle of the body, m.
     pub centre_m: f64,
+    /// Largest acceleration and deceleration, m/s2.
+    pub most_mps2: [Option<f64>; 2],
     pub place: Place,
 }
 
@@ -106,6 +108,7 @@ impl Reader {
             width_m: size.number("width")?,
             height_m: size.number("height")?,
             centre_m: centre.number("x")?,
+            most_mps2: limits_mps2(node)?,
             place: node.place().clone(),
         };
         let sizes = [("length", entity.length_m), ("width", entity.width_m), ("height", entity.height_m)];
@@ -122,4 +125,12 @@ impl Reader {
         let Some(reference) = trailer.find("TrailerRef")? else { return Ok(trailer.children()?.is_empty()) };
         Ok(reference.find_text("entityRef")?.is_none_or(|name| name.trim().is_empty()))
     }
+}
+
+/// Returns the largest acceleration and deceleration of a vehicle, m/s2; `None` for a limit that is not stated, or beyond all that a vehicle can do.
+fn limits_mps2(node: &Node) -> Result<[Option<f64>; 2], OpenScenarioError> {
+    const POSSIBLE_MPS2: std::ops::RangeInclusive<f64> = 0.1..=100.0;
+    let Some(performance) = node.find("Performance")? else { return Ok([None; 2]) };
+    let limit = |name: &str| Ok(performance.find_number(name)?.filter(|limit| POSSIBLE_MPS2.contains(limit)));
+    Ok([limit("maxAcceleration")?, limit("maxDeceleration")?])
 }

@@ -16,8 +16,20 @@ use serde::Serialize;
 use std::fmt::Write;
 
 /// Keys of road users and events in the order of the text; others follow.
-const ORDER: [&str; 9] =
-    ["name", "kind", "place_m", "lanes_left", "offset_m", "against", "speed_mps", "trigger", "delay_s"];
+const ORDER: [&str; 12] = [
+    "name",
+    "kind",
+    "place_m",
+    "lanes_left",
+    "offset_m",
+    "against",
+    "speed_mps",
+    "trigger",
+    "holds_s",
+    "delay_s",
+    "repeats",
+    "most_times",
+];
 
 /// Scenario of codrive for an OpenSCENARIO file.
 #[derive(Debug)]

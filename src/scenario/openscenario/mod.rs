@@ -18,6 +18,8 @@ mod imported;
 mod parameters;
 mod positions;
 mod reader;
+#[cfg(test)]
+mod repeated_tests;
 mod scene;
 mod script;
 mod storyboard;

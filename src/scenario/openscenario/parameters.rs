@@ -1,5 +1,6 @@
 //! Parameters of OpenSCENARIO and the elements that use them. In: elements with `ParameterDeclarations`. Out: [`Node`]s, whose attributes have
-//! the values of the parameters that are declared around them. Parameters are constants here: actions that change them are reported.
+//! the values of the parameters that are declared around them. Parameters are constants here: actions that
+//! change them matter to conditions on them alone.
 
 use super::{
     document::{Element, Place},
@@ -164,6 +165,14 @@ impl Node {
     /// Returns the only child that says what kind of thing the element is.
     pub fn only(&self) -> Result<Self, OpenScenarioError> {
         self.children()?.into_iter().next().ok_or_else(|| self.fault("it is empty"))
+    }
+
+    /// Returns the declared value of a parameter.
+    ///
+    /// # Errors
+    /// No parameter of this name is declared here.
+    pub fn declared(&self, parameter: &str) -> Result<String, OpenScenarioError> {
+        self.scope.value(parameter).map_err(|why| self.fault(why))
     }
 
     /// Returns the value of an attribute.

@@ -64,6 +64,14 @@ pub(super) struct Placement {
     pub place: Place,
 }
 
+impl Placement {
+    /// Returns true for a place that depends on that of an entity.
+    pub fn is_beside_entity(&self) -> bool {
+        use Position::{BesideEntity, BesideLane, BesideRoad};
+        matches!(self.position, BesideLane { .. } | BesideRoad { .. } | BesideEntity { .. })
+    }
+}
+
 /// Point of the roads' coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Spot {

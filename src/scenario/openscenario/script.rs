@@ -11,7 +11,7 @@ use super::{
     imported::{ImportedScenario, tidy},
     scene::Scene,
     storyboard::{Act, StoryEvent},
-    triggers::{Delayed, begun},
+    triggers::{Begin, begun},
 };
 use crate::{
     map::{OpenDriveRoad, OpenDriveSignal, stop_lines},
@@ -51,6 +51,8 @@ pub(super) struct Script<'s> {
     starts: Vec<Option<Trigger>>,
     /// Signal, light, and the event that sets it.
     pub setters: Vec<(String, EventLight, String)>,
+    /// Parameter, value, and the event that sets it.
+    pub parameters: Vec<(String, String, String)>,
     /// Lane and offset from its middle of each entity, along its road, after the changes so far.
     pub lanes: BTreeMap<String, (i32, f64)>,
 }
@@ -76,6 +78,7 @@ impl OpenScenario {
             names: BTreeMap::new(),
             starts: Vec::new(),
             setters: Vec::new(),
+            parameters: Vec::new(),
             lanes: lanes.collect(),
         };
         let duration_s = script.write()?;
@@ -146,19 +149,21 @@ impl Script<'_> {
     }
 
     fn find_setters(&mut self) {
-        let mut setters = Vec::new();
-        for action in &self.story.storyboard.init {
-            if let Deed::Signal { name, light } = &action.deed {
-                setters.push((name.clone(), *light, self.init_name()));
+        let init = self.init_name();
+        let at_start = self.story.storyboard.init.iter().map(|action| (&action.deed, &init));
+        let in_events = self.names.iter().flat_map(|(key, event)| {
+            let actions = self.event(*key).into_iter().flat_map(|event| &event.actions);
+            actions.filter_map(move |action| Some((action.deed.as_ref()?, event)))
+        });
+        let (mut setters, mut parameters) = (Vec::new(), Vec::new());
+        for (deed, event) in at_start.chain(in_events) {
+            match deed {
+                Deed::Signal { name, light } => setters.push((name.clone(), *light, event.clone())),
+                Deed::Parameter { name, value } => parameters.push((name.clone(), value.clone(), event.clone())),
+                _ => {}
             }
         }
-        for (key, event) in &self.names {
-            let deeds = self.event(*key).into_iter().flat_map(|event| &event.actions);
-            setters.extend(deeds.filter_map(|action| match &action.deed {
-                Some(Deed::Signal { name, light }) => Some((name.clone(), *light, event.clone())),
-                _ => None,
-            }));
-        }
+        self.parameters = parameters;
         self.setters = setters;
     }
 
@@ -171,17 +176,15 @@ impl Script<'_> {
     /// Returns the trigger that is true from the start of an act on; `None` where it never starts.
     fn start_of(&mut self, act: &Act, k: usize) -> Result<Option<Trigger>, OpenScenarioError> {
         let at_once = Trigger::TimeS(0.0);
-        let Some((trigger, delay_s)) = self.trigger(act.start.as_ref(), &at_once, [k, usize::MAX, 0, 0])? else {
+        let Some(begin) = self.trigger(act.start.as_ref(), &at_once, [k, usize::MAX, 0, 0])? else {
             return Ok(None);
         };
-        match trigger {
-            // A time stays reached.
-            Trigger::TimeS(time_s) => Ok(Some(Trigger::TimeS(time_s + delay_s))),
-            trigger => {
-                let name = self.add_mark(&act.name, (trigger, delay_s));
-                Ok(Some(begun(&name)))
-            }
+        // A time stays reached.
+        if let Trigger::TimeS(time_s) = begin.trigger {
+            return Ok(Some(Trigger::TimeS(time_s + begin.delay_s)));
         }
+        let name = self.add_mark(&act.name, begin, false);
+        Ok(Some(begun(&name)))
     }
 
     /// Returns the trigger that is true from the start of an act on; `None` where it never starts.
@@ -191,10 +194,11 @@ impl Script<'_> {
     }
 
     /// Adds an event without actions. Returns its name.
-    pub fn add_mark(&mut self, title: &str, (trigger, delay_s): Delayed) -> String {
+    pub fn add_mark(&mut self, title: &str, begin: Begin, repeats: bool) -> String {
         let title = if title.trim().is_empty() { "mark" } else { title };
         let name = self.free_name(title);
-        self.add(&name, (trigger, delay_s), vec![]);
+        let most_times = if repeats { u32::MAX } else { 1 };
+        self.add(&name, begin, most_times, vec![]);
         name
     }
 
@@ -206,13 +210,15 @@ impl Script<'_> {
         unique_name(title, &taken)
     }
 
-    fn add(&mut self, name: &str, (trigger, delay_s): Delayed, actions: Vec<Action>) {
+    fn add(&mut self, name: &str, Begin { trigger, holds_s, delay_s }: Begin, most_times: u32, actions: Vec<Action>) {
         self.events.push(ScriptedEvent {
             name: name.to_owned(),
             trigger,
+            holds_s,
             delay_s,
             probability: 1.0,
-            repeats: false,
+            repeats: most_times > 1,
+            most_times: (most_times > 1 && most_times < u32::MAX).then_some(most_times),
             actions,
         });
     }
@@ -236,7 +242,7 @@ impl Script<'_> {
         }
         if !actions.is_empty() {
             let name = self.init_name();
-            self.add(&name, (Trigger::TimeS(0.0), 0.0), actions);
+            self.add(&name, Begin::at(Trigger::TimeS(0.0)), 1, actions);
         }
         Ok(())
     }
@@ -253,7 +259,7 @@ impl Script<'_> {
         let mut actions = Vec::new();
         for action in &event.actions {
             let Some(deed) = &action.deed else { continue };
-            if matches!(deed, Deed::Signal { .. }) {
+            if matches!(deed, Deed::Signal { .. } | Deed::Parameter { .. }) {
                 actions.extend(self.action(deed, None, &action.place)?);
                 continue;
             }
@@ -277,7 +283,7 @@ impl Script<'_> {
         match trigger {
             Some(trigger) => {
                 let name = self.names[&key].clone();
-                self.add(&name, trigger, actions);
+                self.add(&name, trigger, event.most_times, actions);
             }
             None => self.leave_out(&event.place, &format!("Event {}", event.name), "it never begins"),
         }
@@ -303,7 +309,7 @@ impl Script<'_> {
             let at = [usize::MAX; 4];
             if let Some(trigger) = self.trigger(Some(&others), &Trigger::TimeS(0.0), at)? {
                 let name = self.free_name("the scene ends");
-                self.add(&name, trigger, vec![Action::EndDrive]);
+                self.add(&name, trigger, 1, vec![Action::EndDrive]);
             }
         }
         Ok(duration_s.filter(|end_s| *end_s > 0.0).unwrap_or_else(|| {
@@ -345,6 +351,12 @@ impl Script<'_> {
             }
         }
         found.into_iter().collect()
+    }
+
+    /// Returns the largest number of times that the event of a name begins.
+    pub fn most_times(&self, name: &str) -> u32 {
+        let key = self.names.iter().find(|(_, own)| *own == name).map(|(key, _)| *key);
+        key.and_then(|key| self.event(key)).map_or(1, |event| event.most_times)
     }
 
     /// Returns the names of all parts of a kind.

@@ -53,6 +53,8 @@ pub(super) struct StoryEvent {
     pub name: String,
     /// True if it ends other events of its maneuver.
     pub is_overriding: bool,
+    /// Largest number of times that it begins.
+    pub most_times: u32,
     /// Trigger of the event; `None` where it begins with its act.
     pub start: Option<Trigger>,
     pub actions: Vec<StoryAction>,
@@ -166,7 +168,12 @@ impl Reader {
 
     fn event(&mut self, node: &Node) -> Result<StoryEvent, OpenScenarioError> {
         self.expect(node, &["name", "priority", "maximumExecutionCount"], &["Action", "StartTrigger"])?;
-        self.once(node)?;
+        let most_times = match node.find_number("maximumExecutionCount")? {
+            Some(count) if count.fract() != 0.0 || !(1.0..=1e6).contains(&count) => {
+                return Err(node.fault(format!("maximumExecutionCount is {count}; allowed: a whole number from 1 on")));
+            }
+            count => count.unwrap_or(1.0) as u32,
+        };
         let priorities =
             [("override", Some(true)), ("overwrite", Some(true)), ("parallel", Some(false)), ("skip", None)];
         let priority = node.choice("priority", &priorities)?;
@@ -185,19 +192,32 @@ impl Reader {
                     None
                 }
             };
-            let late = matches!(deed, Some(Deed::Teleport(_) | Deed::Route(_)));
-            if late {
-                self.leave_out(&kind.only()?, "codrive places entities and routes at the start only");
+            let meaning = match &deed {
+                Some(Deed::Route(_)) => Some("codrive knows routes at the start only"),
+                Some(Deed::Teleport(to)) if to.is_beside_entity() => {
+                    Some("codrive knows places beside entities at the start only")
+                }
+                _ => None,
+            };
+            if let Some(meaning) = meaning {
+                self.leave_out(&kind.only()?, meaning);
             }
-            let deed = deed.filter(|_| !late);
+            let deed = deed.filter(|_| meaning.is_none());
             actions.push(StoryAction { name: action.title(), deed, place: action.place().clone() });
         }
         let start = self.trigger(node, "StartTrigger")?;
+        let begins_anew = start.is_some() || most_times == 1;
+        if !begins_anew {
+            let meaning = "the event begins once: without a condition it would begin again at once";
+            self.leave_out_part(node, "maximumExecutionCount", meaning);
+        }
+        let most_times = if begins_anew { most_times } else { 1 };
         let place = node.place().clone();
-        Ok(StoryEvent { name: node.text("name")?, is_overriding: priority == Some(true), start, actions, place })
+        let (name, is_overriding) = (node.text("name")?, priority == Some(true));
+        Ok(StoryEvent { name, is_overriding, most_times, start, actions, place })
     }
 
-    /// Reports a part that a file wants to be carried out several times.
+    /// Reports a group that a file wants to be carried out several times.
     fn once(&mut self, node: &Node) -> Result<(), OpenScenarioError> {
         let count = node.find_number("maximumExecutionCount")?.unwrap_or(1.0);
         if count != 1.0 {

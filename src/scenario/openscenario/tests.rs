@@ -105,7 +105,7 @@ pub fn action(inner: &str) -> String {
     format!("<Action name=\"does\"><PrivateAction>\n{inner}</PrivateAction></Action>")
 }
 
-fn speed(dynamics: &str, target: &str) -> String {
+pub fn speed(dynamics: &str, target: &str) -> String {
     action(&format!(
         "<LongitudinalAction><SpeedAction><SpeedActionDynamics {dynamics}/><SpeedActionTarget>{target}</SpeedActionTarget></SpeedAction>\
          </LongitudinalAction>"
@@ -139,7 +139,7 @@ pub fn maneuver(events: &str) -> String {
     format!("<Maneuver name=\"maneuver\">{events}</Maneuver>")
 }
 
-fn events(found: &ImportedScenario) -> Value {
+pub fn events(found: &ImportedScenario) -> Value {
     serde_json::to_value(&found.scenario.events).expect("values")
 }
 
@@ -380,7 +380,7 @@ fn what_the_ego_does_is_up_to_the_participant() {
 
 #[test]
 fn an_event_with_conditions_that_never_come_true_is_left_out() {
-    let never = of_ego("<OffroadCondition duration=\"1\"/>");
+    let never = of_ego("<CollisionCondition/>");
     let one = group(&(condition(0.0, &never) + &condition(0.0, &time(3.0))));
     let text = maneuver(
         &(event("never", &brakes(), &one)

@@ -3,7 +3,7 @@
 
 use super::{
     casting::{Role, rounded},
-    conditions::{Ahead, Condition, Demand, EntityDemand, Part, Rule, Trigger as StoryTrigger},
+    conditions::{Ahead, Condition, Demand, EntityDemand, Part, Rule, State, Trigger as StoryTrigger, ValueRule},
     document::Place,
     fault::OpenScenarioError,
     positions::Placement,
@@ -16,11 +16,27 @@ use crate::{
 
 /// Speed below which a vehicle stands, m/s.
 const STANDING_MPS: f64 = 0.05;
+/// Difference of accelerations up to which they are equal, m/s2.
+const SAME_MPS2: f64 = 0.001;
 /// Distance before the path's end from which a vehicle is at its end, m.
 const PATH_END_M: f64 = 0.5;
 
-/// Trigger with a delay after it, s.
-pub(super) type Delayed = (Trigger, f64);
+/// Begin of an event.
+#[derive(Clone, Debug)]
+pub(super) struct Begin {
+    pub trigger: Trigger,
+    /// Time for which the trigger has to be true, s.
+    pub holds_s: f64,
+    /// Delay after it, s.
+    pub delay_s: f64,
+}
+
+impl Begin {
+    /// Returns the begin where a trigger comes true.
+    pub fn at(trigger: Trigger) -> Self {
+        Self { trigger, holds_s: 0.0, delay_s: 0.0 }
+    }
+}
 
 /// Returns one of several triggers; `None` without any.
 pub(super) fn any(mut list: Vec<Trigger>) -> Option<Trigger> {
@@ -50,22 +66,25 @@ impl Script<'_> {
         story: Option<&StoryTrigger>,
         start: &Trigger,
         at: EventKey,
-    ) -> Result<Option<Delayed>, OpenScenarioError> {
-        let Some(story) = story else { return Ok(Some((start.clone(), 0.0))) };
+    ) -> Result<Option<Begin>, OpenScenarioError> {
+        let Some(story) = story else { return Ok(Some(Begin::at(start.clone()))) };
         let begins_at_once = *start == Trigger::TimeS(0.0);
+        let lasts = |condition: &Condition| condition.holds_s() > 0.0;
         if let [group] = story.groups.as_slice()
             && let [condition] = group.as_slice()
+            && (begins_at_once || !lasts(condition))
         {
             let Some(found) = self.condition(condition, at, false)? else { return Ok(None) };
             let found = if begins_at_once { Some(found) } else { all(vec![start.clone(), found]) };
-            return Ok(found.map(|found| (found, condition.delay_s)));
+            let (holds_s, delay_s) = (condition.holds_s(), condition.delay_s);
+            return Ok(found.map(|trigger| Begin { trigger, holds_s, delay_s }));
         }
         let mut groups = Vec::new();
         for group in &story.groups {
             let mut list = Some(if begins_at_once { vec![] } else { vec![start.clone()] });
             for condition in group {
                 let found = self.condition(condition, at, group.len() > 1)?;
-                let found = found.map(|found| self.delayed(condition, found));
+                let found = found.map(|found| self.lasting(condition, found, at));
                 list = list.zip(found).map(|(mut list, found)| {
                     list.push(found);
                     list
@@ -73,15 +92,26 @@ impl Script<'_> {
             }
             groups.extend(list.and_then(all));
         }
-        Ok(any(groups).map(|found| (found, 0.0)))
+        Ok(any(groups).map(Begin::at))
     }
 
-    /// Returns a trigger that comes true the condition's delay after another one; a mark among the events keeps the time.
-    fn delayed(&mut self, condition: &Condition, found: Trigger) -> Trigger {
-        if condition.delay_s == 0.0 {
-            return found;
+    /// Returns a trigger that comes true once another one has been true for the condition's duration, and after its delay; a mark among the events keeps
+    /// the time.
+    fn lasting(&mut self, condition: &Condition, trigger: Trigger, at: EventKey) -> Trigger {
+        let Condition { title, delay_s, place, .. } = condition;
+        let (holds_s, delay_s) = (condition.holds_s(), *delay_s);
+        if holds_s == 0.0 && delay_s == 0.0 {
+            return trigger;
         }
-        let name = self.add_mark(&condition.title, (found, condition.delay_s));
+        if holds_s > 0.0 {
+            self.problems.note(format!(
+                "{}:{}: the condition stays true after {holds_s} s, also together with others",
+                place.file.display(),
+                place.line
+            ));
+        }
+        let repeats = self.event(at).is_some_and(|event| event.most_times > 1);
+        let name = self.add_mark(title, Begin { trigger, holds_s, delay_s }, repeats);
         begun(&name)
     }
 
@@ -96,7 +126,10 @@ impl Script<'_> {
         match &condition.what {
             Demand::Time(time_s) => Ok(Some(Trigger::TimeS(*time_s))),
             Demand::Signal { name, light } => self.signal(name, *light, (condition, is_joined)),
-            Demand::State { part, name, is_end } => self.state(*part, (name, *is_end), (place, at)),
+            Demand::State { part, name, state } => self.state(*part, (name, *state), (place, at)),
+            Demand::Parameter { name, declared, rule, value } => {
+                Ok(self.parameter((name, declared), (*rule, value), condition))
+            }
             Demand::Entity { names, is_all, what } => {
                 let mut list = Vec::new();
                 for name in names {
@@ -140,10 +173,38 @@ impl Script<'_> {
         }
     }
 
+    /// Returns the trigger at which a parameter has a value: the begin of an event that sets it so.
+    fn parameter(
+        &mut self,
+        (name, declared): (&str, &str),
+        (rule, value): (ValueRule, &str),
+        condition: &Condition,
+    ) -> Option<Trigger> {
+        let init = self.init_name();
+        let (at_start, setters): (Vec<_>, Vec<_>) =
+            self.parameters.iter().filter(|(of, ..)| of == name).partition(|(.., event)| *event == init);
+        let first = at_start.last().map_or(declared, |(_, set, _)| set);
+        let is_so_at_start = rule.is_met(first, value) && !condition.is_rising;
+        let (met, unmet): (Vec<_>, Vec<_>) = setters.into_iter().partition(|(_, set, _)| rule.is_met(set, value));
+        let mut list: Vec<Trigger> = is_so_at_start.then_some(Trigger::TimeS(0.0)).into_iter().collect();
+        list.extend(met.iter().map(|(.., event)| begun(event)));
+        let (changes_back, place) = (!unmet.is_empty(), &condition.place);
+        let found = any(list);
+        if found.is_none() {
+            let meaning = "no action sets the parameter so; the condition never comes true";
+            self.leave_out(place, "ParameterCondition", meaning);
+        } else if changes_back {
+            let (file, line) = (place.file.display(), place.line);
+            self.problems
+                .note(format!("{file}:{line}: the condition stays true once an action has set the parameter so"));
+        }
+        found
+    }
+
     fn state(
         &mut self,
         part: Part,
-        (name, is_end): (&str, bool),
+        (name, state): (&str, State),
         (place, at): (&Place, EventKey),
     ) -> Result<Option<Trigger>, OpenScenarioError> {
         let found = self.parts(part, name);
@@ -158,17 +219,24 @@ impl Script<'_> {
         let mut list = Vec::new();
         for (key, events) in found {
             let is_whole = matches!(part, Part::Event | Part::Action);
-            if part == Part::Action && is_end && self.event(key).is_some_and(|event| event.actions.len() > 1) {
+            if part == Part::Action
+                && state != State::Begun
+                && self.event(key).is_some_and(|event| event.actions.len() > 1)
+            {
                 let meaning = "codrive knows the end of all actions of an event only; it never comes true";
                 self.leave_out(place, "StoryboardElementStateCondition", meaning);
                 continue;
             }
-            let trigger = match (is_end, is_whole) {
-                (false, true) => any(events.iter().map(|event| begun(event)).collect()),
-                (false, false) => self.act_start(key[0]),
-                (true, _) => {
-                    all(events.iter().map(|event| Trigger::After { event: event.clone(), delay_s: 0.0 }).collect())
-                }
+            let ended = |event: &String| {
+                // A part is over once each of its events has ended for the last time.
+                let is_last = !is_whole || state == State::Complete;
+                let times = if is_last { self.most_times(event) } else { 1 };
+                Trigger::After { event: event.clone(), delay_s: 0.0, times }
+            };
+            let trigger = match (state, is_whole) {
+                (State::Begun, true) => any(events.iter().map(|event| begun(event)).collect()),
+                (State::Begun, false) => self.act_start(key[0]),
+                (State::Ended | State::Complete, _) => all(events.iter().map(ended).collect()),
             };
             list.extend(trigger);
         }
@@ -218,31 +286,39 @@ impl Script<'_> {
                 let [above_mps, below_mps] = [is_above, !is_above].map(|is_side| is_side.then_some(*limit_mps));
                 Ok(Some(Trigger::Speed { vehicle, than, above_mps, below_mps }))
             }
-            EntityDemand::Standstill(for_s) => {
-                let stands = Trigger::Speed { vehicle, than: None, above_mps: None, below_mps: Some(STANDING_MPS) };
-                Ok(Some(self.lasting(stands, *for_s, condition)))
+            EntityDemand::Acceleration(limit_mps2, rule) => {
+                let limited = |above_mps2: Option<f64>, below_mps2: Option<f64>| Trigger::Acceleration {
+                    vehicle: vehicle.clone(),
+                    above_mps2,
+                    below_mps2,
+                };
+                let [low_mps2, high_mps2] = [-SAME_MPS2, SAME_MPS2].map(|by| Some(limit_mps2 + by));
+                Ok(match rule {
+                    Some(Rule::Above) => Some(limited(Some(*limit_mps2), None)),
+                    Some(Rule::Below) => Some(limited(None, Some(*limit_mps2))),
+                    None => {
+                        let mut parts = vec![limited(low_mps2, None), limited(None, high_mps2)];
+                        if condition.is_rising {
+                            // It was another one before.
+                            let other = Trigger::Any(vec![limited(None, low_mps2), limited(high_mps2, None)]);
+                            parts.insert(0, begun(&self.add_mark(&condition.title, Begin::at(other), false)));
+                        }
+                        all(parts)
+                    }
+                })
             }
-            EntityDemand::RoadEnd(for_s) => {
+            EntityDemand::Standstill(_) => Ok(Some(stands(vehicle))),
+            EntityDemand::OffRoad(_) => {
+                let beyond_m = self.scene.beyond_lanes_m(name);
+                Ok(Some(Trigger::OffRoad { vehicle, beyond_m: rounded(beyond_m) }))
+            }
+            EntityDemand::RoadEnd(_) => {
                 let length_m = self.scene.map.route.length_m();
                 let place_m = if of.place.is_against { PATH_END_M } else { length_m - PATH_END_M };
-                Ok(Some(self.lasting(Trigger::Reaches { vehicle, place_m }, *for_s, condition)))
+                // Its reference point reaches the end, where it stops, later than its front.
+                Ok(all(vec![Trigger::Reaches { vehicle: vehicle.clone(), place_m }, stands(vehicle)]))
             }
         }
-    }
-
-    /// Returns a trigger that has to be true for a time; that it does not end before is not looked at.
-    fn lasting(&mut self, trigger: Trigger, for_s: f64, condition: &Condition) -> Trigger {
-        let Condition { title, place, .. } = condition;
-        if for_s <= 0.0 {
-            return trigger;
-        }
-        self.problems.note(format!(
-            "{}:{}: the condition comes true {for_s} s after its begin, even if it does not last so long",
-            place.file.display(),
-            place.line
-        ));
-        let name = self.add_mark(title, (trigger, for_s));
-        begun(&name)
     }
 
     /// Returns the trigger at which the reference point of a vehicle is within a distance of a place.
@@ -278,6 +354,11 @@ impl Script<'_> {
         let plus_m = if ahead.is_freespace { 0.0 } else { of.entity.front_m() + near_end_m };
         Ok(Some((of.name.clone(), to.name.clone(), rounded(plus_m))))
     }
+}
+
+/// Returns the trigger at which a vehicle stands.
+fn stands(vehicle: String) -> Trigger {
+    Trigger::Speed { vehicle, than: None, above_mps: None, below_mps: Some(STANDING_MPS) }
 }
 
 /// Returns a value on the side of its limit: below and above.

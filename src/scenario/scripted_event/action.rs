@@ -2,8 +2,8 @@
 //! Seconds, metres, m/s.
 
 use super::{
-    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, LaneChange, Meeting, OffsetChange, SpeedChange, VehicleName, Walk,
-    check_vehicle,
+    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport,
+    VehicleName, Walk, check_vehicle,
     people::{CyclistRide, PedestrianCrossing},
     within,
 };
@@ -86,6 +86,8 @@ pub enum Action {
     Synchronise(Meeting),
     /// A road user moves along a line of points.
     Walk(Walk),
+    /// A road user is at another place at once.
+    Teleport(Teleport),
     /// A signal of the network goes to the phase of its program that shows the ego's path this light.
     Signal {
         /// Id of the signal in the network.
@@ -214,7 +216,8 @@ impl Action {
             | Self::Speed(SpeedChange { vehicle, .. })
             | Self::Offset(OffsetChange { vehicle, .. })
             | Self::Synchronise(Meeting { vehicle, .. })
-            | Self::Walk(Walk { vehicle, .. }) => Some(vehicle),
+            | Self::Walk(Walk { vehicle, .. })
+            | Self::Teleport(Teleport { vehicle, .. }) => Some(vehicle),
             Self::SignalAhead { .. }
             | Self::Signal { .. }
             | Self::EndDrive
@@ -280,6 +283,7 @@ impl Action {
             Self::Offset(_) => "offset",
             Self::Synchronise(_) => "synchronise",
             Self::Walk(_) => "walk",
+            Self::Teleport(_) => "teleport",
             Self::Signal { .. } => "signal",
             Self::EndDrive => "end_drive",
             Self::SignalAhead { .. } => "signal_ahead",
@@ -300,11 +304,12 @@ impl Action {
         }
     }
 
-    /// Returns the place on the ego's route at which a person waits; `None` for an action without a person.
+    /// Returns the place on the ego's route at which a person waits, or to which a road user is moved; `None` for other actions.
     pub fn place_m(&self) -> Option<f64> {
         match self {
             Self::PedestrianCrosses(crossing) => Some(crossing.place_m),
             Self::CyclistRides(ride) => Some(ride.place_m),
+            Self::Teleport(to) => Some(to.place_m),
             _ => None,
         }
     }
@@ -313,7 +318,10 @@ impl Action {
     pub(super) fn needs_road_user(&self) -> bool {
         match self {
             Self::ChangeLane(change) => change.is_for_road_users(),
-            _ => matches!(self, Self::Speed(_) | Self::Offset(_) | Self::Synchronise(_) | Self::Walk(_)),
+            _ => matches!(
+                self,
+                Self::Speed(_) | Self::Offset(_) | Self::Synchronise(_) | Self::Walk(_) | Self::Teleport(_)
+            ),
         }
     }
 
@@ -342,6 +350,7 @@ impl Action {
             Self::Offset(change) => change.check()?,
             Self::Synchronise(meeting) => meeting.check()?,
             Self::Walk(walk) => walk.check()?,
+            Self::Teleport(to) => to.check()?,
             Self::PedestrianCrosses(crossing) => crossing.check()?,
             Self::CyclistRides(ride) => ride.check()?,
             Self::Message { text, for_s } => {

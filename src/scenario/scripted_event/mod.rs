@@ -2,6 +2,7 @@
 //! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
 
 mod action;
+mod limits;
 mod motion;
 mod people;
 mod trigger;
@@ -9,10 +10,11 @@ mod trigger;
 use super::RoadUser;
 use crate::toml_text::did_you_mean;
 pub use action::{Action, AutomationSwitch};
-pub use motion::{ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Walk};
+pub use limits::{DistanceAhead, TimeAhead};
+pub use motion::{ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport, Walk};
 pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
-pub use trigger::{DistanceAhead, DrivenRoad, DriverInput, EventLight, TimeAhead, Trigger};
+pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -55,7 +57,10 @@ pub struct ScriptedEvent {
     pub name: String,
     /// Condition at which the event begins.
     pub trigger: Trigger,
-    /// Time from its trigger to its begin, s.
+    /// Time for which the trigger has to be true before the event begins, s.
+    #[serde(default, skip_serializing_if = "is_at_once")]
+    pub holds_s: f64,
+    /// Time from its trigger to its begin, after that for which it has to be true, s.
     #[serde(default, skip_serializing_if = "is_at_once")]
     pub delay_s: f64,
     /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
@@ -64,6 +69,9 @@ pub struct ScriptedEvent {
     /// True for an event that begins anew each time its trigger comes true, false for one that begins once.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub repeats: bool,
+    /// Largest number of times that an event that repeats begins; without it any number.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub most_times: Option<u32>,
     /// Actions, which begin together; without any, the event is a mark in the recording.
     pub actions: Vec<Action>,
 }
@@ -89,10 +97,15 @@ impl ScriptedEvent {
         } else {
             format!(", with probability {}", self.probability)
         };
-        let repeats = if self.repeats { ", each time" } else { "" };
+        let repeats = match (self.repeats, self.most_times) {
+            (false, _) => String::new(),
+            (true, None) => ", each time".into(),
+            (true, Some(most)) => format!(", at most {most} times"),
+        };
+        let holds = if is_at_once(&self.holds_s) { String::new() } else { format!(" for {} s", self.holds_s) };
         let delay = if is_at_once(&self.delay_s) { String::new() } else { format!(", {} s later", self.delay_s) };
         let actions = if actions.is_empty() { "a mark".into() } else { actions.join(" and ") };
-        format!("\"{}\" {}{delay}{repeats}{chance}: {actions}", self.name, self.trigger.in_words())
+        format!("\"{}\" {}{holds}{delay}{repeats}{chance}: {actions}", self.name, self.trigger.in_words())
     }
 
     /// Checks whether an action speaks a sentence.
@@ -132,8 +145,16 @@ impl ScriptedEvent {
             if let Err(message) = within("probability", event.probability, [0.0, 1.0]) {
                 return fault("probability", message);
             }
-            if let Err(message) = within("delay_s", event.delay_s, [0.0, LATEST_S]) {
-                return fault("delay_s", message);
+            for (part, value_s) in [("holds_s", event.holds_s), ("delay_s", event.delay_s)] {
+                if let Err(message) = within(part, value_s, [0.0, LATEST_S]) {
+                    return fault(part, message);
+                }
+            }
+            if let Some(most) = event.most_times
+                && (most == 0 || !event.repeats)
+            {
+                let message = format!("most_times is {most}; allowed: 1 or more, with repeats = true");
+                return fault("most_times", message);
             }
             if event.actions.len() > MOST_ACTIONS {
                 return fault("actions", format!("{} actions; allowed: at most {MOST_ACTIONS}", event.actions.len()));
@@ -217,14 +238,6 @@ impl ScriptedEvent {
 /// Checks that an action that only road users can carry out is for one of these, and that it names no vehicle of the traffic.
 fn check_road_user(action: &Action, users: &[RoadUser]) -> Result<(), String> {
     let names: Vec<&str> = users.iter().map(|user| user.name.as_str()).collect();
-    if let Action::CutIn { vehicle, .. } = action
-        && names.contains(&vehicle.as_str())
-    {
-        let remedy = "synchronise, and change_lane with of = \"ego\"";
-        return Err(format!(
-            "cut_in: \"{vehicle}\" is a road user; allowed: a vehicle of the traffic\n  remedy: {remedy}"
-        ));
-    }
     let Some(name) = action.vehicle().filter(|_| action.needs_road_user()) else { return Ok(()) };
     let fault = |name: &str, more: &str, remedy: &str| {
         let allowed = if names.is_empty() { "none in this scenario".to_owned() } else { names.join(", ") };
@@ -265,7 +278,6 @@ fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
     }
 }
 
-/// Checks the name of a vehicle that a trigger looks at.
 /// Checks the name of a vehicle, which may be the participant's.
 fn check_subject(what: &str, name: &str) -> Result<(), String> {
     if name == EGO_NAME { Ok(()) } else { check_vehicle(what, name) }

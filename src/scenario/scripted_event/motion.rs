@@ -9,6 +9,8 @@ use std::f64::consts::PI;
 const FASTEST_CHANGE_MPS2: f64 = 100.0;
 /// Farthest place beside the path, m.
 const BESIDE_M: f64 = 100.0;
+/// Largest number of lanes to one side.
+const MOST_LANES: f64 = 20.0;
 /// Largest number of points of a way.
 const MOST_POINTS: usize = 1000;
 
@@ -148,6 +150,24 @@ pub struct Walk {
     pub points: Vec<[f64; 2]>,
 }
 
+/// Move of a road user to another place at once; its speed stays as it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Teleport {
+    pub vehicle: VehicleName,
+    /// Place of its front on the ego's path, m.
+    pub place_m: f64,
+    /// Number of lanes to the left of the path's lane, negative to the right.
+    #[serde(default)]
+    pub lanes_left: i32,
+    /// Offset from the middle of that lane, m, positive to the left of the path.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub offset_m: f64,
+    /// True for a road user that then heads and drives against the path.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub against: bool,
+}
+
 fn once() -> f64 {
     1.0
 }
@@ -236,6 +256,15 @@ impl Meeting {
         within("with_place_m", self.with_place_m, [0.0, FARTHEST_M])?;
         within("to_mps", self.to_mps.unwrap_or(0.0), [0.0, FASTEST_MPS])?;
         check_subject("with", &self.with)
+    }
+}
+
+impl Teleport {
+    /// Checks the values of the action.
+    pub(super) fn check(&self) -> Result<(), String> {
+        within("place_m", self.place_m, [0.0, FARTHEST_M])?;
+        within("lanes_left", f64::from(self.lanes_left), [-MOST_LANES, MOST_LANES])?;
+        within("offset_m", self.offset_m, [-BESIDE_M, BESIDE_M])
     }
 }
 

@@ -1,13 +1,20 @@
 //! Triggers of a scenario's events: the conditions at which an event begins. In: the setting `trigger`. Out: a checked [`Trigger`]. Seconds, metres,
 //! m/s.
 
-use super::{EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_ahead, check_subject, within};
+use super::{
+    FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject,
+    limits::{DistanceAhead, TimeAhead, check_limit, limit_in_words},
+    within,
+};
 use crate::{
     controls::{Controls, Indicator, PEDAL_PRESSED, TaskButton},
-    map::{RoadMap, network::SignalLight},
+    map::{RoadMap, SHOULDER_M, network::SignalLight},
     toml_text::did_you_mean,
 };
 use serde::{Deserialize, Serialize};
+
+/// Largest limit of an acceleration, m/s2: ten times that of a full braking, for scenes from other programs.
+const STRONGEST_MPS2: f64 = 100.0;
 
 /// Condition at which an event begins, evaluated at each step of the traffic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,6 +53,23 @@ pub enum Trigger {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         below_mps: Option<f64>,
     },
+    /// Acceleration of a vehicle above or below a limit.
+    Acceleration {
+        vehicle: VehicleName,
+        /// Lower limit, m/s2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        above_mps2: Option<f64>,
+        /// Upper limit, m/s2.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        below_mps2: Option<f64>,
+    },
+    /// Place of a vehicle beside all lanes of the road.
+    OffRoad {
+        vehicle: VehicleName,
+        /// Distance from the outermost lane that still counts as road, m.
+        #[serde(default = "shoulder_m")]
+        beyond_m: f64,
+    },
     /// Distance that a vehicle has driven since the start of the drive.
     Driven {
         vehicle: VehicleName,
@@ -69,6 +93,9 @@ pub enum Trigger {
         /// Delay after its end, s.
         #[serde(default)]
         delay_s: f64,
+        /// Number of times that it has to have ended, for one that repeats.
+        #[serde(default = "once", skip_serializing_if = "is_once")]
+        times: u32,
     },
     /// Edge of a network, or one lane of it, that the ego's front is on, at a place of it or beyond.
     Edge {
@@ -97,119 +124,16 @@ pub enum Trigger {
     All(Vec<Trigger>),
 }
 
-/// Distance to a vehicle ahead, on one side of a limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DistanceAhead {
-    /// Vehicle behind; without it the participant's.
-    #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
-    pub of: VehicleName,
-    pub to: VehicleName,
-    /// Upper limit of the distance, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub below_m: Option<f64>,
-    /// Lower limit of the distance, m.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub above_m: Option<f64>,
-    /// Length that is added to the distance from bumper to bumper, m.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub plus_m: f64,
+fn shoulder_m() -> f64 {
+    SHOULDER_M
 }
 
-/// Time to a vehicle ahead, on one side of a limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TimeAhead {
-    /// Vehicle behind; without it the participant's.
-    #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
-    pub of: VehicleName,
-    pub to: VehicleName,
-    /// Upper limit of the time, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub below_s: Option<f64>,
-    /// Lower limit of the time, s.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub above_s: Option<f64>,
-    /// Length that is added to the distance from bumper to bumper, m.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub plus_m: f64,
+fn once() -> u32 {
+    1
 }
 
-fn ego_name() -> VehicleName {
-    EGO_NAME.into()
-}
-
-fn is_ego(name: &VehicleName) -> bool {
-    name == EGO_NAME
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// Limit on one side: a value has to be below the first, or above the second.
-type Limit = (Option<f64>, Option<f64>);
-
-/// Checks that a limit is stated on one side alone, within these bounds. `unit` ends the names of both sides.
-fn check_limit((below, above): Limit, unit: &str, bounds: [f64; 2]) -> Result<(), String> {
-    match (below, above) {
-        (Some(value), None) => within(&format!("below_{unit}"), value, bounds),
-        (None, Some(value)) => within(&format!("above_{unit}"), value, bounds),
-        _ => Err(format!("allowed: one of below_{unit} and above_{unit}")),
-    }
-}
-
-/// Returns a limit in words, such as `below 2 s`.
-fn limit_in_words((below, above): Limit, unit: &str) -> String {
-    match (below, above) {
-        (Some(value), _) => format!("below {value} {unit}"),
-        (None, value) => format!("above {} {unit}", value.unwrap_or(0.0)),
-    }
-}
-
-impl DistanceAhead {
-    fn in_words(&self) -> String {
-        let subject = if is_ego(&self.of) { String::new() } else { format!(" from {}", self.of) };
-        format!("distance{subject} to {} {}", self.to, limit_in_words((self.below_m, self.above_m), "m"))
-    }
-
-    /// Checks a distance from bumper to bumper, m.
-    pub fn is_met(&self, gap_m: f64) -> bool {
-        is_within((self.below_m, self.above_m), gap_m + self.plus_m)
-    }
-}
-
-impl TimeAhead {
-    fn in_words(&self, word: &str) -> String {
-        let subject = if is_ego(&self.of) { String::new() } else { format!("of {} ", self.of) };
-        format!("{subject}{word} {} {}", self.to, limit_in_words((self.below_s, self.above_s), "s"))
-    }
-
-    /// Checks a distance from bumper to bumper, m, that is covered at a speed, m/s. At no speed the time is infinite.
-    pub fn is_met(&self, gap_m: f64, speed_mps: f64) -> bool {
-        let time_s = if speed_mps > 0.0 { (gap_m + self.plus_m) / speed_mps } else { f64::INFINITY };
-        is_within((self.below_s, self.above_s), time_s)
-    }
-
-    fn check(&self) -> Result<(), String> {
-        check_limit((self.below_s, self.above_s), "s", [0.01, 600.0])?;
-        check_pair(&self.of, &self.to, self.plus_m)
-    }
-}
-
-/// Checks whether a value is on its side of a limit.
-fn is_within((below, above): Limit, value: f64) -> bool {
-    below.is_none_or(|below| value < below) && above.is_none_or(|above| value > above)
-}
-
-/// Checks the names of a vehicle and of one ahead of it, and the length that is added to their distance.
-fn check_pair(of: &str, to: &str, plus_m: f64) -> Result<(), String> {
-    within("plus_m", plus_m, [-100.0, 100.0])?;
-    check_subject("of", of)?;
-    if of == to {
-        return Err(format!("to is \"{to}\", as of; allowed: another vehicle"));
-    }
-    if to == EGO_NAME { Ok(()) } else { check_ahead(to) }
+fn is_once(times: &u32) -> bool {
+    *times == 1
 }
 
 /// Light of a signal, as events name it.
@@ -352,6 +276,15 @@ impl Trigger {
         }
     }
 
+    /// Checks whether the trigger looks at the begin of an event.
+    pub fn waits_for_begin_of(&self, name: &str) -> bool {
+        match self {
+            Self::Begun { event, .. } => event == name,
+            Self::Any(list) | Self::All(list) => list.iter().any(|trigger| trigger.waits_for_begin_of(name)),
+            _ => false,
+        }
+    }
+
     /// Returns the names of the events after which this trigger can come true.
     pub fn events_before(&self) -> Vec<&str> {
         match self {
@@ -367,7 +300,10 @@ impl Trigger {
             Self::Distance(ahead) => vec![&ahead.of, &ahead.to],
             Self::TimeGap(ahead) | Self::TimeToCollision(ahead) => vec![&ahead.of, &ahead.to],
             Self::Speed { vehicle, than, .. } => std::iter::once(vehicle).chain(than).collect(),
-            Self::Reaches { vehicle, .. } | Self::Driven { vehicle, .. } => vec![vehicle],
+            Self::Reaches { vehicle, .. }
+            | Self::Driven { vehicle, .. }
+            | Self::Acceleration { vehicle, .. }
+            | Self::OffRoad { vehicle, .. } => vec![vehicle],
             Self::Any(list) | Self::All(list) => list.iter().flat_map(Self::vehicles).collect(),
             _ => vec![],
         }
@@ -398,10 +334,17 @@ impl Trigger {
                 let than = than.as_ref().map_or(String::new(), |than| format!(" less that of {than}"));
                 format!("speed of {vehicle}{than} {}", limit_in_words((*below_mps, *above_mps), "m/s"))
             }
+            Self::Acceleration { vehicle, above_mps2, below_mps2 } => {
+                format!("acceleration of {vehicle} {}", limit_in_words((*below_mps2, *above_mps2), "m/s2"))
+            }
+            Self::OffRoad { vehicle, .. } => format!("{vehicle} off the road"),
             Self::Driven { vehicle, above_m } => format!("{vehicle} driven {above_m} m"),
             Self::Signal { name, light } => format!("signal {name} {}", light.name()),
             Self::Begun { event, delay_s } => format!("{delay_s} s after the begin of \"{event}\""),
-            Self::After { event, delay_s } => format!("{delay_s} s after \"{event}\""),
+            Self::After { event, delay_s, times: 1 } => format!("{delay_s} s after \"{event}\""),
+            Self::After { event, delay_s, times } => {
+                format!("{delay_s} s after \"{event}\" has ended {times} times")
+            }
             Self::Edge { id, lane: None, at_m } => format!("on edge {id} from {at_m} m"),
             Self::Edge { id, lane: Some(lane), at_m } => format!("on lane {lane} of edge {id} from {at_m} m"),
             Self::SignalAhead { light, below_m } => format!("{} signal nearer than {below_m} m", light.name()),
@@ -428,10 +371,7 @@ impl Trigger {
             Self::PlaceM(place_m) => within("place_m", *place_m, [0.0, FARTHEST_M]),
             Self::SpeedAboveMps(speed_mps) => within("speed_above_mps", *speed_mps, [0.0, FASTEST_MPS]),
             Self::SpeedBelowMps(speed_mps) => within("speed_below_mps", *speed_mps, [0.0, FASTEST_MPS]),
-            Self::Distance(ahead) => {
-                check_limit((ahead.below_m, ahead.above_m), "m", [0.1, FARTHEST_M])?;
-                check_pair(&ahead.of, &ahead.to, ahead.plus_m)
-            }
+            Self::Distance(ahead) => ahead.check(),
             Self::TimeGap(ahead) | Self::TimeToCollision(ahead) => ahead.check(),
             Self::Reaches { vehicle, place_m } => {
                 within("place_m", *place_m, [0.0, FARTHEST_M]).and_then(|()| check_subject("vehicle", vehicle))
@@ -445,7 +385,15 @@ impl Trigger {
             Self::Driven { vehicle, above_m } => {
                 within("above_m", *above_m, [0.0, FARTHEST_M]).and_then(|()| check_subject("vehicle", vehicle))
             }
+            Self::Acceleration { vehicle, above_mps2, below_mps2 } => {
+                check_limit((*below_mps2, *above_mps2), "mps2", [-STRONGEST_MPS2, STRONGEST_MPS2])?;
+                check_subject("vehicle", vehicle)
+            }
+            Self::OffRoad { vehicle, beyond_m } => {
+                within("beyond_m", *beyond_m, [0.0, 20.0]).and_then(|()| check_subject("vehicle", vehicle))
+            }
             Self::Signal { .. } => Ok(()),
+            Self::After { times: 0, .. } => Err("times is 0; allowed: 1 or more".into()),
             Self::After { delay_s, .. } | Self::Begun { delay_s, .. } => within("delay_s", *delay_s, [0.0, LATEST_S]),
             Self::Edge { at_m, .. } => within("at_m", *at_m, [0.0, FARTHEST_M]),
             Self::SignalAhead { below_m, .. } => within("below_m", *below_m, [0.1, FARTHEST_M]),

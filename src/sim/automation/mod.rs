@@ -8,7 +8,7 @@ mod override_by_hand;
 #[cfg(test)]
 mod tests;
 
-use super::{Event, EventKind};
+use super::{Event, EventKind, event::NotDone};
 use crate::{
     controls::{Controls, Selector},
     driver::{AutomatedDriver, DriverError, Perception, SimulatedDriver, SpeedGoal},
@@ -75,6 +75,8 @@ pub(super) struct AutomationRun {
     driver: AutomatedDriver,
     mode: AutomationMode,
     has_failed: bool,
+    /// True if the system could have been switched on in the last tick.
+    is_ready: bool,
     order: Option<AutomationOrder>,
     request: Option<Request>,
     turns: WheelTurns,
@@ -97,6 +99,7 @@ impl AutomationRun {
             driver: AutomatedDriver::new(car)?,
             mode: if settings.starts_on { AutomationMode::On } else { AutomationMode::Off },
             has_failed: false,
+            is_ready: true,
             order: None,
             request: None,
             turns: WheelTurns::default(),
@@ -114,6 +117,19 @@ impl AutomationRun {
     /// Returns true while the policy's advice is not shown, as the system drives by it.
     pub fn hides_advice(&self) -> bool {
         self.settings.system == AutomationSystem::Policy && self.mode.drives()
+    }
+
+    /// Checks whether the automation can carry an order out, by the last tick.
+    ///
+    /// # Errors
+    /// The reason why it cannot.
+    pub fn takes(&self, order: AutomationOrder) -> Result<(), NotDone> {
+        match order {
+            AutomationOrder::Request(_) if self.mode != AutomationMode::On => Err(NotDone::AutomationOff),
+            AutomationOrder::Off if !self.mode.drives() => Err(NotDone::AutomationOff),
+            AutomationOrder::On if self.mode.drives() || !self.is_ready => Err(NotDone::AutomationNotReady),
+            _ => Ok(()),
+        }
     }
 
     /// Gives the automation an order, which it carries out in the next tick.
@@ -149,6 +165,7 @@ impl AutomationRun {
         if order == Some(AutomationOrder::Fail) {
             self.has_failed = true;
         }
+        self.is_ready = self.can_start(&given, now.speed_mps);
         match self.mode {
             AutomationMode::None => {}
             AutomationMode::Off => {
@@ -157,7 +174,7 @@ impl AutomationRun {
                     (_, Some(AutomationOrder::On)) => Some(SwitchedOnBy::Event),
                     _ => None,
                 };
-                if let Some(by) = by.filter(|_| self.can_start(&given, now.speed_mps)) {
+                if let Some(by) = by.filter(|_| self.is_ready) {
                     self.switch_on(&given, by, &mut note);
                 }
             }

@@ -228,3 +228,29 @@ fn the_traffic_jam_pilot_starts_at_60_kmh_or_less() {
         assert_eq!(bench.mode(), mode, "{kmh} km/h");
     }
 }
+
+#[test]
+fn an_order_that_cannot_be_carried_out_is_refused() {
+    let mut bench =
+        Bench::new(Automation { system: AutomationSystem::TrafficJamPilot, starts_on: false, ..Automation::default() });
+    let takes = |bench: &Bench, order| bench.run.takes(order);
+    let request = AutomationOrder::Request(7.0);
+    bench.drive(0.1, REST);
+    assert_eq!(takes(&bench, AutomationOrder::On), Ok(()));
+    assert_eq!(takes(&bench, AutomationOrder::Off), Err(NotDone::AutomationOff));
+    assert_eq!(takes(&bench, request), Err(NotDone::AutomationOff));
+    // A foot on the brake, 61 km/h, and a failure.
+    bench.drive(0.1, BRAKE);
+    assert_eq!(takes(&bench, AutomationOrder::On), Err(NotDone::AutomationNotReady));
+    bench.now.speed_mps = 61.0 / 3.6;
+    bench.drive(0.1, REST);
+    assert_eq!(takes(&bench, AutomationOrder::On), Err(NotDone::AutomationNotReady));
+    bench.now.speed_mps = 10.0;
+    bench.run.order(AutomationOrder::On);
+    bench.drive(0.1, REST);
+    assert_eq!((bench.mode(), takes(&bench, request)), (AutomationMode::On, Ok(())));
+    assert_eq!(takes(&bench, AutomationOrder::On), Err(NotDone::AutomationNotReady), "it is on");
+    bench.run.order(AutomationOrder::Fail);
+    bench.drive(0.1, REST);
+    assert_eq!(takes(&bench, AutomationOrder::On), Err(NotDone::AutomationNotReady));
+}

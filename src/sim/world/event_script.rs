@@ -27,7 +27,7 @@ use crate::{
         automation::AutomationOrder,
         event::{EventStage, NotDone, ScriptedState},
     },
-    snapshot::{AutomationMode, EventStimuli, Weather},
+    snapshot::{EventStimuli, Weather},
     time::Tick,
     traffic::{EGO, LaneMotion, TrafficOrder, VehicleId},
 };
@@ -80,10 +80,19 @@ pub(super) struct EventRun {
     was_true: bool,
     /// True once the experimenter has begun it by hand, until the next step.
     is_asked: bool,
-    /// Tick at which the event begins after its delay.
-    due: Option<Tick>,
+    /// Tick until which the trigger has to be true, and tick at which the event begins after its delay.
+    due: Option<[Tick; 2]>,
+    /// Number of times that it has begun.
+    pub(super) times: u32,
     pub(super) begun: Option<Tick>,
     pub(super) ended: Option<Tick>,
+}
+
+impl EventRun {
+    /// Checks whether the event can begin again after its end.
+    fn can_repeat(&self) -> bool {
+        self.event.repeats && self.event.most_times.is_none_or(|most| self.times < most)
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -138,6 +147,7 @@ impl EventScript {
             was_true: false,
             is_asked: false,
             due: None,
+            times: 0,
             begun: None,
             ended: None,
         };
@@ -184,11 +194,11 @@ impl EventScript {
                 is_settled &= !self.look_at(k, (seen, traffic));
             }
         }
-        for (event, id, why) in self.vehicles.step(seen, traffic) {
+        for (event, id, why) in self.vehicles.step(seen, (&mut self.users, traffic)) {
             self.note(event, Some(id), now, EventStage::NotDone(why));
         }
         let (runs, ego) = (&self.runs, seen.view.ego.position.truncate());
-        self.people.leave(now, ego, &seen.map.route, &|event| runs[event].event.repeats);
+        self.people.leave(now, ego, &seen.map.route, &|event| runs[event].can_repeat());
         self.vehicles.yield_to((&self.people, &self.users), seen, self.logged);
         for k in 0..self.runs.len() {
             let is_moving = self.vehicles.are_moved_by(k) || self.users.are_moved_by(k);
@@ -212,11 +222,14 @@ impl EventScript {
         let comes_true = is_true && !run.was_true;
         run.was_true = is_true;
         let by_hand = std::mem::take(&mut run.is_asked);
-        let delay_s = if by_hand { 0.0 } else { run.event.delay_s };
-        if (by_hand || (comes_true && run.due.is_none())) && run.stage == Stage::Armed {
-            run.due = Some(Tick::at_seconds(now.seconds() + delay_s));
+        let [holds_s, delay_s] = if by_hand { [0.0; 2] } else { [run.event.holds_s, run.event.delay_s] };
+        if !is_true && run.due.is_some_and(|[held, _]| now < held) {
+            run.due = None;
         }
-        let is_due = run.due.is_some_and(|due| due <= now);
+        if (by_hand || (comes_true && run.due.is_none())) && run.stage == Stage::Armed {
+            run.due = Some([holds_s, holds_s + delay_s].map(|later_s| Tick::at_seconds(now.seconds() + later_s)));
+        }
+        let is_due = run.due.is_some_and(|[_, due]| due <= now);
         if is_due {
             run.due = None;
             self.begin(k, by_hand, (seen, traffic));
@@ -339,6 +352,11 @@ impl EventScript {
             return;
         }
         (run.begun, run.ended) = (Some(now), None);
+        run.times += 1;
+        // What waits for the begin of an event begins again with it.
+        for other in &mut self.runs {
+            other.was_true &= !other.event.trigger.waits_for_begin_of(&event.name);
+        }
         self.note(k, None, now, if by_hand { EventStage::TriggeredByHand } else { EventStage::Triggered });
         let mut until = now;
         for (n, action) in event.actions.iter().enumerate() {
@@ -347,7 +365,7 @@ impl EventScript {
             let begun = match id {
                 Some(None) => Err(NotDone::NoVehicle),
                 Some(Some(id)) if self.users.has(id) => {
-                    self.users.begin(k, action, id, (seen.view, seen.map)).map(|()| 0.0)
+                    self.vehicles.begin_on_user(k, action, id, (seen, &mut self.users)).map(|()| 0.0)
                 }
                 Some(Some(id)) if (seen.agents)(id) || id.0 <= self.logged => Err(NotDone::OwnDriver),
                 Some(Some(id)) if self.vehicles.moves(id) => Err(NotDone::OtherEvent),
@@ -401,11 +419,11 @@ impl EventScript {
                 self.change = Some(WeatherChange { from, to, begun: now, over_s: *over_s });
                 Ok(*over_s)
             }
-            Action::TakeoverRequest { .. } if seen.view.automation.mode != AutomationMode::On => {
-                Err(NotDone::AutomationOff)
-            }
             Action::TakeoverRequest { .. } | Action::Automation(_) => {
-                self.order_to_automation = AutomationOrder::of(action);
+                let run = seen.participant.and_then(|participant| participant.automation.as_ref());
+                let order = AutomationOrder::of(action).ok_or(NotDone::Refused)?;
+                run.ok_or(NotDone::AutomationOff)?.takes(order)?;
+                self.order_to_automation = Some(order);
                 Ok(0.0)
             }
             Action::Message { for_s, .. }
@@ -448,7 +466,7 @@ impl EventScript {
     /// Arms an event that is over again if it repeats.
     fn arm_again(&mut self, event: usize, now: Tick) {
         let run = &mut self.runs[event];
-        run.stage = if run.event.repeats { Stage::Armed } else { Stage::Over };
+        run.stage = if run.can_repeat() { Stage::Armed } else { Stage::Over };
         if run.stage == Stage::Armed {
             self.note(event, None, now, EventStage::Armed);
         }

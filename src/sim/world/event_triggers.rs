@@ -47,13 +47,25 @@ impl EventScript {
                     above_mps.is_none_or(|above| more_mps > above) && below_mps.is_none_or(|below| more_mps < below)
                 })
             }
+            Trigger::Acceleration { vehicle, above_mps2, below_mps2 } => {
+                self.on_route(vehicle, seen).is_some_and(|at| {
+                    above_mps2.is_none_or(|above| at.accel_mps2 > above)
+                        && below_mps2.is_none_or(|below| at.accel_mps2 < below)
+                })
+            }
+            Trigger::OffRoad { vehicle, beyond_m } => self
+                .on_route(vehicle, seen)
+                .is_some_and(|at| seen.map.network.lane_under(at.point, *beyond_m, None).is_none()),
             Trigger::Driven { vehicle, above_m } => {
                 self.on_route(vehicle, seen).is_some_and(|at| at.driven_m > *above_m)
             }
             Trigger::Signal { name, light } => self
                 .line_of(name, seen)
                 .is_some_and(|line| view.signals.light(line.signal, line.link).is_some_and(|shown| light.is(shown))),
-            Trigger::After { event, delay_s } => is_past(run_of(event).and_then(|run| run.ended), *delay_s),
+            Trigger::After { event, delay_s, times } => {
+                let run = run_of(event).filter(|run| run.times >= *times);
+                is_past(run.and_then(|run| run.ended), *delay_s)
+            }
             Trigger::Begun { event, delay_s } => is_past(run_of(event).and_then(|run| run.begun), *delay_s),
             Trigger::AdviceChanges => self.before.is_some_and(|(_, before)| {
                 let target = |advice: Option<Advice>| advice.map(|advice| advice.target_mps);
@@ -85,9 +97,7 @@ impl EventScript {
             return seen.own().map(|own| seen.on_route(own));
         }
         if let Some(user) = self.users.named(name) {
-            let at = user.seen();
-            let (extent_m, driven_m) = (user.extent_m(), user.now().odometer_m);
-            return Some(OnRoute { extent_m, along_mps: at.along_mps, speed_mps: at.speed_mps, driven_m });
+            return Some(user.on_route());
         }
         self.vehicle(name, seen).and_then(|id| seen.view.vehicle(id)).map(|car| seen.on_route(car))
     }

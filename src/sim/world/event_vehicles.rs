@@ -80,8 +80,7 @@ impl EventVehicles {
             Action::BreakDown { decel_mps2, for_s, .. } => [0.0, *decel_mps2, *for_s],
             Action::CutIn { gap_m, within_s, .. } => {
                 self.take_over(id, traffic)?;
-                let until = Tick::at_seconds(seen.view.tick.seconds() + within_s);
-                self.cut_ins.push(CutIn { event, id, gap_m: *gap_m, until, changing_since: None });
+                self.begin_cut_in(event, id, [*gap_m, *within_s], seen);
                 return Ok(0.0);
             }
             Action::ChangeLane(change) => {
@@ -97,12 +96,37 @@ impl EventVehicles {
         Ok(0.0)
     }
 
+    /// Begins an action on a road user.
+    ///
+    /// # Errors
+    /// Road users do not carry it out.
+    pub fn begin_on_user(
+        &mut self,
+        event: usize,
+        action: &Action,
+        id: VehicleId,
+        (seen, users): (&ScriptView, &mut RoadUsers),
+    ) -> Result<(), NotDone> {
+        // A newer action ends a cut-in.
+        self.cut_ins.retain(|cut_in| cut_in.id != id);
+        if let Action::CutIn { gap_m, within_s, .. } = action {
+            self.begin_cut_in(event, id, [*gap_m, *within_s], seen);
+            return Ok(());
+        }
+        users.begin(event, action, id, (seen.view, seen.map))
+    }
+
+    fn begin_cut_in(&mut self, event: usize, id: VehicleId, [gap_m, within_s]: [f64; 2], seen: &ScriptView) {
+        let until = Tick::at_seconds(seen.view.tick.seconds() + within_s);
+        self.cut_ins.push(CutIn { event, id, gap_m, until, changing_since: None });
+    }
+
     /// Moves all vehicles in the step that begins, and gives back those whose time is over. Returns what cannot be carried out.
-    pub fn step(&mut self, seen: &ScriptView, traffic: &mut TrafficCoupling) -> Vec<Failed> {
+    pub fn step(&mut self, seen: &ScriptView, (users, traffic): (&mut RoadUsers, &mut TrafficCoupling)) -> Vec<Failed> {
         let mut failed = Vec::new();
         self.motions.clear();
         self.control_speeds(seen, traffic, &mut failed);
-        self.cut_in(seen, traffic, &mut failed);
+        self.cut_in(seen, (users, traffic), &mut failed);
         self.motions.sort_by_key(|motion| motion.id);
         failed
     }
@@ -175,7 +199,12 @@ impl EventVehicles {
     }
 
     /// Moves the vehicles that cut in.
-    fn cut_in(&mut self, seen: &ScriptView, traffic: &mut TrafficCoupling, failed: &mut Vec<Failed>) {
+    fn cut_in(
+        &mut self,
+        seen: &ScriptView,
+        (users, traffic): (&mut RoadUsers, &mut TrafficCoupling),
+        failed: &mut Vec<Failed>,
+    ) {
         let mut cut_ins = std::mem::take(&mut self.cut_ins);
         cut_ins.retain_mut(|cut_in| {
             let (event, id) = (cut_in.event, cut_in.id);
@@ -183,7 +212,14 @@ impl EventVehicles {
                 failed.push((event, id, NotDone::HasLeft));
                 return false;
             };
-            match cut_in.step(car, seen, self.step_s) {
+            let step = cut_in.step(car, seen, self.step_s);
+            if users.has(id) {
+                if step == CutInStep::TooLate {
+                    failed.push((event, id, NotDone::TooLate));
+                }
+                return users.cut_in(event, id, step, (seen, self.step_s));
+            }
+            match step {
                 CutInStep::Drives(motion) => self.motions.push(motion),
                 CutInStep::Changes(motion, to_the_left) => {
                     let order = TrafficOrder::ChangeLane { id, to_the_left, duration_s: CUT_IN_S, keeps_gaps: false };

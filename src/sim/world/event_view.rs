@@ -8,6 +8,7 @@ use crate::{
     sim::{Snapshot, VehicleSnapshot},
     traffic::VehicleId,
 };
+use glam::DVec3;
 
 /// Distance from the ego within which a vehicle is one of its neighbours, metres.
 const NEIGHBOUR_M: f64 = 200.0;
@@ -21,8 +22,12 @@ pub(super) struct OnRoute {
     /// Speed along the route, m/s, negative against it.
     pub along_mps: f64,
     pub speed_mps: f64,
+    /// Acceleration along its heading, m/s2.
+    pub accel_mps2: f64,
     /// Distance driven since the start, m.
     pub driven_m: f64,
+    /// Point that follows the lane, with its height: the rear axle of a road user, the middle of another vehicle.
+    pub point: DVec3,
 }
 
 /// View of a drive where a step begins.
@@ -52,7 +57,9 @@ impl ScriptView<'_> {
             extent_m: [s_m - half_m, s_m + half_m],
             along_mps: car.speed_mps * along,
             speed_mps: car.speed_mps,
+            accel_mps2: car.accel_mps2,
             driven_m: car.odometer_m,
+            point: car.pose.position.extend(car.height_m),
         }
     }
 

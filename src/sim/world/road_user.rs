@@ -5,6 +5,7 @@
 //! its speed covers there.
 
 use super::{
+    event_view::OnRoute,
     user_speed::{SeenVehicle, SeenVehicles, UserSpeed},
     user_way::{UserWay, beside},
 };
@@ -12,7 +13,7 @@ use crate::{
     map::RoadMap,
     scenario::{
         RoadUser,
-        scripted_event::{Action, LaneChange, Walk},
+        scripted_event::{Action, ChangeShape, LaneChange, Teleport, Walk},
     },
     sim::VehicleSnapshot,
     space::{Pose, wrap_angle},
@@ -46,6 +47,8 @@ pub(super) struct MovedRoadUser {
     lane: i32,
     offset_m: f64,
     speed_mps: f64,
+    /// Largest acceleration and deceleration of changes of the speed.
+    most_mps2: [f64; 2],
     speed: UserSpeed,
     way: UserWay,
     is_broken_down: bool,
@@ -56,25 +59,41 @@ impl MovedRoadUser {
     /// Places a road user on the road of a drive.
     pub fn new(id: VehicleId, user: &RoadUser, map: &RoadMap) -> Self {
         let (body, front_m) = (user.body(), user.rear_axle_m());
+        let at = Teleport {
+            vehicle: user.name.clone(),
+            place_m: user.place_m,
+            lanes_left: user.lanes_left,
+            offset_m: user.offset_m,
+            against: user.against,
+        };
         let mut moved = Self {
             id,
             name: user.name.clone(),
             body,
             front_m,
-            against: user.against,
-            s_m: if user.against { user.place_m + front_m } else { user.place_m - front_m },
-            lane: user.lanes_left,
-            offset_m: user.offset_m,
+            against: false,
+            s_m: 0.0,
+            lane: 0,
+            offset_m: 0.0,
             speed_mps: user.speed_mps,
+            most_mps2: user.most_mps2(),
             speed: UserSpeed::Keeps,
             way: UserWay::Keeps,
             is_broken_down: false,
             now: VehicleSnapshot { id, body, ..VehicleSnapshot::default() },
         };
-        let pose = moved.on_route(map, 0.0);
-        moved.show(map, pose, 0.0, 0.0);
-        moved.now.pose_before = pose;
+        moved.teleport(&at, map);
         moved
+    }
+
+    /// Places the road user at once, without a change of its speed.
+    fn teleport(&mut self, to: &Teleport, map: &RoadMap) {
+        let front_m = if to.against { -self.front_m } else { self.front_m };
+        (self.against, self.s_m) = (to.against, to.place_m - front_m);
+        (self.lane, self.offset_m, self.way) = (to.lanes_left, to.offset_m, UserWay::Keeps);
+        let pose = self.posed(map, 0.0);
+        self.show(map, pose, self.now.accel_mps2, 0.0);
+        self.now.pose_before = pose;
     }
 
     /// Returns the road user as it is drawn now.
@@ -83,9 +102,28 @@ impl MovedRoadUser {
     }
 
     /// Returns the ends of the body along the route, m: the lower place and the higher one.
-    pub fn extent_m(&self) -> [f64; 2] {
+    fn extent_m(&self) -> [f64; 2] {
         let front_m = self.seen().front_m;
         if self.against { [front_m, front_m + self.body.length_m] } else { [front_m - self.body.length_m, front_m] }
+    }
+
+    /// Returns where the road user is along the ego's route.
+    pub fn on_route(&self) -> OnRoute {
+        let (seen, pose) = (self.seen(), self.now.pose);
+        let axle = pose.position - pose.forward() * self.to_centre_m();
+        OnRoute {
+            extent_m: self.extent_m(),
+            along_mps: seen.along_mps,
+            speed_mps: seen.speed_mps,
+            accel_mps2: self.now.accel_mps2,
+            driven_m: self.now.odometer_m,
+            point: axle.extend(self.now.height_m),
+        }
+    }
+
+    /// Returns the distance from the rear axle forward to the centre.
+    fn to_centre_m(&self) -> f64 {
+        self.front_m - self.body.length_m / 2.0
     }
 
     /// Returns the road user as others see it.
@@ -133,7 +171,9 @@ impl MovedRoadUser {
             Action::BreakDown { decel_mps2, for_s, .. } => {
                 self.speed = UserSpeed::evenly(event, from_mps, 0.0, *decel_mps2, *for_s);
             }
-            Action::Speed(change) => self.speed = UserSpeed::change(event, change, &mut self.speed_mps, others),
+            Action::Speed(change) => {
+                self.speed = UserSpeed::change(event, change, self.most_mps2, (&mut self.speed_mps, others));
+            }
             Action::Synchronise(meeting) => self.speed = UserSpeed::Meets(event, meeting.clone(), None),
             Action::ChangeLane(change) => {
                 self.change_lane(event, change, of_lane, map);
@@ -147,10 +187,34 @@ impl MovedRoadUser {
                 self.walk(event, walk, map);
                 return true;
             }
+            Action::Teleport(to) => {
+                self.teleport(to, map);
+                return true;
+            }
             _ => return false,
         }
         self.is_broken_down = is_broken_down;
         true
+    }
+
+    /// Brings the speed evenly to another one within a time, s.
+    pub fn drive(&mut self, event: usize, to_mps: f64, within_s: f64) {
+        let rate_mps2 = ((to_mps - self.speed_mps).abs() / within_s).max(1e-9);
+        self.speed = UserSpeed::evenly(event, self.speed_mps, to_mps, rate_mps2, 0.0);
+    }
+
+    /// Begins a change into the lane of the route.
+    pub fn enter_route(&mut self, event: usize, in_s: f64, map: &RoadMap) {
+        let change = LaneChange {
+            vehicle: self.name.clone(),
+            to_the_left: 0,
+            of: None,
+            within_s: in_s,
+            in_s: Some(in_s),
+            in_m: None,
+            shape: ChangeShape::Sinusoidal,
+        };
+        self.change_lane(event, &change, (0, false), map);
     }
 
     fn change_lane(&mut self, event: usize, change: &LaneChange, (lane, is_against): (i32, bool), map: &RoadMap) {
@@ -219,7 +283,7 @@ impl MovedRoadUser {
             (self.s_m, self.speed_mps) = (self.s_m.clamp(0.0, end_m), 0.0);
             self.speed = UserSpeed::Keeps;
         }
-        self.on_route(map, turned_rad)
+        self.posed(map, turned_rad)
     }
 
     /// Returns the lateral place on the route, m, positive to the left.
@@ -228,7 +292,7 @@ impl MovedRoadUser {
     }
 
     /// Returns the pose of the centre on the route, turned relative to it.
-    fn on_route(&self, map: &RoadMap, turned_rad: f64) -> Pose {
+    fn posed(&self, map: &RoadMap, turned_rad: f64) -> Pose {
         let against_rad = if self.against { PI } else { 0.0 };
         let yaw_rad = map.route.yaw_at(self.s_m) + against_rad + turned_rad;
         self.centred(Pose::new(beside(map, self.s_m, self.lateral_m(map)), wrap_angle(yaw_rad)))
@@ -236,8 +300,7 @@ impl MovedRoadUser {
 
     /// Returns the pose of the centre for one of the rear axle.
     fn centred(&self, axle: Pose) -> Pose {
-        let to_centre_m = self.front_m - self.body.length_m / 2.0;
-        Pose::new(axle.position + axle.forward() * to_centre_m, axle.yaw_rad)
+        Pose::new(axle.position + axle.forward() * self.to_centre_m(), axle.yaw_rad)
     }
 
     /// Updates what is drawn.

@@ -1,6 +1,8 @@
 //! All road users that a scenario places. In: actions of events, and once a tick the participant. Out: the road users as vehicles of the view. Metres, m/s.
 
 use super::{
+    cut_in::CutInStep,
+    event_view::ScriptView,
     road_user::MovedRoadUser,
     user_speed::{SeenVehicle, SeenVehicles},
 };
@@ -13,6 +15,9 @@ use crate::{
     sim::{Snapshot, VehicleSnapshot, event::NotDone},
     traffic::VehicleId,
 };
+
+/// Duration of a change of lanes into the ego's lane, s: that of a usual change of lanes.
+const CUT_IN_S: f64 = 3.0;
 
 /// Road users of a drive, by ascending id.
 pub(super) struct RoadUsers(Vec<MovedRoadUser>);
@@ -66,6 +71,17 @@ impl RoadUsers {
         };
         let user = self.0.iter_mut().find(|user| user.id == id).ok_or(NotDone::NoVehicle)?;
         if user.begin(event, action, of_lane, (map, &others)) { Ok(()) } else { Err(NotDone::Refused) }
+    }
+
+    /// Moves a road user that cuts in before the ego in the step that begins. Returns false once it is over.
+    pub fn cut_in(&mut self, event: usize, id: VehicleId, step: CutInStep, (seen, step_s): (&ScriptView, f64)) -> bool {
+        let (CutInStep::Drives(motion) | CutInStep::Changes(motion, _)) = step else { return false };
+        let Some(user) = self.0.iter_mut().find(|user| user.id == id) else { return false };
+        user.drive(event, motion.end_mps, step_s);
+        if matches!(step, CutInStep::Changes(..)) {
+            user.enter_route(event, CUT_IN_S, seen.map);
+        }
+        true
     }
 
     /// Moves all road users by a number of ticks, with the participant as they are in the view.

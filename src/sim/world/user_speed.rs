@@ -30,8 +30,9 @@ pub(super) enum UserSpeed {
     Keeps,
     /// Speed that changes over a time.
     Changes(SpeedRamp),
-    /// Speed of another vehicle until another action replaces this one. The first number is that of the event.
-    Follows(usize, Target),
+    /// Speed of another vehicle until another action replaces this one, with the number of the event and the largest acceleration and deceleration,
+    /// m/s2.
+    Follows(usize, Target, [f64; 2]),
     /// Speed for a meeting, to which these distances were left a tick ago, m.
     Meets(usize, Meeting, Option<[f64; 2]>),
 }
@@ -48,6 +49,8 @@ pub(super) struct SpeedRamp {
     keep_s: f64,
     /// True to follow the other vehicle's speed after the change.
     follows: bool,
+    /// Largest acceleration and deceleration, m/s2.
+    most_mps2: [f64; 2],
 }
 
 /// Speed at the end of a change.
@@ -66,8 +69,13 @@ enum Extent {
 }
 
 impl UserSpeed {
-    /// Begins a change of the speed. One that takes no time is done at once.
-    pub fn change(event: usize, change: &SpeedChange, speed_mps: &mut f64, others: SeenVehicles) -> Self {
+    /// Begins a change of the speed, with at most these accelerations and decelerations, m/s2. One that takes no time is done at once.
+    pub fn change(
+        event: usize,
+        change: &SpeedChange,
+        most_mps2: [f64; 2],
+        (speed_mps, others): (&mut f64, SeenVehicles),
+    ) -> Self {
         let to = match &change.like {
             Some(like) => Target::Like(like.clone(), change.times, change.plus_mps),
             None => Target::Fixed(change.to_mps.unwrap_or(0.0)),
@@ -80,7 +88,8 @@ impl UserSpeed {
             (None, None) => Extent::Seconds(change.in_s.unwrap_or(0.0)),
         };
         let (shape, follows) = (change.shape, change.keeps);
-        let ramp = SpeedRamp { event, from_mps: *speed_mps, to, extent, shape, passed_s: 0.0, keep_s: 0.0, follows };
+        let from_mps = *speed_mps;
+        let ramp = SpeedRamp { event, from_mps, to, extent, shape, passed_s: 0.0, keep_s: 0.0, follows, most_mps2 };
         if ramp.lasts_s(to_mps) <= 0.0 {
             *speed_mps = to_mps;
         }
@@ -98,6 +107,7 @@ impl UserSpeed {
             passed_s: 0.0,
             keep_s,
             follows: false,
+            most_mps2: [f64::INFINITY; 2],
         })
     }
 
@@ -106,7 +116,7 @@ impl UserSpeed {
         match self {
             Self::Keeps => None,
             Self::Changes(ramp) => Some(ramp.event),
-            Self::Follows(event, _) | Self::Meets(event, ..) => Some(*event),
+            Self::Follows(event, ..) | Self::Meets(event, ..) => Some(*event),
         }
     }
 
@@ -123,12 +133,18 @@ impl UserSpeed {
                     ramp.from_mps + (to_mps - ramp.from_mps) * ramp.shape.done(ramp.passed_s / lasts_s)
                 } else {
                     if passed_s >= lasts_s + ramp.keep_s {
-                        *self = if ramp.follows { Self::Follows(ramp.event, ramp.to.clone()) } else { Self::Keeps };
+                        *self = match ramp.follows {
+                            true => Self::Follows(ramp.event, ramp.to.clone(), ramp.most_mps2),
+                            false => Self::Keeps,
+                        };
                     }
                     to_mps
                 }
             }
-            Self::Follows(_, target) => target.speed_mps(others).unwrap_or(speed_mps),
+            Self::Follows(_, target, [accel_mps2, decel_mps2]) => {
+                let change_mps = target.speed_mps(others).unwrap_or(speed_mps) - speed_mps;
+                speed_mps + change_mps.clamp(-*decel_mps2 * TICK_S, *accel_mps2 * TICK_S)
+            }
             Self::Meets(_, meeting, left_before) => match others(&meeting.with) {
                 None => {
                     *self = Self::Keeps;
@@ -167,11 +183,14 @@ impl Target {
 }
 
 impl SpeedRamp {
-    /// Returns the duration of the change, s: at a rate, the shape's steepest slope has that rate.
+    /// Returns the duration of the change, s: at a rate, the shape's steepest slope has that rate. It is at most the largest one.
     fn lasts_s(&self, to_mps: f64) -> f64 {
+        let change_mps = to_mps - self.from_mps;
+        let at_rate_s = |rate_mps2: f64| change_mps.abs() * self.shape.steepest() / rate_mps2;
+        let least_s = at_rate_s(self.most_mps2[usize::from(change_mps < 0.0)]);
         match self.extent {
-            Extent::Seconds(seconds) => seconds,
-            Extent::Rate(rate_mps2) => (to_mps - self.from_mps).abs() * self.shape.steepest() / rate_mps2,
+            Extent::Seconds(seconds) => seconds.max(least_s),
+            Extent::Rate(rate_mps2) => at_rate_s(rate_mps2).max(least_s),
         }
     }
 }
@@ -221,12 +240,32 @@ mod tests {
         (way_m, time_s, speed_mps)
     }
 
+    const FREE: [f64; 2] = [f64::INFINITY; 2];
+
     fn change(text: &str, from_mps: f64) -> (f64, f64, f64) {
+        limited(text, from_mps, FREE)
+    }
+
+    fn limited(text: &str, from_mps: f64, most_mps2: [f64; 2]) -> (f64, f64, f64) {
         let change: SpeedChange = toml::from_str(&format!("vehicle = \"a\"\n{text}")).expect("an action");
         let mut speed_mps = from_mps;
-        let mut control = UserSpeed::change(7, &change, &mut speed_mps, &|_| Some(OTHER));
+        let mut control = UserSpeed::change(7, &change, most_mps2, (&mut speed_mps, &|_| Some(OTHER)));
         assert_eq!(control.event(), Some(7));
         driven(&mut control, speed_mps)
+    }
+
+    #[test]
+    fn a_change_that_needs_more_than_the_largest_acceleration_takes_longer() {
+        // A cubic over 25 m/s is steepest with 1.5 times 25 m/s over its time: at 5 m/s2 after 7.5 s.
+        let (_, time_s, end_mps) = limited("to_mps = 25\nin_s = 4\nshape = \"cubic\"", 0.0, [5.0, 9.0]);
+        assert!((time_s - 7.5).abs() < 0.011 && end_mps == 25.0, "{time_s} {end_mps}");
+        let (_, time_s, _) = limited("to_mps = 0\nin_s = 4\nshape = \"cubic\"", 25.0, [5.0, 15.0]);
+        assert!((time_s - 4.0).abs() < 0.011, "{time_s}: braking has a limit of its own");
+        let (way_m, time_s, _) = limited("to_mps = 0", 20.0, [5.0, 8.0]);
+        assert!(
+            (time_s - 2.5).abs() < 0.011 && (way_m - 25.0).abs() < 0.2,
+            "{way_m} {time_s}: at once is as fast as possible"
+        );
     }
 
     #[test]
@@ -254,7 +293,7 @@ mod tests {
         assert_eq!(change("like = \"ego\"\ntimes = 1.2\nplus_mps = 1", 30.0).2, 25.0);
         let follows: SpeedChange = toml::from_str("vehicle = \"a\"\nlike = \"ego\"\nkeeps = true").expect("an action");
         let mut speed_mps = 3.0;
-        let mut control = UserSpeed::change(0, &follows, &mut speed_mps, &|_| Some(OTHER));
+        let mut control = UserSpeed::change(0, &follows, FREE, (&mut speed_mps, &|_| Some(OTHER)));
         assert_eq!(speed_mps, 20.0, "at once");
         control.step(own(0.0, speed_mps), &|_| Some(OTHER));
         let slower = SeenVehicle { speed_mps: 12.0, ..OTHER };
