@@ -24,6 +24,9 @@ pub struct Controls {
     /// True in a tick in which the button of the automation was pressed.
     #[serde(default)]
     pub automation_button: bool,
+    /// True in a tick in which the button of the automation's time gap was pressed.
+    #[serde(default)]
+    pub gap_button: bool,
 }
 
 /// Travel of a pedal that counts as pressed in events and responses to them, as a share: beyond the noise of pedals at rest.
@@ -42,6 +45,7 @@ impl Controls {
             main_beam: self.main_beam,
             task_button: self.task_button,
             automation_button: self.automation_button,
+            gap_button: self.gap_button,
         }
     }
 }

@@ -46,6 +46,8 @@ pub enum KeyCommand {
     CursorRight,
     /// Switch the automation on or off.
     Automation,
+    /// Set the automation's time gap to the next setting.
+    TimeGap,
     /// Put the ego back on its lane.
     PutBack,
     /// Toggle the lane help.
@@ -75,6 +77,7 @@ impl KeyCommand {
                 | Self::CursorLeft
                 | Self::CursorRight
                 | Self::Automation
+                | Self::TimeGap
                 | Self::PutBack
                 | Self::FullScreen
         )
@@ -91,6 +94,7 @@ impl KeyCommand {
             Self::CursorLeft => devices.press_for_task(TaskButton::Left),
             Self::CursorRight => devices.press_for_task(TaskButton::Right),
             Self::Automation => devices.press_for_automation(),
+            Self::TimeGap => devices.press_for_time_gap(),
             _ => return false,
         }
         true
@@ -103,7 +107,7 @@ impl KeyCommand {
 }
 
 /// All commands: keys, name of the keys, action. A command without a name is in the row of another one.
-const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 23] = [
+const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 24] = [
     (&[KeyCode::F1], KeyCommand::Help, "F1", "this list"),
     (&[KeyCode::F2, KeyCode::Tab], KeyCommand::Panel, "F2, Tab", "experimenter's panel"),
     (&[KeyCode::F3], KeyCommand::FrameTimes, "F3", "frame times"),
@@ -113,8 +117,9 @@ const COMMANDS: [(&[KeyCode], KeyCommand, &str, &str); 23] = [
     (&[KeyCode::Backspace], KeyCommand::Restart, "Backspace", "begin again"),
     (&[KeyCode::KeyV], KeyCommand::NextView, "V; G", "next view; whole map on, off"),
     (&[KeyCode::KeyG], KeyCommand::WholeMap, "", ""),
-    (&[KeyCode::KeyR], KeyCommand::Reverse, "R; C", "drive, reverse (standing); automation on, off"),
+    (&[KeyCode::KeyR], KeyCommand::Reverse, "R; C; T", "drive, reverse (standing); automation on, off; its time gap"),
     (&[KeyCode::KeyC], KeyCommand::Automation, "", ""),
+    (&[KeyCode::KeyT], KeyCommand::TimeGap, "", ""),
     (&[KeyCode::KeyQ], KeyCommand::IndicateLeft, "Q; E", "indicator left; right, on or off"),
     (&[KeyCode::KeyE], KeyCommand::IndicateRight, "", ""),
     (&[KeyCode::KeyF], KeyCommand::MainBeam, "F", "main beam on, off"),
@@ -196,10 +201,10 @@ mod tests {
     #[test]
     fn beside_an_experimenter_the_driver_has_only_their_own_commands() {
         let drivers: Vec<&str> = COMMANDS.iter().filter(|row| row.1.is_drivers()).map(|row| row.2).collect();
-        assert_eq!(drivers, ["F1", "R; C", "", "Q; E", "", "F", "I; U; O", "", "", "B", "F11"]);
+        assert_eq!(drivers, ["F1", "R; C; T", "", "", "Q; E", "", "F", "I; U; O", "", "", "B", "F11"]);
         let listed: Vec<&str> = list_of_driver().into_iter().map(|(key, _)| key).collect();
         let expected =
-            ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R; C", "Q; E", "F", "I; U; O", "B", "F11"];
+            ["Up, W", "Down, S", "Left, A", "Right, D", "H", "F1", "R; C; T", "Q; E", "F", "I; U; O", "B", "F11"];
         assert_eq!(listed, expected);
     }
 

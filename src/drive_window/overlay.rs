@@ -226,7 +226,8 @@ impl DriveOverlay {
             | KeyCommand::Respond
             | KeyCommand::CursorLeft
             | KeyCommand::CursorRight
-            | KeyCommand::Automation => {
+            | KeyCommand::Automation
+            | KeyCommand::TimeGap => {
                 command.apply_to(&mut live.devices);
             }
             KeyCommand::Restart | KeyCommand::FullScreen | KeyCommand::ReloadShaders | KeyCommand::Quit => {}

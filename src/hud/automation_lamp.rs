@@ -12,6 +12,8 @@ pub struct AutomationLamp {
     pub state: LampState,
     /// True for the symbol of a steering wheel, false for that of a gauge: the system keeps the speed alone.
     pub steers: bool,
+    /// Number of bars of the time gap, 0 to 3; 0 if the system keeps none.
+    pub gap_bars: u8,
 }
 
 /// State that the colour of the automation's lamp shows.
@@ -38,7 +40,7 @@ impl AutomationLamp {
             _ if automation.is_urgent => is_lit(BLINK_S / 2.0).then_some(LampState::Urgent),
             _ => is_lit(BLINK_S).then_some(LampState::Request),
         };
-        state.map(|state| Self { state, steers: automation.steers })
+        state.map(|state| Self { state, steers: automation.steers, gap_bars: automation.gap_bars() })
     }
 }
 

@@ -109,6 +109,8 @@ pub struct Buttons {
     pub respond: Vec<RigButton>,
     /// Switches the automation on or off.
     pub automation: Vec<RigButton>,
+    /// Sets the automation's time gap to the vehicle ahead.
+    pub time_gap: Vec<RigButton>,
     /// Brakes with full force while held.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub handbrake: Vec<RigButton>,
@@ -138,6 +140,7 @@ impl Default for Buttons {
             main_beam: none(),
             respond: none(),
             automation: none(),
+            time_gap: none(),
             handbrake: none(),
             // BTN_DPAD_UP to BTN_DPAD_RIGHT of Linux's input-event-codes.h.
             dpad_up: vec![544.into()],
@@ -175,6 +178,8 @@ pub enum ButtonAction {
     Respond,
     /// Switch the automation on or off.
     Automation,
+    /// Set the automation's time gap to the next setting.
+    TimeGap,
     /// Brake with full force while held.
     Handbrake,
     /// D-pad up: more, or the choice above.
@@ -203,6 +208,7 @@ impl fmt::Display for ButtonAction {
             Self::MainBeam => "main beam",
             Self::Respond => "respond to the secondary task",
             Self::Automation => "automation on, off",
+            Self::TimeGap => "time gap of the automation",
             Self::Handbrake => "handbrake",
             Self::Up => "up, higher",
             Self::Down => "down, lower",
@@ -214,7 +220,7 @@ impl fmt::Display for ButtonAction {
 
 impl ButtonAction {
     /// Actions that a person can assign to buttons.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Start,
         Self::Reverse,
         Self::IndicateLeft,
@@ -222,6 +228,7 @@ impl ButtonAction {
         Self::MainBeam,
         Self::Respond,
         Self::Automation,
+        Self::TimeGap,
         Self::Horn,
         Self::Mark,
         Self::Answer,
@@ -266,6 +273,7 @@ impl Buttons {
             ButtonAction::MainBeam => &mut self.main_beam,
             ButtonAction::Respond => &mut self.respond,
             ButtonAction::Automation => &mut self.automation,
+            ButtonAction::TimeGap => &mut self.time_gap,
             ButtonAction::Handbrake => &mut self.handbrake,
             ButtonAction::Up => &mut self.dpad_up,
             ButtonAction::Down => &mut self.dpad_down,
@@ -303,6 +311,7 @@ impl Buttons {
             (ButtonAction::MainBeam, &self.main_beam),
             (ButtonAction::Respond, &self.respond),
             (ButtonAction::Automation, &self.automation),
+            (ButtonAction::TimeGap, &self.time_gap),
             (ButtonAction::Handbrake, &self.handbrake),
             (ButtonAction::Up, &self.dpad_up),
             (ButtonAction::Down, &self.dpad_down),

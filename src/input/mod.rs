@@ -57,6 +57,8 @@ pub struct Devices {
     task_presses: VecDeque<TaskButton>,
     /// True if the button of the automation was pressed and no tick has taken the press yet.
     is_automation_pressed: bool,
+    /// True if the button of the automation's time gap was pressed and no tick has taken the press yet.
+    is_gap_pressed: bool,
 }
 
 impl Devices {
@@ -79,7 +81,8 @@ impl Devices {
     fn with(pads: Pads, rig: Rig) -> Self {
         let source = ControlSource::Keyboard;
         let (keyboard, stalk, task_presses) = (Keyboard::default(), Stalk::default(), VecDeque::new());
-        Self { keyboard, pads, rig, source, stalk, has_main_beam: false, task_presses, is_automation_pressed: false }
+        let (has_main_beam, is_automation_pressed, is_gap_pressed) = (false, false, false);
+        Self { keyboard, pads, rig, source, stalk, has_main_beam, task_presses, is_automation_pressed, is_gap_pressed }
     }
 
     /// Reads the events since the last call; to be called once a frame.
@@ -96,6 +99,7 @@ impl Devices {
                 RigEvent::Pressed(ButtonAction::IndicateRight) => self.indicate(Indicator::Right),
                 RigEvent::Pressed(ButtonAction::MainBeam) => self.switch_main_beam(),
                 RigEvent::Pressed(ButtonAction::Automation) => self.press_for_automation(),
+                RigEvent::Pressed(ButtonAction::TimeGap) => self.press_for_time_gap(),
                 RigEvent::Pressed(ButtonAction::Respond) => self.press_for_task(TaskButton::Respond),
                 RigEvent::Pressed(ButtonAction::Left) => self.press_for_task(TaskButton::Left),
                 RigEvent::Pressed(ButtonAction::Right) => self.press_for_task(TaskButton::Right),
@@ -122,7 +126,8 @@ impl Devices {
         let indicator = self.stalk.steered(driven.steering_wheel_rad);
         let task_button = self.task_presses.pop_front().unwrap_or_default();
         let automation_button = std::mem::take(&mut self.is_automation_pressed);
-        Controls { indicator, main_beam: self.has_main_beam, task_button, automation_button, ..driven }
+        let gap_button = std::mem::take(&mut self.is_gap_pressed);
+        Controls { indicator, main_beam: self.has_main_beam, task_button, automation_button, gap_button, ..driven }
     }
 
     /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.
@@ -145,10 +150,15 @@ impl Devices {
         self.is_automation_pressed = true;
     }
 
+    /// Presses the button of the automation's time gap; the next tick takes it.
+    pub fn press_for_time_gap(&mut self) {
+        self.is_gap_pressed = true;
+    }
+
     /// Forgets presses for the secondary task and the automation that no tick has taken, as in a pause.
     pub fn forget_presses(&mut self) {
         self.task_presses.clear();
-        self.is_automation_pressed = false;
+        (self.is_automation_pressed, self.is_gap_pressed) = (false, false);
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].

@@ -166,6 +166,7 @@ fn assigning_a_button_removes_its_old_action_and_the_actions_old_button() {
         (290, ButtonAction::MainBeam),
         (298, ButtonAction::Respond),
         (299, ButtonAction::Automation),
+        (707, ButtonAction::TimeGap),
     ];
     for (code, action) in
         tasks.into_iter().chain([(291, ButtonAction::Recentre), (296, ButtonAction::Abort), (289, ButtonAction::Horn)])
@@ -256,6 +257,7 @@ fn each_action_has_a_description() {
         "main beam",
         "respond to the secondary task",
         "automation on, off",
+        "time gap of the automation",
         "horn",
         "mark this moment",
         "answer",

@@ -128,6 +128,23 @@ fn a_drive_keeps_its_selector_when_the_wheel_comes_back() {
 }
 
 #[test]
+fn a_press_of_a_button_of_the_automation_lasts_one_tick() {
+    let (to, messages) = std::sync::mpsc::channel();
+    let mut devices = crate::input::Devices::with_rig(Rig::fed_by(messages));
+    to.send(WheelMessage::Connected(Box::new(found(None)))).unwrap();
+    // 299 is L3 and 707 the plus button of a G29.
+    for (code, pressed) in [(299, [true, false]), (707, [false, true])] {
+        to.send(WheelMessage::Button { code, down: true, at: None }).unwrap();
+        devices.poll();
+        let buttons = [(); 2].map(|()| {
+            let controls = devices.controls(5.0, None);
+            [controls.automation_button, controls.gap_button]
+        });
+        assert_eq!(buttons, [pressed, [false, false]], "{code}");
+    }
+}
+
+#[test]
 fn the_newest_time_stamp_is_returned_once() {
     let (to, messages) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(messages);

@@ -124,7 +124,7 @@ impl LiveDrive {
             // The devices have applied these already.
             ButtonAction::Reverse | ButtonAction::Horn | ButtonAction::Handbrake => {}
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => {}
-            ButtonAction::Respond | ButtonAction::Automation => {}
+            ButtonAction::Respond | ButtonAction::Automation | ButtonAction::TimeGap => {}
             ButtonAction::Up | ButtonAction::Down | ButtonAction::Left | ButtonAction::Right => {}
             ButtonAction::Start => self.drive.clock.set_pace(Pace::RealTime),
             ButtonAction::Recentre => self.picture.kind = ViewKind::Driver,

@@ -65,6 +65,8 @@ pub enum AutomationChange {
     Request { lead_s: f64 },
     /// The participant moves a control for the first time since the request.
     Input(TakeoverInput),
+    /// The participant sets the time gap to the vehicle ahead, s.
+    TimeGap { time_gap_s: f64 },
     /// The system begins to stop in the lane.
     MinimalRisk,
 }
@@ -102,7 +104,7 @@ pub enum TakeoverInput {
 }
 
 /// Words of the table of events for each change: kind and detail.
-const WORDS: [(AutomationChange, [&str; 2]); 16] = [
+const WORDS: [(AutomationChange, [&str; 2]); 17] = [
     (AutomationChange::On(SwitchedOnBy::Start), ["automation_on", "start"]),
     (AutomationChange::On(SwitchedOnBy::Button), ["automation_on", "button"]),
     (AutomationChange::On(SwitchedOnBy::Event), ["automation_on", "event"]),
@@ -119,6 +121,7 @@ const WORDS: [(AutomationChange, [&str; 2]); 16] = [
     (AutomationChange::Input(TakeoverInput::Wheel), ["takeover_input", "wheel"]),
     (AutomationChange::MinimalRisk, ["minimal_risk_manoeuvre", ""]),
     (AutomationChange::Request { lead_s: 0.0 }, ["takeover_request", ""]),
+    (AutomationChange::TimeGap { time_gap_s: 0.0 }, ["automation_gap", ""]),
 ];
 
 impl AutomationChange {
@@ -126,6 +129,7 @@ impl AutomationChange {
     pub fn words(self) -> (&'static str, &'static str, Option<f64>) {
         let (same, value) = match self {
             Self::Request { lead_s } => (Self::Request { lead_s: 0.0 }, Some(lead_s)),
+            Self::TimeGap { time_gap_s } => (Self::TimeGap { time_gap_s: 0.0 }, Some(time_gap_s)),
             other => (other, None),
         };
         let [kind, detail] = WORDS.iter().find(|(change, _)| *change == same).map_or([""; 2], |(_, words)| *words);
@@ -137,6 +141,7 @@ impl AutomationChange {
         let (change, _) = WORDS.iter().find(|(_, words)| *words == [kind, detail])?;
         match change {
             Self::Request { .. } => Some(Self::Request { lead_s: value? }),
+            Self::TimeGap { .. } => Some(Self::TimeGap { time_gap_s: value? }),
             change => Some(*change),
         }
     }
@@ -253,7 +258,9 @@ mod tests {
 
     #[test]
     fn every_change_reads_back_from_its_words() {
-        for (change, _) in WORDS {
+        let gap = AutomationChange::TimeGap { time_gap_s: 1.5 };
+        assert_eq!(gap.words(), ("automation_gap", "", Some(1.5)));
+        for change in WORDS.map(|(change, _)| change).into_iter().chain([gap]) {
             let (kind, detail, value) = change.words();
             assert_eq!(AutomationChange::of_words(kind, detail, value), Some(change), "{kind} {detail}");
         }

@@ -135,10 +135,11 @@ impl TableComparison {
         let indicator = Indicator::ALL.into_iter().find(|side| word == Some(side.name()));
         let word = ego.word("task_button");
         let task_button = TaskButton::ALL.into_iter().find(|button| word == Some(button.name()));
-        let presses = task_button.zip(ego.flag("automation_button"));
+        let automation_buttons = ego.flag("automation_button").zip(ego.flag("gap_button"));
+        let presses = task_button.zip(automation_buttons);
         let words = selector.zip(indicator).zip(ego.flag("main_beam").zip(presses));
         match (throttle, brake, wheel, words) {
-            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), (main_beam, (task_button, automation_button))))) => Ok(Some(Controls {
+            (Some(throttle), Some(brake), Some(wheel), Some(((selector, indicator), (main_beam, (task_button, (automation_button, gap_button)))))) => Ok(Some(Controls {
                 throttle: throttle as f32,
                 brake: brake as f32,
                 steering_wheel_rad: wheel as f32,
@@ -147,9 +148,10 @@ impl TableComparison {
                 main_beam,
                 task_button,
                 automation_button,
+                gap_button,
             })),
             _ => Err(ego.batches_error(
-                "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam, task_button or automation_button are not as this program writes them",
+                "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam, task_button, automation_button or gap_button are not as this program writes them",
             )),
         }
     }

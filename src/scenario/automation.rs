@@ -14,7 +14,7 @@ pub struct Automation {
     /// Set speed; 0: the speed limit of the road. The traffic-jam pilot drives at most 60 km/h, the policy at the speed that it advises
     #[schemars(range(min = 0.0, max = 60.0), extend("unit" = "m/s"))]
     pub set_speed_mps: f64,
-    /// Time gap to the vehicle ahead
+    /// Time gap to the vehicle ahead, until the participant sets another one
     #[schemars(range(min = 0.8, max = 4.0), extend("unit" = "s"))]
     // Lower limit: ISO 15622 (docs/references.md: automation).
     pub time_gap_s: f64,
@@ -83,6 +83,11 @@ impl AutomationSystem {
     /// Returns true if the system moves the pedals.
     pub fn keeps_speed(self) -> bool {
         !matches!(self, Self::None | Self::LaneKeeping)
+    }
+
+    /// Returns true if the system keeps a time gap to the vehicle ahead; the policy only avoids collisions.
+    pub fn keeps_time_gap(self) -> bool {
+        self.keeps_speed() && self != Self::Policy
     }
 
     /// Returns true if the system turns the steering wheel.

@@ -38,7 +38,8 @@ impl WheelNavigation {
             ButtonAction::Abort => Some(FormInput::Stop),
             ButtonAction::Left | ButtonAction::Up => Some(FormInput::Turn(-1)),
             ButtonAction::Right | ButtonAction::Down => Some(FormInput::Turn(1)),
-            ButtonAction::Horn | ButtonAction::Handbrake | ButtonAction::Respond | ButtonAction::Automation => None,
+            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::Respond | ButtonAction::Automation | ButtonAction::TimeGap => None,
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
@@ -53,7 +54,8 @@ impl WheelNavigation {
             ButtonAction::Right | ButtonAction::Up => Some(FormInput::Turn(1)),
             ButtonAction::Left | ButtonAction::Down => Some(FormInput::Turn(-1)),
             ButtonAction::Start | ButtonAction::Reverse | ButtonAction::Recentre => None,
-            ButtonAction::Horn | ButtonAction::Handbrake | ButtonAction::Respond | ButtonAction::Automation => None,
+            ButtonAction::Horn | ButtonAction::Handbrake => None,
+            ButtonAction::Respond | ButtonAction::Automation | ButtonAction::TimeGap => None,
             ButtonAction::IndicateLeft | ButtonAction::IndicateRight | ButtonAction::MainBeam => None,
         }
     }
@@ -164,6 +166,7 @@ mod tests {
                 (ButtonAction::MainBeam, None),
                 (ButtonAction::Respond, None),
                 (ButtonAction::Automation, None),
+                (ButtonAction::TimeGap, None),
                 (ButtonAction::Horn, None),
                 (ButtonAction::Mark, Some(FormInput::Mark)),
                 (ButtonAction::Answer, Some(FormInput::Next)),

@@ -6,7 +6,7 @@ mod task_display;
 mod weather;
 
 pub use crate::traffic::Leader;
-pub use automation_state::{AutomationMode, AutomationState};
+pub use automation_state::{AutomationMode, AutomationState, TIME_GAPS_S};
 pub use stimuli::{EventStimuli, Pictogram, ToneSeries};
 pub use task_display::{TaskDisplay, TaskPicture};
 pub use weather::Weather;

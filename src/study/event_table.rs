@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 62] = [
+const WORDS: [[&str; 3]; 63] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -229,6 +229,11 @@ const WORDS: [[&str; 3]; 62] = [
         "automation_off",
         "the participant drives from now on; the detail is the cause",
         "Agent-action, Participant-response, Label/Automation-off",
+    ],
+    [
+        "automation_gap",
+        "the participant set the time gap that the automation keeps to the vehicle ahead",
+        "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Automation-gap",
     ],
     [
         "takeover_request",

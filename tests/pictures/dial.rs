@@ -1,5 +1,8 @@
 //! Tests of the speedometer by its pixels: the participant reads the values of the simulation.
 
+#[path = "dial_automation.rs"]
+mod automation;
+
 use codrive::{
     hud::{DialView, Palette, Rgb},
     map::{Manoeuvre, NextManoeuvre},
@@ -8,7 +11,7 @@ use codrive::{
         dial::{DialPass, DialPlace, layout},
         post::ui_pass::{OverlayTarget, UiPass},
     },
-    snapshot::{AutomationMode, AutomationState, TaskPicture},
+    snapshot::TaskPicture,
     units::SpeedUnit,
 };
 
@@ -443,28 +446,6 @@ fn the_photodiode_square_is_black_or_white_and_changes_nothing_else() {
         }
         for (x, y) in [(square + 1, 0), (0, square + 1), (side / 2, side / 2)] {
             assert_eq!(at(&picture, x, y), background, "at {x}, {y}");
-        }
-    }
-}
-
-#[test]
-fn the_lamp_of_the_automation_has_the_colour_of_its_state() {
-    let palette = Palette::HC22;
-    let states = [
-        (AutomationMode::Off, false, palette.label),
-        (AutomationMode::On, false, palette.indicator),
-        (AutomationMode::TakeoverRequest, false, palette.reverse),
-        (AutomationMode::TakeoverRequest, true, palette.target),
-    ];
-    let dial = ring_dial(5.0, None);
-    let dark = hc22(&dial);
-    for steers in [true, false] {
-        for (mode, is_urgent, colour) in states {
-            let state = AutomationState { mode, is_urgent, steers, ..AutomationState::default() };
-            // At 0 s a blinking lamp is lit. The gauge's arc is 45 pixels long, one of its width without another colour: 40 are nearly all.
-            let lit = hc22(&dial.clone().automated(&state, 0.0));
-            let more = lit.count(colour).saturating_sub(dark.count(colour));
-            assert!(more > 40, "{mode:?}, steers {steers}: {more} pixels of {colour:?}");
         }
     }
 }

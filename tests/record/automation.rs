@@ -60,19 +60,21 @@ fn an_analysis_has_the_takeover_scores_of_the_summary() {
 }
 
 #[test]
-fn a_forged_press_of_the_button_is_found() {
+fn a_forged_press_of_a_button_is_found() {
     let folder = tempfile::tempdir().unwrap();
     let whole = folder.path().join("drive");
     record("cruise-and-lane-keeping", &whole);
-    let (_folder, drive) = tampered(&whole, |drive| {
-        let path = drive.join("ego.parquet");
-        let table = rows(&path);
-        let pressed: Vec<bool> = (0..table.num_rows()).map(|row| row == 500).collect();
-        let at = table.schema().index_of("automation_button").unwrap();
-        let mut columns = table.columns().to_vec();
-        columns[at] = Arc::new(BooleanArray::from(pressed)) as ArrayRef;
-        write(&path, &RecordBatch::try_new(table.schema(), columns).unwrap());
-        reseal(drive);
-    });
-    assert!(!replayed(&drive).unwrap().is_proven());
+    for button in ["automation_button", "gap_button"] {
+        let (_folder, drive) = tampered(&whole, |drive| {
+            let path = drive.join("ego.parquet");
+            let table = rows(&path);
+            let pressed: Vec<bool> = (0..table.num_rows()).map(|row| row == 500).collect();
+            let at = table.schema().index_of(button).unwrap();
+            let mut columns = table.columns().to_vec();
+            columns[at] = Arc::new(BooleanArray::from(pressed)) as ArrayRef;
+            write(&path, &RecordBatch::try_new(table.schema(), columns).unwrap());
+            reseal(drive);
+        });
+        assert!(!replayed(&drive).unwrap().is_proven(), "{button}");
+    }
 }

@@ -12,7 +12,7 @@ use codrive::{record, time::Tick};
 use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
-const CONTROLS: [&str; 8] = [
+const CONTROLS: [&str; 9] = [
     "throttle",
     "brake",
     "steering_wheel_rad",
@@ -20,6 +20,7 @@ const CONTROLS: [&str; 8] = [
     "indicator",
     "task_button",
     "automation_button",
+    "gap_button",
     "main_beam",
 ];
 /// Columns that do not follow from the drive.

@@ -33,6 +33,7 @@ const STANDING: Controls = Controls {
     main_beam: false,
     task_button: codrive::controls::TaskButton::None,
     automation_button: false,
+    gap_button: false,
 };
 
 /// Returns every snapshot of `seconds` of a drive by the simulated driver.

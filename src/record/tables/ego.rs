@@ -120,10 +120,22 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         ColumnValue::Flag(|r| Some(r.controls.automation_button)),
     ),
     column(
+        "gap_button",
+        "",
+        "true in a tick in which the button of the automation's time gap was pressed",
+        ColumnValue::Flag(|r| Some(r.controls.gap_button)),
+    ),
+    column(
         "automation",
         "",
         "mode of the automation: none, off, on, takeover_request or minimal_risk",
         ColumnValue::Word(|r| r.automation.mode.name().into()),
+    ),
+    number(
+        "automation_gap_s",
+        "s",
+        "time gap that the automation keeps to the vehicle ahead; empty if it keeps none",
+        |r| r.automation.time_gap_s,
     ),
     number("driven_throttle", "", "accelerator that the automation gave; empty while it is off", |r| {
         Some(r.automation.driven?.throttle.into())

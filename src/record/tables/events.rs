@@ -39,7 +39,7 @@ pub const SHUTTER_OPENS: &str = "open";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 32] = [
+    const KINDS_OF_WORLD: [&str; 33] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -61,6 +61,7 @@ impl EventRow {
         SHUTTER,
         "automation_on",
         "automation_off",
+        "automation_gap",
         "takeover_request",
         "takeover_input",
         "minimal_risk_manoeuvre",
@@ -147,7 +148,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "",
         "advice_withheld, contact, object_contact, left_road, back_on_road, left_path, back_on_path, stop_line, \
          red_light, wrong_way, right_way, speeding, within_limit, near_miss, indicator, main_beam, task_stimulus, task_response, \
-         shutter, automation_on, automation_off, takeover_request, takeover_input, minimal_risk_manoeuvre, put_back, event_armed, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
+         shutter, automation_on, automation_off, automation_gap, takeover_request, takeover_input, minimal_risk_manoeuvre, put_back, event_armed, event_triggered, event_triggered_by_hand, event_onset, event_ended, event_not_done, ended, mark, note, pause, ...",
         ColumnValue::Word(|r| r.kind.clone()),
     ),
     column("detail", "", "the rest in words", ColumnValue::Word(|r| r.detail.clone())),
@@ -156,7 +157,7 @@ pub const EVENTS: &[TableColumn<EventRow>] = &[
         "value",
         "m/s, m or s; digit or column",
         "closing speed of a contact, offset where the road was left, speed at a red light, speed over the limit, time to \
-         collision of a near miss, digit or target column of a stimulus, column of a response, lead time of a takeover request",
+         collision of a near miss, digit or target column of a stimulus, column of a response, lead time of a takeover request, time gap of the automation",
         |r| r.value,
     ),
     number(

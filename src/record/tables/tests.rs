@@ -90,6 +90,7 @@ fn snapshot() -> Snapshot {
         mean_speed_mps: 3.25,
         automation: AutomationState {
             mode: AutomationMode::TakeoverRequest,
+            time_gap_s: Some(1.5),
             driven: Some(Controls { throttle: 0.125, steering_wheel_rad: 0.5, ..Controls::default() }),
             ..AutomationState::default()
         },
@@ -106,6 +107,7 @@ const CONTROLS: Controls = Controls {
     main_beam: true,
     task_button: TaskButton::Left,
     automation_button: true,
+    gap_button: true,
 };
 
 #[test]
@@ -122,7 +124,9 @@ fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
         ("indicator", "right"),
         ("task_button", "left"),
         ("automation_button", "true"),
+        ("gap_button", "true"),
         ("automation", "takeover_request"),
+        ("automation_gap_s", "1.500000"),
         ("driven_throttle", "0.125000"),
         ("driven_brake", "0.000000"),
         ("driven_wheel_rad", "0.500000"),

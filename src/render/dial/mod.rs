@@ -56,6 +56,8 @@ pub mod layout {
     pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
     /// Telltale of the automation, in the gap of the scale: distance of its middle to the left of and below the centre, radius, width of its lines.
     pub const AUTOMATION: (f32, f32, f32, f32) = (0.235, 0.535, 0.08, 0.017);
+    /// Bars of the automation's time gap: distance of the middle of the lowest one's foot to the right of and below the centre, width, height.
+    pub const TIME_GAP: (f32, f32, f32, f32) = (0.235, 0.615, 0.16, 0.025);
     /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
     pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
     /// Height of the text of an event, and the distances of its middle above the centre without and with a sign.

@@ -18,7 +18,7 @@ use crate::{
         Automation, AutomationSystem,
         scripted_event::{Action, AutomationSwitch},
     },
-    snapshot::{AutomationMode, AutomationState},
+    snapshot::{AutomationMode, AutomationState, TIME_GAPS_S},
     time::Tick,
 };
 use override_by_hand::WheelTurns;
@@ -73,6 +73,8 @@ struct Request {
 pub(super) struct AutomationRun {
     settings: Automation,
     driver: AutomatedDriver,
+    /// Time gap to the vehicle ahead, s.
+    time_gap_s: f64,
     mode: AutomationMode,
     has_failed: bool,
     /// True if the system could have been switched on in the last tick.
@@ -97,6 +99,7 @@ impl AutomationRun {
         Ok(Some(Self {
             settings: *settings,
             driver: AutomatedDriver::new(car)?,
+            time_gap_s: settings.time_gap_s,
             mode: if settings.starts_on { AutomationMode::On } else { AutomationMode::Off },
             has_failed: false,
             is_ready: true,
@@ -148,6 +151,7 @@ impl AutomationRun {
             keeps_speed: system.keeps_speed(),
             steers: system.steers(),
             is_urgent,
+            time_gap_s: system.keeps_time_gap().then_some(self.time_gap_s),
             driven: moves.then_some(self.driven),
         }
     }
@@ -160,6 +164,10 @@ impl AutomationRun {
             note(AutomationChange::On(SwitchedOnBy::Start));
         }
         self.turns.add(given.steering_wheel_rad, self.driven.steering_wheel_rad);
+        if given.gap_button && self.settings.system.keeps_time_gap() {
+            self.time_gap_s = time_gap_after(self.time_gap_s);
+            note(AutomationChange::TimeGap { time_gap_s: self.time_gap_s });
+        }
         self.has_brake_been_up |= given.brake < PRESSED;
         let order = self.order.take();
         if order == Some(AutomationOrder::Fail) {
@@ -277,7 +285,7 @@ impl AutomationRun {
 
     /// Returns the controls of the system, and the participant's where it leaves them a control.
     fn drive(&mut self, given: &Controls, now: &Perception) -> Controls {
-        let Automation { system, set_speed_mps, time_gap_s, minimal_risk_mps2, .. } = self.settings;
+        let Automation { system, set_speed_mps, minimal_risk_mps2, .. } = self.settings;
         let limit_mps = now.speed_limit_mps.min(now.lane.next_limit_speed_mps);
         let set_mps = match (set_speed_mps, system) {
             (set_mps, AutomationSystem::TrafficJamPilot) if set_mps <= 0.0 => limit_mps.min(JAM_MPS),
@@ -289,7 +297,12 @@ impl AutomationRun {
         let goal = match (self.mode, system) {
             (AutomationMode::MinimalRisk, _) => SpeedGoal::Brake(minimal_risk_mps2),
             (_, AutomationSystem::Policy) => SpeedGoal::Advice,
-            _ => SpeedGoal::Cruise { set_mps, time_gap_s, heeds_bends: level >= 2, heeds_all: level >= 3 },
+            _ => SpeedGoal::Cruise {
+                set_mps,
+                time_gap_s: self.time_gap_s,
+                heeds_bends: level >= 2,
+                heeds_all: level >= 3,
+            },
         };
         let own = self.driver.controls(now, goal);
         let mut driven = *given;
@@ -321,4 +334,9 @@ impl AutomationRun {
         }
         Controls { steering_wheel_rad: given.steering_wheel_rad + left * offset_rad, ..*given }
     }
+}
+
+/// Returns the next longer setting of the time gap, or the shortest one after the longest, s.
+fn time_gap_after(time_gap_s: f64) -> f64 {
+    TIME_GAPS_S.into_iter().find(|setting_s| *setting_s > time_gap_s).unwrap_or(TIME_GAPS_S[0])
 }

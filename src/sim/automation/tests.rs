@@ -55,6 +55,7 @@ const REST: Controls = Controls {
     main_beam: false,
     task_button: crate::controls::TaskButton::None,
     automation_button: false,
+    gap_button: false,
 };
 const PRESS: Controls = Controls { automation_button: true, ..REST };
 const BRAKE: Controls = Controls { brake: 0.3, ..REST };
@@ -99,6 +100,43 @@ fn the_button_switches_it_on_and_off() {
     bench.drive(TICK_S, Controls { brake: 0.3, ..PRESS });
     bench.drive(TICK_S, Controls { selector: Selector::Reverse, ..PRESS });
     assert_eq!((bench.mode(), bench.noted.len()), (AutomationMode::Off, 2));
+}
+
+#[test]
+fn the_gap_button_sets_the_next_longer_gap_and_begins_again() {
+    // ISO 15622: the shortest gap is 0.8 s or more, and one lies between 1.5 and 2.2 s.
+    assert!(TIME_GAPS_S[0] >= 0.8 && TIME_GAPS_S.iter().any(|gap_s| (1.5..=2.2).contains(gap_s)));
+    let press = Controls { gap_button: true, ..REST };
+    for (from_s, set_s) in [(1.5, [2.0, 1.0, 1.5, 2.0]), (0.8, [1.0, 1.5, 2.0, 1.0]), (3.0, [1.0, 1.5, 2.0, 1.0])] {
+        let system = AutomationSystem::AdaptiveCruiseControl;
+        let mut bench =
+            Bench::new(Automation { system, time_gap_s: from_s, starts_on: false, ..Automation::default() });
+        for gap_s in set_s {
+            bench.drive(TICK_S, press);
+            bench.drive(0.1, REST);
+            assert_eq!(bench.last(), AutomationChange::TimeGap { time_gap_s: gap_s }, "from {from_s} s");
+            assert_eq!(bench.run.state(Tick(bench.tick)).time_gap_s, Some(gap_s));
+        }
+    }
+    // The policy and lane keeping have no time gap.
+    for system in [AutomationSystem::Policy, AutomationSystem::LaneKeeping] {
+        let mut bench = Bench::of(system);
+        bench.drive(TICK_S, press);
+        assert_eq!((bench.noted.len(), bench.run.state(Tick(1)).time_gap_s), (1, None), "{system:?}");
+    }
+}
+
+#[test]
+fn a_longer_gap_that_was_set_makes_the_vehicle_fall_back() {
+    // At 15 m/s and 1.5 s the gap is 2 + 22.5 m.
+    let mut bench = Bench::of(AutomationSystem::AdaptiveCruiseControl);
+    bench.now.leader = Some(crate::driver::SeenLeader { gap_m: 24.5, speed_mps: 15.0 });
+    bench.drive(3.0, REST);
+    let kept = bench.driven;
+    bench.drive(TICK_S, Controls { gap_button: true, ..REST });
+    bench.drive(3.0, REST);
+    assert!(bench.driven.throttle < kept.throttle || bench.driven.brake > kept.brake, "{kept:?} {:?}", bench.driven);
+    assert!(bench.driven.brake > 0.05, "7.5 m are missing: {:?}", bench.driven);
 }
 
 #[test]
