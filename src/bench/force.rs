@@ -66,6 +66,7 @@ pub fn force(picture: &mut DrawnDrive, seconds: f64, size: [u32; 2]) -> Result<O
                     grass: 1.0,
                     contact: 0.0,
                     pulse: 0.0,
+                    held_rad: None,
                     running: true,
                 });
                 std::thread::sleep(Duration::from_millis(10));

@@ -2,10 +2,10 @@
 //! torque, N m, positive to the left, and the kernel's level for it.
 //!
 //! The torque is the ego's self-aligning torque, dry friction (more at a standstill), damping, optional centring,
-//! vibration on grass, the jolt of a contact, pulses of events and soft end stops. It is capped, and faded in and out. The filters have a time constant of
-//! [`SMOOTH_S`].
+//! vibration on grass, the jolt of a contact, pulses of events and soft end stops. While an automation steers, its controller ([`super::hold`]) is in
+//! place of the first four. The torque is capped, and faded in and out. The filters have a time constant of [`SMOOTH_S`].
 
-use super::profile::ForceSettings;
+use super::{hold::WheelHold, profile::ForceSettings};
 use std::f64::consts::TAU;
 
 /// Time constant of the filters for the drive loop's inputs, which change once a tick, and for the wheel's speed, s.
@@ -44,6 +44,8 @@ pub struct ForceInput {
     pub contact: f64,
     /// Strength of a pulse of an event, 0 (none) to 1.
     pub pulse: f64,
+    /// Angle of the steering wheel at which an automation holds the wheel, rad; `None` while the participant steers.
+    pub held_rad: Option<f64>,
     /// True while simulation time runs.
     pub running: bool,
 }
@@ -57,6 +59,7 @@ pub struct ForceModel {
     grass: f64,
     contact: Vibration,
     pulse: Vibration,
+    hold: WheelHold,
     wheel_radps: f64,
     wheel_rad: Option<f64>,
     way_m: f64,
@@ -73,6 +76,7 @@ impl ForceModel {
             grass: 0.0,
             contact: Vibration::default(),
             pulse: Vibration::default(),
+            hold: WheelHold::default(),
             wheel_radps: 0.0,
             wheel_rad: None,
             way_m: 0.0,
@@ -80,7 +84,7 @@ impl ForceModel {
         }
     }
 
-    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `force_input`.
+    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `force_input`, whose angle is one of this wheel.
     pub fn step(&mut self, dt_s: f64, wheel_rad: f64, force_input: &ForceInput, age_s: f64) -> f64 {
         let s = &self.settings;
         let live = force_input.running && age_s < STALE_S && s.strength > 0.0;
@@ -103,16 +107,14 @@ impl ForceModel {
         let centring_nm = -s.centring_nm * wheel_rad;
         let bumps = 0.6 * (TAU * self.way_m / 0.9).sin() + 0.4 * (TAU * self.way_m / 0.37).sin();
         let grass_nm = s.grass_nm * self.grass * smooth(speed_mps / 3.0) * bumps;
-        let over_rad = (wheel_rad.abs() - (self.end_rad - END_RAD)).max(0.0);
+        let free_rad = self.end_rad - END_RAD;
+        let over_rad = (wheel_rad.abs() - free_rad).max(0.0);
         let end_nm = -wheel_rad.signum() * s.cap_nm * over_rad / END_RAD;
-        let sum_nm = s.strength * self.aligning_nm
-            + friction_nm
-            + damping_nm
-            + centring_nm
-            + grass_nm
-            + contact_nm
-            + pulse_nm
-            + end_nm;
+        let steered_nm = s.strength * self.aligning_nm + friction_nm + damping_nm + centring_nm;
+        let held_rad = force_input.held_rad.filter(|rad| rad.is_finite()).map(|rad| rad.clamp(-free_rad, free_rad));
+        let (held_nm, held_share) = self.hold.step(dt_s, held_rad, wheel_rad, self.wheel_radps);
+        let turning_nm = steered_nm + held_share * (held_nm - steered_nm);
+        let sum_nm = turning_nm + grass_nm + contact_nm + pulse_nm + end_nm;
         self.gain * finite(sum_nm).clamp(-s.cap_nm, s.cap_nm)
     }
 

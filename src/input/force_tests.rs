@@ -1,6 +1,9 @@
 //! Force-feedback model: signs, cap, continuity, watchdog, and a simulated wheel that the model turns.
 
-use super::*;
+use super::{
+    super::simulated_wheel::{COUNTS_PER_RAD, SimulatedWheel},
+    *,
+};
 use crate::{
     controls::{Controls, STEERING_LOCK_RAD},
     ego::{CarParams, EgoCar, UniformGround},
@@ -16,7 +19,7 @@ fn model() -> ForceModel {
 }
 
 fn rolling(aligning_nm: f64) -> ForceInput {
-    ForceInput { aligning_nm, speed_mps: 10.0, grass: 0.0, contact: 0.0, pulse: 0.0, running: true }
+    ForceInput { aligning_nm, speed_mps: 10.0, running: true, ..ForceInput::default() }
 }
 
 /// Returns the torque after 1 s of constant input.
@@ -68,9 +71,9 @@ fn the_torque_is_finite_and_within_the_cap_for_any_input() {
             aligning_nm: pick(&mut random),
             speed_mps: pick(&mut random),
             grass: random.uniform(0.0, 1.0),
-            contact: 0.0,
-            pulse: 0.0,
+            held_rad: (random.index(3) > 0).then(|| pick(&mut random)),
             running: true,
+            ..ForceInput::default()
         };
         let torque_nm = model.step(DT_S, random.uniform(-9.0, 9.0), &force_input, 0.0);
         assert!(torque_nm.abs() <= ForceSettings::default().cap_nm, "{torque_nm} at {i}");
@@ -87,9 +90,8 @@ fn the_torque_has_no_steps_where_the_inputs_have_none() {
             aligning_nm: 5.0 * (3.0 * t).sin(),
             speed_mps: 6.0 + 6.0 * (0.4 * t).sin(),
             grass: (0.5 + (0.7 * t).sin()).clamp(0.0, 1.0),
-            contact: 0.0,
-            pulse: 0.0,
             running: true,
+            ..ForceInput::default()
         };
         model.step(DT_S, 7.7 * (TAU * 0.25 * t).sin(), &force_input, 0.0)
     };
@@ -267,58 +269,37 @@ fn a_level_is_one_of_255_steps_to_a_side() {
     assert_eq!((model.level(0.004, false), model.level(0.005, false)), (0, 128));
 }
 
-/// Inertia of a G29's rim with its geared motors, kg m², its own dry friction, N m, and the sensor's counts per radian.
-const RIM_KGM2: f64 = 0.05;
-const RIM_NM: f64 = 0.08;
-const COUNTS_PER_RAD: f64 = 65_536.0 / (5.0 * std::f64::consts::PI);
-
 /// Returns the angles, every millisecond, of a rigid wheel released at `from_rad` in an ego at `speed_mps`. The loop
-/// sends an input 60 times a second, the force comes 6 ms late, and the sensor has finite resolution.
+/// sends an input 60 times a second.
 fn let_go(speed_mps: f64, from_rad: f64, seconds: f64) -> Vec<f64> {
     let mut car = EgoCar::new(&CarParams::default(), Pose::default(), speed_mps, 0).unwrap();
-    let mut model = model();
-    let (mut angle, mut rate) = (from_rad, 0.0_f64);
-    let (mut force_input, mut torque_nm, mut next_nm) = (ForceInput::default(), 0.0, 0.0);
+    let (mut model, mut wheel) = (model(), SimulatedWheel::g29(from_rad));
+    let (mut force_input, mut motor_nm) = (ForceInput::default(), 0.0);
     let mut angles = Vec::new();
     for ms in 0..(seconds * 1e3) as u64 {
-        // For the first second a hand holds the wheel, while the tyres build up their force.
-        let held = ms < 1000;
         if ms % 10 == 0 {
             // The accelerator keeps the speed.
             let throttle = (0.15 + 0.3 * (speed_mps - car.state().speed_mps)).clamp(0.0, 1.0) as f32;
             let brake = if speed_mps == 0.0 { 1.0 } else { 0.0 };
             let throttle = if speed_mps == 0.0 { 0.0 } else { throttle };
-            let controls = Controls { steering_wheel_rad: angle as f32, throttle, brake, ..Controls::default() };
+            let steering_wheel_rad = wheel.angle_rad as f32;
+            let controls = Controls { steering_wheel_rad, throttle, brake, ..Controls::default() };
             car.tick(&controls, &UniformGround::default(), &[]);
         }
         if ms % 17 == 0 {
             let state = car.state();
-            force_input = ForceInput {
-                aligning_nm: state.steering_torque_nm.into(),
-                speed_mps: state.speed_mps,
-                grass: 0.0,
-                contact: 0.0,
-                pulse: 0.0,
-                running: true,
-            };
+            let aligning_nm = state.steering_torque_nm.into();
+            force_input = ForceInput { aligning_nm, speed_mps: state.speed_mps, running: true, ..force_input };
         }
         if ms % 6 == 0 {
-            torque_nm = next_nm;
-            let seen = (angle * COUNTS_PER_RAD).round() / COUNTS_PER_RAD;
-            let sent = model.step(DT_S, seen, &force_input, 0.0);
-            next_nm = -f64::from(model.level(sent, true)) / 32_767.0 * 2.1;
+            let torque_nm = model.step(DT_S, wheel.seen_rad(), &force_input, 0.0);
+            motor_nm = SimulatedWheel::made_nm(&model, torque_nm);
         }
-        if !held {
-            let friction = if rate.abs() < 1e-3 && torque_nm.abs() < RIM_NM {
-                rate = 0.0;
-                -torque_nm
-            } else {
-                -RIM_NM * (rate / 0.02).clamp(-1.0, 1.0)
-            };
-            rate += (torque_nm + friction) / RIM_KGM2 * 1e-3;
-            angle += rate * 1e-3;
+        // For the first second a hand holds the wheel, while the tyres build up their force.
+        if ms >= 1000 {
+            wheel.step(motor_nm, 0.0);
         }
-        angles.push(angle);
+        angles.push(wheel.angle_rad);
     }
     angles
 }

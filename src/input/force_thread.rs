@@ -102,6 +102,8 @@ pub struct ForceLoop {
     device: Box<dyn ForceDevice>,
     model: ForceModel,
     left_is_low: bool,
+    /// Turn of this wheel for a turn of the ego's.
+    per_car_rad: f64,
     sent: Option<i16>,
     last: Option<TimeStamp>,
 }
@@ -109,14 +111,15 @@ pub struct ForceLoop {
 impl ForceLoop {
     /// Creates the loop for a wheel; sends nothing yet.
     pub fn new(device: Box<dyn ForceDevice>, profile: &WheelProfile) -> Self {
-        let lock_rad = f64::from(STEERING_LOCK_RAD) * profile.steering.ratio / f64::from(STEERING_RATIO);
+        let per_car_rad = profile.steering.ratio / f64::from(STEERING_RATIO);
+        let lock_rad = f64::from(STEERING_LOCK_RAD) * per_car_rad;
         let end_rad = (profile.steering.range_deg / 2.0).to_radians().min(lock_rad);
         let model = ForceModel::new(&profile.force, end_rad);
         let left_is_low = (profile.steering.left < profile.steering.right) != profile.force.invert;
-        Self { device, model, left_is_low, sent: None, last: None }
+        Self { device, model, left_is_low, per_car_rad, sent: None, last: None }
     }
 
-    /// Computes the force at time `now` and sends its level if it has changed. Returns the torque, N m.
+    /// Computes the force at time `now`, for the angle of this wheel, and sends its level if it has changed. Returns the torque, N m.
     ///
     /// # Errors
     /// The device is gone or refuses the level.
@@ -130,7 +133,9 @@ impl ForceLoop {
         self.device.turned();
         let dt_s = self.last.map_or(PERIOD, |last| last.until(now)).as_secs_f64().clamp(1e-4, 0.05);
         self.last = Some(now);
-        let torque_nm = self.model.step(dt_s, wheel_rad, force_input, input_at.until(now).as_secs_f64());
+        let held_rad = force_input.held_rad.map(|rad| rad * self.per_car_rad);
+        let force_input = ForceInput { held_rad, ..*force_input };
+        let torque_nm = self.model.step(dt_s, wheel_rad, &force_input, input_at.until(now).as_secs_f64());
         let level = self.model.level(torque_nm, self.left_is_low);
         if self.sent != Some(level) {
             self.device.set(level)?;

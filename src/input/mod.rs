@@ -10,6 +10,7 @@ mod clock;
 mod event_device;
 pub mod force;
 pub mod force_thread;
+mod hold;
 mod keyboard;
 pub mod kinds;
 pub mod lamps;
@@ -26,6 +27,8 @@ pub mod profiles;
 pub mod reader;
 mod rig;
 pub mod sdl_force;
+#[cfg(test)]
+mod simulated_wheel;
 mod stalk;
 pub mod wheel;
 
@@ -162,7 +165,7 @@ impl Devices {
     }
 
     /// Sets the inputs of the force feedback. The force fades out when no input comes for [`force::STALE_S`].
-    pub fn set_force_input(&self, force_input: ForceInput) {
+    pub fn set_force_input(&mut self, force_input: ForceInput) {
         self.rig.set_force_input(force_input);
         self.pads.set_force_input(force_input);
     }

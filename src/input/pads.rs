@@ -422,6 +422,7 @@ mod tests {
                 grass: 0.0,
                 contact: 0.0,
                 pulse: 0.0,
+                held_rad: None,
                 running: true,
             });
             std::thread::sleep(std::time::Duration::from_millis(10));

@@ -39,6 +39,8 @@ pub struct Rig {
     /// Calibration in progress, and the time of its start.
     calibration: Option<(Calibration, TimeStamp)>,
     last_button: Option<u16>,
+    /// True while the motor holds the wheel at the angle of an automation: a turn of it is not one by hand.
+    is_held: bool,
     /// True once the message about missing lamps was sent.
     lamps_told: bool,
     /// Reading thread. The last field, so that it is dropped, and waited for, after all others.
@@ -91,6 +93,7 @@ impl Rig {
             newest: None,
             calibration: None,
             last_button: None,
+            is_held: false,
             lamps_told: false,
             thread: None,
         }
@@ -110,7 +113,8 @@ impl Rig {
                 }
                 WheelMessage::Axis { code, raw, at } => {
                     if let Some(wheel) = &mut self.wheel {
-                        touched |= wheel.state.moved(code, raw);
+                        let is_by_motor = self.is_held && code == wheel.state.profile().steering.axis;
+                        touched |= wheel.state.moved(code, raw) && !is_by_motor;
                         if let Some(action) = wheel.state.hat(code, raw) {
                             news.push(RigEvent::Pressed(action));
                         }
@@ -182,7 +186,8 @@ impl Rig {
     }
 
     /// Sets the inputs of the force feedback.
-    pub fn set_force_input(&self, force_input: ForceInput) {
+    pub fn set_force_input(&mut self, force_input: ForceInput) {
+        self.is_held = force_input.held_rad.is_some() && self.has_force();
         if let Some(force) = self.wheel.as_ref().and_then(|wheel| wheel.force.as_ref()) {
             force.set_input(force_input);
         }

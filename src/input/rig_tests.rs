@@ -145,6 +145,22 @@ fn a_press_of_a_button_of_the_automation_lasts_one_tick() {
 }
 
 #[test]
+fn a_wheel_that_its_motor_turns_is_not_touched() {
+    let (to, messages) = std::sync::mpsc::channel();
+    let mut rig = Rig::fed_by(messages);
+    to.send(WheelMessage::Connected(Box::new(found(Some(Box::new(Log::default())))))).unwrap();
+    rig.poll();
+    let mut touched = |held_rad, code, raw| {
+        rig.set_force_input(ForceInput { held_rad, ..ForceInput::default() });
+        to.send(WheelMessage::Axis { code, raw, at: None }).unwrap();
+        rig.poll().0
+    };
+    // The steering axis by 14 degrees, then the accelerator, with an automation that steers and without one.
+    assert_eq!([touched(Some(0.2), 0, 31_767), touched(Some(0.2), 2, 100)], [false, true]);
+    assert!(touched(None, 0, 32_767));
+}
+
+#[test]
 fn the_newest_time_stamp_is_returned_once() {
     let (to, messages) = std::sync::mpsc::channel();
     let mut rig = Rig::fed_by(messages);
@@ -171,6 +187,7 @@ fn the_force_thread_ends_the_force_when_it_is_dropped() {
         grass: 0.0,
         contact: 0.0,
         pulse: 0.0,
+        held_rad: None,
         running: true,
     });
     drop(thread);

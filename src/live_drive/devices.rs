@@ -54,6 +54,8 @@ impl LiveDrive {
     pub(super) fn force_input(&self) -> ForceInput {
         let world = &self.drive.world;
         let ego = &world.snapshot().ego;
+        let automation = &world.snapshot().automation;
+        let driven = automation.driven.filter(|_| automation.steers_now());
         let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
         ForceInput {
             aligning_nm: ego.steering_torque_nm.into(),
@@ -61,6 +63,7 @@ impl LiveDrive {
             grass: on_grass as f64 / 2.0,
             contact: self.contacts.jolt().strength,
             pulse: world.snapshot().stimuli.as_ref().map_or(0.0, |stimuli| stimuli.wheel_pulse),
+            held_rad: driven.map(|driven| driven.steering_wheel_rad.into()),
             running: self.running(),
         }
     }

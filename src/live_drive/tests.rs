@@ -1,5 +1,8 @@
 //! A drive with a wheel, without window or GPU: contents of recording, lamps, flash patch and end card.
 
+#[path = "automated_wheel_tests.rs"]
+mod automated_wheel;
+
 use super::{loop_health::LoopHealth, *};
 use crate::{
     ego::GroundSurface,

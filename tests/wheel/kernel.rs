@@ -127,8 +127,15 @@ pub fn profile() -> WheelProfile {
 }
 
 /// Force input of a vehicle in a bend to the left at 10 m/s.
-pub const BEND: ForceInput =
-    ForceInput { aligning_nm: 4.0, speed_mps: 10.0, grass: 0.0, contact: 0.0, pulse: 0.0, running: true };
+pub const BEND: ForceInput = ForceInput {
+    aligning_nm: 4.0,
+    speed_mps: 10.0,
+    grass: 0.0,
+    contact: 0.0,
+    pulse: 0.0,
+    held_rad: None,
+    running: true,
+};
 /// Effect level for `BEND`: with strength 0.35 as shipped and 2.1 N m at the full level, 1.4 / 2.1 of 255 steps of 128. The sign is
 /// negative, as left is the smaller end of the axis.
 pub const BEND_LEVEL: i16 = -170 * 128;

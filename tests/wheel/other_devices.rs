@@ -199,7 +199,11 @@ fn a_base_without_wheel_in_its_name_is_pushed() {
             Some(i16::from_le_bytes([60, 62].map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap())))
         };
         let levels: Vec<i16> = asked.lines().filter_map(level).collect();
-        assert!(levels.iter().any(|level| *level > 20_000) && levels.iter().all(|level| *level >= 0), "{levels:?}");
+        // To the left in the bend, then to the right with the automation.
+        let right = levels.iter().position(|level| *level < 0).expect("a level to the right");
+        assert!(levels[..right].iter().any(|level| *level > 20_000), "{levels:?}");
+        assert!(levels[right..].iter().any(|level| *level < -20_000), "{levels:?}");
+        assert!(levels[right..].iter().all(|level| *level <= 0), "{levels:?}");
         assert_eq!(levels.last(), Some(&0));
         assert!(asked.contains("close haptic"), "{asked}");
         return;
@@ -207,21 +211,18 @@ fn a_base_without_wheel_in_its_name_is_pushed() {
     let (mut devices, mut news) = (Devices::open(), Vec::new());
     wait(&mut devices, &mut news, |_, news| news.iter().any(|n| matches!(n, RigEvent::Connected(_))));
     assert!(devices.describe().ends_with("profile Rig 1, with force"), "{}", devices.describe());
-    let mut torque_nm = None;
-    for _ in 0..100 {
-        devices.poll();
-        torque_nm = devices.take_torque_nm();
-        devices.set_force_input(ForceInput {
-            aligning_nm: 4.0,
-            speed_mps: 10.0,
-            grass: 0.0,
-            contact: 0.0,
-            pulse: 0.0,
-            running: true,
-        });
-        sleep(Duration::from_millis(10));
+    // A bend to the left; then an automation whose wheel is 0.5 rad to the right of this one, which rests.
+    let bend = ForceInput { aligning_nm: 4.0, speed_mps: 10.0, running: true, ..ForceInput::default() };
+    for (force_input, sign) in [(bend, 1.0), (ForceInput { held_rad: Some(-0.5), ..bend }, -1.0)] {
+        let mut torque_nm = None;
+        for _ in 0..100 {
+            devices.poll();
+            torque_nm = devices.take_torque_nm();
+            devices.set_force_input(force_input);
+            sleep(Duration::from_millis(10));
+        }
+        assert!(sign * torque_nm.unwrap() > 1.0, "{force_input:?}: {torque_nm:?}");
     }
-    assert!(torque_nm.unwrap() > 1.0, "{torque_nm:?}");
 }
 
 #[test]
