@@ -27,13 +27,16 @@ pub struct Controls {
     /// True in a tick in which the button of the automation's time gap was pressed.
     #[serde(default)]
     pub gap_button: bool,
+    /// Estimated torque of the hands on the steering wheel, N m, positive to the left; `None` without force feedback.
+    #[serde(default)]
+    pub hand_torque_nm: Option<f32>,
 }
 
 /// Travel of a pedal that counts as pressed in events and responses to them, as a share: beyond the noise of pedals at rest.
 pub const PEDAL_PRESSED: f32 = 0.02;
 
 impl Controls {
-    /// Returns the controls with every number clamped to its limits; NaN becomes 0.
+    /// Returns the controls with every number clamped to its limits; NaN becomes 0, and a torque that is no number `None`.
     pub fn sane(&self) -> Self {
         let within = |value: f32, low: f32, high: f32| if value.is_nan() { 0.0 } else { value.clamp(low, high) };
         Self {
@@ -46,6 +49,7 @@ impl Controls {
             task_button: self.task_button,
             automation_button: self.automation_button,
             gap_button: self.gap_button,
+            hand_torque_nm: self.hand_torque_nm.filter(|torque_nm| torque_nm.is_finite()),
         }
     }
 }

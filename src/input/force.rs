@@ -2,10 +2,10 @@
 //! torque, N m, positive to the left, and the kernel's level for it.
 //!
 //! The torque is the ego's self-aligning torque, dry friction (more at a standstill), damping, optional centring,
-//! vibration on grass, the jolt of a contact, pulses of events and soft end stops. While an automation steers, its controller ([`super::hold`]) is in
+//! vibration on grass, the jolt of a contact, pulses of events and soft end stops. While an automation steers, its controller (`hold`) is in
 //! place of the first four. The torque is capped, and faded in and out. The filters have a time constant of [`SMOOTH_S`].
 
-use super::{hold::WheelHold, profile::ForceSettings};
+use super::{hand_torque::HandTorque, hold::WheelHold, profile::ForceSettings};
 use std::f64::consts::TAU;
 
 /// Time constant of the filters for the drive loop's inputs, which change once a tick, and for the wheel's speed, s.
@@ -60,6 +60,9 @@ pub struct ForceModel {
     contact: Vibration,
     pulse: Vibration,
     hold: WheelHold,
+    hands: HandTorque,
+    /// Torque of the previous step, N m.
+    sent_nm: f64,
     wheel_radps: f64,
     wheel_rad: Option<f64>,
     way_m: f64,
@@ -77,6 +80,8 @@ impl ForceModel {
             contact: Vibration::default(),
             pulse: Vibration::default(),
             hold: WheelHold::default(),
+            hands: HandTorque::default(),
+            sent_nm: 0.0,
             wheel_radps: 0.0,
             wheel_rad: None,
             way_m: 0.0,
@@ -84,7 +89,8 @@ impl ForceModel {
         }
     }
 
-    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `force_input`, whose angle is one of this wheel.
+    /// Returns the torque `dt_s` after the previous step, N m, positive to the left. `age_s` is the age of `force_input`, whose angle is
+    /// one of this wheel.
     pub fn step(&mut self, dt_s: f64, wheel_rad: f64, force_input: &ForceInput, age_s: f64) -> f64 {
         let s = &self.settings;
         let live = force_input.running && age_s < STALE_S && s.strength > 0.0;
@@ -98,6 +104,7 @@ impl ForceModel {
         let pulse_nm = PULSE_NM * self.pulse.step(finite(force_input.pulse), share, dt_s, PULSE_HZ);
         let before = self.wheel_rad.replace(wheel_rad).unwrap_or(wheel_rad);
         self.wheel_radps += share * ((wheel_rad - before) / dt_s - self.wheel_radps);
+        self.hands.step(dt_s, share, self.sent_nm, self.wheel_radps);
         self.way_m = (self.way_m + speed_mps * dt_s) % 1000.0;
 
         let standstill_share = 1.0 - smooth(speed_mps / ROLLING_MPS);
@@ -115,7 +122,13 @@ impl ForceModel {
         let (held_nm, held_share) = self.hold.step(dt_s, held_rad, wheel_rad, self.wheel_radps);
         let turning_nm = steered_nm + held_share * (held_nm - steered_nm);
         let sum_nm = turning_nm + grass_nm + contact_nm + pulse_nm + end_nm;
-        self.gain * finite(sum_nm).clamp(-s.cap_nm, s.cap_nm)
+        self.sent_nm = self.gain * finite(sum_nm).clamp(-s.cap_nm, s.cap_nm);
+        self.sent_nm
+    }
+
+    /// Returns the estimated torque of the hands at the last step, N m, positive to the left.
+    pub fn hand_torque_nm(&self) -> f64 {
+        self.hands.torque_nm()
     }
 
     /// Returns the kernel's level for a torque. With direction 0xC000 a positive level turns towards greater axis

@@ -53,16 +53,19 @@ impl SharedAngle {
     }
 }
 
-/// Torques that were sent since the drive loop last asked.
+/// Torques that were sent since the drive loop last asked, and the hands' torque.
 #[derive(Debug, Default)]
 struct SentTorques {
     sum_nm: f64,
     count: u32,
     last_nm: f64,
+    /// Estimated torque of the hands, N m; `None` before the first turn and after the last.
+    hand_nm: Option<f64>,
 }
 
 impl SentTorques {
-    fn add(&mut self, torque_nm: f64) {
+    fn add(&mut self, torque_nm: f64, hand_nm: Option<f64>) {
+        self.hand_nm = hand_nm;
         self.sum_nm += torque_nm;
         self.count += 1;
         self.last_nm = torque_nm;
@@ -71,7 +74,7 @@ impl SentTorques {
     /// Returns the mean and begins anew; without a torque since then, the last one is still in force.
     fn take_mean_nm(&mut self) -> f64 {
         let mean_nm = if self.count == 0 { self.last_nm } else { self.sum_nm / f64::from(self.count) };
-        *self = Self { last_nm: self.last_nm, ..Self::default() };
+        *self = Self { last_nm: self.last_nm, hand_nm: self.hand_nm, ..Self::default() };
         mean_nm
     }
 }
@@ -165,7 +168,7 @@ impl ForceThread {
             while !of_thread.stop.load(Ordering::Relaxed) {
                 let (force_input, at) = *of_thread.force_input.lock().unwrap_or_else(PoisonError::into_inner);
                 match force.turn(TimeStamp::now(), angle.get(), &force_input, at) {
-                    Ok(torque_nm) => of_thread.torques().add(torque_nm),
+                    Ok(torque_nm) => of_thread.torques().add(torque_nm, Some(force.model.hand_torque_nm())),
                     Err(error) => {
                         // ENODEV means an unplugged wheel, which the reading thread reports.
                         log::warn!("the wheel accepts no more force ({error}); the drive continues without force");
@@ -176,7 +179,7 @@ impl ForceThread {
                 next = turn_after(next, now);
                 std::thread::sleep(now.until(next));
             }
-            of_thread.torques().add(0.0);
+            of_thread.torques().add(0.0, None);
         })?;
         Ok(Self { shared, thread: Some(thread) })
     }
@@ -190,6 +193,11 @@ impl ForceThread {
     /// miss the pushes on a slow display: the force fades out before each late picture.
     pub fn take_torque_nm(&self) -> f64 {
         self.shared.torques().take_mean_nm()
+    }
+
+    /// Returns the estimated torque of the hands, N m, positive to the left; `None` while no force is sent.
+    pub fn hand_torque_nm(&self) -> Option<f64> {
+        self.shared.torques().hand_nm
     }
 }
 
@@ -268,12 +276,13 @@ mod tests {
         assert_eq!(torques.take_mean_nm(), 0.0);
         // A push that has faded out when the next picture comes.
         for torque_nm in [-0.5, -0.7, -0.3, 0.0, 0.0] {
-            torques.add(torque_nm);
+            torques.add(torque_nm, None);
         }
         assert!((torques.take_mean_nm() + 0.3).abs() < 1e-12);
-        torques.add(-0.2);
+        torques.add(-0.2, Some(0.7));
         assert_eq!(torques.take_mean_nm(), -0.2);
         assert_eq!(torques.take_mean_nm(), -0.2, "the level is held until the next one");
+        assert_eq!(torques.hand_nm, Some(0.7));
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod clock;
 mod event_device;
 pub mod force;
 pub mod force_thread;
+mod hand_torque;
 mod hold;
 mod keyboard;
 pub mod kinds;
@@ -121,16 +122,18 @@ impl Devices {
     /// Returns the controls of one tick. `hint` is the input of lane help, `None` where lane help is off.
     pub fn controls(&mut self, speed_mps: f64, hint: Option<LaneHint>) -> Controls {
         let typed = self.keyboard.tick(speed_mps, hint);
-        let driven = match self.source {
-            ControlSource::Keyboard => typed,
-            ControlSource::Pad => self.pads.controls().unwrap_or(typed),
-            ControlSource::Wheel => self.rig.controls(),
+        let (driven, hand_torque_nm) = match self.source {
+            ControlSource::Keyboard => (typed, None),
+            ControlSource::Pad => (self.pads.controls().unwrap_or(typed), self.pads.hand_torque_nm()),
+            ControlSource::Wheel => (self.rig.controls(), self.rig.hand_torque_nm()),
         };
+        let hand_torque_nm = hand_torque_nm.map(|torque_nm| torque_nm as f32);
         let indicator = self.stalk.steered(driven.steering_wheel_rad);
         let task_button = self.task_presses.pop_front().unwrap_or_default();
         let automation_button = std::mem::take(&mut self.is_automation_pressed);
         let gap_button = std::mem::take(&mut self.is_gap_pressed);
-        Controls { indicator, main_beam: self.has_main_beam, task_button, automation_button, gap_button, ..driven }
+        let main_beam = self.has_main_beam;
+        Controls { indicator, main_beam, task_button, automation_button, gap_button, hand_torque_nm, ..driven }
     }
 
     /// Pushes the indicator stalk to a side; a push to the side where it is puts it back to the middle.

@@ -147,6 +147,11 @@ impl Pads {
         Some(self.force.as_ref()?.thread.take_torque_nm())
     }
 
+    /// Returns the estimated torque of the hands, N m, positive to the left; `None` without force feedback.
+    pub fn hand_torque_nm(&self) -> Option<f64> {
+        self.force.as_ref()?.thread.hand_torque_nm()
+    }
+
     /// Returns the actions of buttons pressed since the last call: d-pad, south button and shoulder buttons.
     pub fn take_pressed(&mut self) -> Vec<ButtonAction> {
         std::mem::take(&mut self.pressed)

@@ -203,6 +203,11 @@ impl Rig {
         Some(self.wheel.as_ref()?.force.as_ref()?.take_torque_nm())
     }
 
+    /// Returns the estimated torque of the hands, N m, positive to the left; `None` without force feedback.
+    pub fn hand_torque_nm(&self) -> Option<f64> {
+        self.wheel.as_ref()?.force.as_ref()?.hand_torque_nm()
+    }
+
     /// Puts the selector into drive.
     pub fn select_drive(&mut self) {
         self.left.selector = Selector::Drive;

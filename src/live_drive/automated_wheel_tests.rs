@@ -1,7 +1,11 @@
-//! A wheel with force feedback in a drive with an automation: the force turns it to the automation's angle.
+//! A wheel with force feedback in a drive with an automation: the force turns it to the automation's angle, and what keeps it from turning counts as
+//! hands.
 
 use super::*;
-use crate::scenario::{Automation, AutomationSystem};
+use crate::{
+    scenario::{Automation, AutomationSystem},
+    snapshot::AutomationMode,
+};
 
 #[test]
 fn a_wheel_with_force_is_turned_to_the_side_of_the_automation() {
@@ -23,8 +27,19 @@ fn a_wheel_with_force_is_turned_to_the_side_of_the_automation() {
                 wheel_rad.abs() > 0.1 && torque_nm.signum() == f64::from(wheel_rad.signum()),
                 "{wheel_rad} {torque_nm}"
             );
-            return;
+            break;
         }
     }
-    panic!("no force within 10 s: {:?}", live.force_input());
+    // The wheel that does not turn is taken for one that is held, against the motor.
+    for _ in 0..500 {
+        live.advance(Duration::from_millis(20), |_| ()).unwrap();
+        let world = &live.drive.world;
+        if world.snapshot().automation.mode == AutomationMode::Off {
+            let torque_nm = live.devices.controls(0.0, None).hand_torque_nm.expect("a wheel with force");
+            assert!(torque_nm.abs() >= 1.0 && world.snapshot().automation.driven.is_some(), "{torque_nm}");
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    panic!("no force or no takeover within 10 s: {:?}", live.force_input());
 }

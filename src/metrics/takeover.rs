@@ -85,7 +85,7 @@ pub enum SwitchedOffBy {
     Button,
     Brake,
     Accelerator,
-    /// Turn of the steering wheel by the participant.
+    /// Turn of the steering wheel by the participant, or torque of their hands.
     Wheel,
     Event,
     /// Failure of the system, which cannot be switched on again.
@@ -100,11 +100,14 @@ pub enum TakeoverInput {
     Button,
     Brake,
     Accelerator,
+    /// Turn of the steering wheel.
     Wheel,
+    /// Torque of the hands on the steering wheel.
+    Hands,
 }
 
 /// Words of the table of events for each change: kind and detail.
-const WORDS: [(AutomationChange, [&str; 2]); 17] = [
+const WORDS: [(AutomationChange, [&str; 2]); 18] = [
     (AutomationChange::On(SwitchedOnBy::Start), ["automation_on", "start"]),
     (AutomationChange::On(SwitchedOnBy::Button), ["automation_on", "button"]),
     (AutomationChange::On(SwitchedOnBy::Event), ["automation_on", "event"]),
@@ -119,6 +122,7 @@ const WORDS: [(AutomationChange, [&str; 2]); 17] = [
     (AutomationChange::Input(TakeoverInput::Brake), ["takeover_input", "brake"]),
     (AutomationChange::Input(TakeoverInput::Accelerator), ["takeover_input", "accelerator"]),
     (AutomationChange::Input(TakeoverInput::Wheel), ["takeover_input", "wheel"]),
+    (AutomationChange::Input(TakeoverInput::Hands), ["takeover_input", "hands"]),
     (AutomationChange::MinimalRisk, ["minimal_risk_manoeuvre", ""]),
     (AutomationChange::Request { lead_s: 0.0 }, ["takeover_request", ""]),
     (AutomationChange::TimeGap { time_gap_s: 0.0 }, ["automation_gap", ""]),
@@ -165,7 +169,7 @@ pub struct TakeoverScores {
     pub takeover_time_s: Option<f64>,
     /// Mean time from the request to the first moved control, s.
     pub takeover_first_input_s: Option<f64>,
-    /// Mean time from the request to the first turn of the steering wheel, s.
+    /// Mean time from the request to the first turn of the steering wheel or torque of the hands on it, s.
     pub takeover_hands_on_s: Option<f64>,
     /// Smallest time to collision in the time after a takeover, s.
     pub takeover_min_ttc_s: Option<f64>,
@@ -213,7 +217,8 @@ impl TakeoverLog {
                 if !std::mem::replace(&mut self.has_input, true) {
                     self.times_s.first_inputs.push(since_s);
                 }
-                if input == TakeoverInput::Wheel && !std::mem::replace(&mut self.has_hands_on, true) {
+                let is_hands_on = matches!(input, TakeoverInput::Wheel | TakeoverInput::Hands);
+                if is_hands_on && !std::mem::replace(&mut self.has_hands_on, true) {
                     self.times_s.hands_on.push(since_s);
                 }
             }
@@ -288,7 +293,8 @@ mod tests {
             (5.0, Change::Off(SwitchedOffBy::Brake)),
             (10.0, Change::Request { lead_s: 7.0 }),
             (11.5, Change::Input(TakeoverInput::Brake)),
-            (12.0, Change::Input(TakeoverInput::Wheel)),
+            (12.0, Change::Input(TakeoverInput::Hands)),
+            (12.5, Change::Input(TakeoverInput::Wheel)),
             (13.0, Change::Off(SwitchedOffBy::Wheel)),
             (40.0, Change::Request { lead_s: 7.0 }),
             (47.0, Change::MinimalRisk),

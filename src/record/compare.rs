@@ -149,6 +149,8 @@ impl TableComparison {
                 task_button,
                 automation_button,
                 gap_button,
+                // Empty without force feedback.
+                hand_torque_nm: ego.number("hand_torque_nm").map(|torque_nm| torque_nm as f32),
             })),
             _ => Err(ego.batches_error(
                 "columns throttle, brake, steering_wheel_rad, selector, indicator, main_beam, task_button, automation_button or gap_button are not as this program writes them",

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::{
+    metrics::{AutomationChange, SwitchedOffBy},
     record::{AlteredFile, Checksums, Manifest, Recorder, TableReader, changes},
-    scenario::Scenario,
+    scenario::{Automation, AutomationSystem, Scenario},
     sim::SummaryAccumulator,
     traffic::EngineChoice,
 };
@@ -11,7 +12,12 @@ use crate::{
 const TICKS: u64 = 120;
 
 fn world() -> World {
+    world_with(Automation::default())
+}
+
+fn world_with(automation: Automation) -> World {
     let scenario = Scenario {
+        automation,
         traffic: EngineChoice::Native,
         policy: "constant".into(),
         vehicles: 3,
@@ -23,18 +29,27 @@ fn world() -> World {
 }
 
 fn controls(tick: u64) -> Controls {
-    Controls { throttle: 0.1 + 0.001 * tick as f32, ..Controls::default() }
+    let hand_torque_nm = (!tick.is_multiple_of(3)).then_some(0.01 * tick as f32);
+    Controls { throttle: 0.1 + 0.001 * tick as f32, gap_button: tick == 50, hand_torque_nm, ..Controls::default() }
 }
 
 /// Records a drive to its end; `write` is called after each tick.
 fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::PathBuf {
-    let mut world = world();
+    recorded_of(world(), controls, folder, write)
+}
+
+fn recorded_of(
+    mut world: World,
+    given: fn(u64) -> Controls,
+    folder: &Path,
+    write: impl Fn(&mut Recorder, u64),
+) -> std::path::PathBuf {
     let mut recorder = Recorder::begin(&folder.join("drive"), world.scenario(), Manifest::default()).expect("begun");
     let mut summary = SummaryAccumulator::new([0.0, f64::INFINITY]);
     for tick in 1..=TICKS {
-        world.tick(&controls(tick)).expect("the native engine");
+        world.tick(&given(tick)).expect("the native engine");
         summary.add(world.snapshot(), world.events());
-        recorder.tick(&world, &controls(tick)).expect("room");
+        recorder.tick(&world, &given(tick)).expect("room");
         write(&mut recorder, tick);
     }
     assert!(world.ended().is_some());
@@ -43,18 +58,55 @@ fn recorded(folder: &Path, write: impl Fn(&mut Recorder, u64)) -> std::path::Pat
 
 /// Compares a recording with a drive with these controls. Returns the number of differing cells and the first of them.
 fn compared(recording: &Path, driven: impl Fn(u64) -> Controls) -> (u64, Option<CellDifference>) {
-    let mut world = world();
+    compared_of(world(), controls, recording, driven)
+}
+
+fn compared_of(
+    mut world: World,
+    given: fn(u64) -> Controls,
+    recording: &Path,
+    driven: impl Fn(u64) -> Controls,
+) -> (u64, Option<CellDifference>) {
     let mut comparison = TableComparison::open(recording, &world).expect("a recording");
     assert_eq!(comparison.controls(Tick(2)).expect("rows"), None, "the row that comes next is of another tick");
     for tick in 1..=TICKS {
         let recorded = comparison.controls(Tick(tick)).expect("rows").expect("no hole");
-        assert_eq!(recorded, controls(tick));
+        assert_eq!(recorded, given(tick));
         world.tick(&driven(tick)).expect("the native engine");
         comparison.tick(&world, &driven(tick)).expect("rows");
     }
     assert_eq!(comparison.controls(Tick(TICKS + 1)).expect("rows"), None, "the recording ends");
     comparison.end(Tick(TICKS), false).expect("rows");
     (comparison.cells(), comparison.first().cloned())
+}
+
+#[test]
+fn a_time_gap_and_a_takeover_by_hands_are_repeated() {
+    // The gap goes from 1.5 to 2 s at 0.3 s, and hands of 1.2 N m take over at 0.6 s.
+    let given = |tick: u64| Controls {
+        gap_button: tick == 30,
+        hand_torque_nm: Some(if tick < 60 { 0.1 } else { 1.2 }),
+        ..Controls::default()
+    };
+    let automation = Automation { system: AutomationSystem::CruiseAndLaneKeeping, ..Automation::default() };
+    let folder = tempfile::tempdir().expect("a folder");
+    let drive = recorded_of(world_with(automation), given, folder.path(), |_, _| ());
+    assert_eq!(compared_of(world_with(automation), given, &drive, given), (0, None));
+    let mut world = world_with(automation);
+    let mut changes = Vec::new();
+    for tick in 1..=TICKS {
+        world.tick(&given(tick)).expect("the native engine");
+        changes.extend(world.events().iter().filter_map(|event| match event.kind {
+            EventKind::Automation(change) => Some((event.tick.0, change)),
+            _ => None,
+        }));
+    }
+    let expected =
+        [(30, AutomationChange::TimeGap { time_gap_s: 2.0 }), (60, AutomationChange::Off(SwitchedOffBy::Wheel))];
+    assert_eq!(changes[1..], expected);
+    // Without them the drive is another one, beside the two columns of the controls themselves.
+    let (cells, _) = compared_of(world_with(automation), given, &drive, |_| Controls::default());
+    assert!(cells > 2 * TICKS, "{cells}");
 }
 
 #[test]

@@ -21,6 +21,12 @@ pub struct Automation {
     /// Turn of the steering wheel, away from the system's, that takes over the steering
     #[schemars(range(min = 2.0, max = 90.0), extend("unit" = "deg"))]
     pub override_deg: f64,
+    /// Torque of the hands from which they are on the steering wheel, where the wheel has force feedback
+    #[schemars(range(min = 0.3, max = 5.0), extend("unit" = "N m"))]
+    pub hands_on_nm: f64,
+    /// Torque of the hands that takes over the steering, where the wheel has force feedback
+    #[schemars(range(min = 0.5, max = 10.0), extend("unit" = "N m"))]
+    pub override_nm: f64,
     /// Deceleration of a minimal-risk manoeuvre
     #[schemars(range(min = 0.5, max = 4.0), extend("unit" = "m/s2"))]
     // Upper limit: UN Regulation 157, 5.5.1 (docs/references.md: automation).
@@ -37,6 +43,8 @@ impl Default for Automation {
             set_speed_mps: 0.0,
             time_gap_s: 1.5,
             override_deg: 10.0,
+            hands_on_nm: 0.5,
+            override_nm: 1.0,
             minimal_risk_mps2: 3.0,
             spoken_requests: true,
         }

@@ -339,6 +339,8 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/automation/set_speed_mps",
         "/automation/time_gap_s",
         "/automation/override_deg",
+        "/automation/hands_on_nm",
+        "/automation/override_nm",
         "/automation/minimal_risk_mps2",
         "/automation/spoken_requests",
         "/contact",

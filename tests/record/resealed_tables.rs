@@ -12,7 +12,7 @@ use codrive::{record, time::Tick};
 use serde_json::Value;
 use std::{collections::BTreeSet, fs, path::Path, sync::Arc};
 
-const CONTROLS: [&str; 9] = [
+const CONTROLS: [&str; 10] = [
     "throttle",
     "brake",
     "steering_wheel_rad",
@@ -21,6 +21,7 @@ const CONTROLS: [&str; 9] = [
     "task_button",
     "automation_button",
     "gap_button",
+    "hand_torque_nm",
     "main_beam",
 ];
 /// Columns that do not follow from the drive.

@@ -34,6 +34,7 @@ const STANDING: Controls = Controls {
     task_button: codrive::controls::TaskButton::None,
     automation_button: false,
     gap_button: false,
+    hand_torque_nm: None,
 };
 
 /// Returns every snapshot of `seconds` of a drive by the simulated driver.

@@ -24,16 +24,16 @@ pub(super) const MEASURES: &[Measure] = &[
         "takeover_first_input_s",
         "Time to the first input after a takeover request",
         "s",
-        "time from a takeover request to the first press of button, brake or accelerator (5 % of its travel) or turn of the steering wheel (2 degrees): \
-         mean over the requests with one",
+        "time from a takeover request to the first press of button, brake or accelerator (5 % of its travel), turn of the steering wheel (2 degrees) \
+         or torque of the hands on one with force feedback: mean over the requests with one",
     )
     .by("automation"),
     ego(
         "takeover_hands_on_s",
         "Hands-on time",
         "s",
-        "time from a takeover request to the first turn of the steering wheel by 2 degrees within 0.5 s, away from the automation's: mean over the \
-         requests with one before the takeover",
+        "time from a takeover request to the first turn of the steering wheel by 2 degrees within 0.5 s, away from the automation's, \
+         or torque of the hands on one with force feedback: mean over the requests with one before the takeover",
     )
     .by("automation"),
     ego(

@@ -125,6 +125,12 @@ pub const EGO: &[TableColumn<EgoRow>] = &[
         "true in a tick in which the button of the automation's time gap was pressed",
         ColumnValue::Flag(|r| Some(r.controls.gap_button)),
     ),
+    number(
+        "hand_torque_nm",
+        "N m",
+        "torque of the hands on the steering wheel, estimated from its motor and its motion, positive to the left; empty without force feedback",
+        |r| r.controls.hand_torque_nm.map(f64::from),
+    ),
     column(
         "automation",
         "",

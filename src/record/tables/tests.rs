@@ -108,6 +108,7 @@ const CONTROLS: Controls = Controls {
     task_button: TaskButton::Left,
     automation_button: true,
     gap_button: true,
+    hand_torque_nm: Some(-0.75),
 };
 
 #[test]
@@ -125,6 +126,7 @@ fn a_row_of_the_ego_has_the_values_of_its_snapshot() {
         ("task_button", "left"),
         ("automation_button", "true"),
         ("gap_button", "true"),
+        ("hand_torque_nm", "-0.750000"),
         ("automation", "takeover_request"),
         ("automation_gap_s", "1.500000"),
         ("driven_throttle", "0.125000"),

@@ -84,6 +84,8 @@ pub(super) struct AutomationRun {
     turns: WheelTurns,
     /// Tick at which the system was switched off, and the angle by which its wheel differed from the participant's, rad.
     released: Option<(Tick, f32)>,
+    /// True once the hands were light while the system is on: those that held the wheel in a bend when it was switched on do not switch it off.
+    have_hands_been_light: bool,
     /// True once the brake was up while the system is on: a foot that holds the vehicle before the drive begins does not switch it off.
     has_brake_been_up: bool,
     /// Controls that moved the vehicle in the last tick.
@@ -107,6 +109,7 @@ impl AutomationRun {
             request: None,
             turns: WheelTurns::default(),
             released: None,
+            have_hands_been_light: false,
             has_brake_been_up: false,
             driven: Controls::default(),
         }))
@@ -169,6 +172,7 @@ impl AutomationRun {
             note(AutomationChange::TimeGap { time_gap_s: self.time_gap_s });
         }
         self.has_brake_been_up |= given.brake < PRESSED;
+        self.have_hands_been_light |= !has_torque(&given, self.settings.override_nm);
         let order = self.order.take();
         if order == Some(AutomationOrder::Fail) {
             self.has_failed = true;
@@ -227,6 +231,7 @@ impl AutomationRun {
         self.driver = self.driver.from_controls(&now);
         self.driven = now;
         self.mode = AutomationMode::On;
+        self.have_hands_been_light = false;
         self.turns = WheelTurns::default();
         note(AutomationChange::On(by));
     }
@@ -244,7 +249,11 @@ impl AutomationRun {
         let system = self.settings.system;
         let heeds_brake = system.keeps_speed() || self.mode.asks();
         let is_braked = given.brake >= PRESSED && self.has_brake_been_up && heeds_brake;
-        let is_by_hand = || system.steers() && self.turns.is_by_hand(self.settings.override_deg.to_radians());
+        let has_force = given.hand_torque_nm.is_some();
+        let is_turned = || self.turns.is_by_hand(self.settings.override_deg.to_radians());
+        // A wheel with a motor may lag behind a quick turn of the system's: only hands with a torque turn it.
+        let is_turned_by_hand = || is_turned() && (!has_force || has_torque(given, self.settings.hands_on_nm));
+        let is_forced = || self.have_hands_been_light && has_torque(given, self.settings.override_nm);
         match given {
             _ if given.automation_button => Some(SwitchedOffBy::Button),
             _ if is_braked => Some(SwitchedOffBy::Brake),
@@ -252,23 +261,26 @@ impl AutomationRun {
             _ if given.throttle >= PRESSED && system.keeps_speed() && self.mode.asks() => {
                 Some(SwitchedOffBy::Accelerator)
             }
-            _ if is_by_hand() => Some(SwitchedOffBy::Wheel),
+            _ if system.steers() && (is_forced() || is_turned_by_hand()) => Some(SwitchedOffBy::Wheel),
             _ => None,
         }
     }
 
     /// Notes each control that the participant moves for the first time since a takeover request.
     fn note_inputs(&mut self, given: &Controls, note: &mut impl FnMut(AutomationChange)) {
+        let are_hands_on = has_torque(given, self.settings.hands_on_nm);
         let Some(request) = &mut self.request else { return };
-        let is_by_hand = match self.settings.system.steers() {
+        let is_turned = match self.settings.system.steers() {
             true => self.turns.is_by_hand(HANDS_ON_RAD.into()),
             false => (given.steering_wheel_rad - request.wheel_rad).abs() >= HANDS_ON_RAD,
         };
+        let is_by_hand = is_turned && (are_hands_on || given.hand_torque_nm.is_none());
         let moved = [
             (TakeoverInput::Button, given.automation_button),
             (TakeoverInput::Brake, given.brake >= PRESSED),
             (TakeoverInput::Accelerator, given.throttle >= PRESSED),
             (TakeoverInput::Wheel, is_by_hand),
+            (TakeoverInput::Hands, are_hands_on),
         ];
         for (input, _) in moved.iter().filter(|(_, is_moved)| *is_moved) {
             if !request.inputs.contains(input) {
@@ -334,6 +346,11 @@ impl AutomationRun {
         }
         Controls { steering_wheel_rad: given.steering_wheel_rad + left * offset_rad, ..*given }
     }
+}
+
+/// Returns true if the hands give the wheel this torque, N m. Without force feedback their torque is unknown.
+fn has_torque(given: &Controls, least_nm: f64) -> bool {
+    given.hand_torque_nm.is_some_and(|torque_nm| f64::from(torque_nm).abs() >= least_nm)
 }
 
 /// Returns the next longer setting of the time gap, or the shortest one after the longest, s.

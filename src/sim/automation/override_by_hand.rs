@@ -2,7 +2,7 @@
 //! turn by hand.
 //!
 //! The participant's wheel may rest, as one without a motor does, or turn with the system's. A turn by hand both moves the wheel and leads it away from
-//! the system's angle. A hand that holds a wheel against its motor does not move it, and is not noticed.
+//! the system's angle. A hand that holds a wheel against its motor does not move it: its torque tells it, where the wheel has force feedback.
 
 use std::collections::VecDeque;
 

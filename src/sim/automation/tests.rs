@@ -56,6 +56,7 @@ const REST: Controls = Controls {
     task_button: crate::controls::TaskButton::None,
     automation_button: false,
     gap_button: false,
+    hand_torque_nm: None,
 };
 const PRESS: Controls = Controls { automation_button: true, ..REST };
 const BRAKE: Controls = Controls { brake: 0.3, ..REST };
@@ -207,6 +208,65 @@ fn a_wheel_that_follows_late_is_not_turned_by_hand_and_one_held_back_is() {
     // From there the participant turns it back by 2 degrees each tick: in the fifth it is 10 degrees away.
     let by_hand: Vec<bool> = (1..=5u8).map(|k| add(24.0 - 2.0 * f32::from(k) - 0.01, 24.0)).collect();
     assert_eq!(by_hand, [false, false, false, false, true]);
+}
+
+/// Returns the controls of a wheel with force that rests, with this torque of the hands, N m.
+fn hands(torque_nm: f32) -> Controls {
+    Controls { hand_torque_nm: Some(torque_nm), ..REST }
+}
+
+#[test]
+fn the_torque_of_the_hands_takes_over_a_system_that_steers() {
+    for (system, mode) in [
+        (AutomationSystem::CruiseAndLaneKeeping, AutomationMode::Off),
+        (AutomationSystem::AdaptiveCruiseControl, AutomationMode::On),
+    ] {
+        let mut bench = Bench::of(system);
+        bench.drive(1.0, hands(0.0));
+        // The defaults: hands are on the wheel from 0.5 N m on, and take over from 1 N m on, to either side.
+        bench.drive(1.0, hands(0.99));
+        assert_eq!(bench.mode(), AutomationMode::On);
+        bench.drive(TICK_S, hands(-1.01));
+        assert_eq!(bench.mode(), mode, "{system:?}");
+    }
+}
+
+#[test]
+fn hands_that_hold_the_wheel_when_it_is_switched_on_do_not_switch_it_off() {
+    let system = AutomationSystem::LaneKeeping;
+    let mut bench = Bench::new(Automation { system, starts_on: false, ..Automation::default() });
+    bench.drive(1.0, hands(1.3));
+    bench.drive(TICK_S, Controls { automation_button: true, ..hands(1.3) });
+    bench.drive(1.0, hands(1.3));
+    assert_eq!(bench.mode(), AutomationMode::On);
+    bench.drive(0.1, hands(0.2));
+    bench.drive(TICK_S, hands(1.3));
+    assert_eq!(bench.last(), AutomationChange::Off(SwitchedOffBy::Wheel));
+}
+
+#[test]
+fn a_turn_of_a_wheel_with_force_needs_a_torque_of_the_hands() {
+    for (torque_nm, mode) in [(0.3, AutomationMode::On), (0.6, AutomationMode::Off)] {
+        let mut bench = Bench::of(AutomationSystem::CruiseAndLaneKeeping);
+        bench.drive(1.0, hands(torque_nm));
+        // 11 of 10 degrees at once, as of a wheel that catches up with the system's.
+        bench.drive(TICK_S, Controls { steering_wheel_rad: 11.0_f32.to_radians(), ..hands(torque_nm) });
+        assert_eq!(bench.mode(), mode, "{torque_nm} N m");
+    }
+}
+
+#[test]
+fn hands_on_a_wheel_with_force_are_an_input_without_a_turn() {
+    let inputs = |torque_nm| {
+        let mut bench = Bench::of(AutomationSystem::TrafficJamPilot);
+        bench.drive(1.0, hands(0.0));
+        bench.run.order(AutomationOrder::Request(7.0));
+        bench.drive(1.0, hands(0.0));
+        bench.drive(1.0, hands(torque_nm));
+        bench.noted[2..].to_vec()
+    };
+    assert_eq!(inputs(0.49), []);
+    assert_eq!(inputs(-0.51), [(201, AutomationChange::Input(TakeoverInput::Hands))]);
 }
 
 #[test]
