@@ -54,6 +54,8 @@ pub struct WindowOptions {
     pub out: Option<PathBuf>,
     /// Profile of the wheel; `None` takes the profile for the wheel that is found.
     pub wheel: Option<WheelProfile>,
+    /// Folder of the LED for signals of the detection response task; `None` for the wheel's rev lamps.
+    pub led: Option<PathBuf>,
     /// Settings for laboratory devices.
     pub lab: LabSettings,
     /// Flag that becomes true when the program should end (Ctrl-C).
@@ -79,7 +81,11 @@ pub fn run(options: WindowOptions) -> Result<(String, Result<(), RunError>), Run
     let event_loop = event_loop::event_loop()?;
     // The world first: an error in the scenario is reported before a window opens. A free drive waits for its driver.
     let pace = if options.paused || options.is_free() { Pace::Paused } else { Pace::RealTime };
-    let mut live = LiveDrive::new(&options.scenario, pace, Devices::open_with(options.wheel.clone()))?;
+    let mut live = LiveDrive::new(
+        &options.scenario,
+        pace,
+        Devices::open_with(options.wheel.clone()).with_led(options.led.as_deref()),
+    )?;
     live.set_lab(lab);
     let stop = Arc::clone(&options.stop);
     let (frame, ended) = event_loop::run::<DriveWindows>(event_loop, (options, live), &stop);
@@ -363,6 +369,7 @@ mod tests {
                 paused: false,
                 out: out.map(PathBuf::from),
                 wheel: None,
+                led: None,
                 lab: LabSettings::default(),
                 stop: Arc::default(),
             };

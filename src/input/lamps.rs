@@ -1,6 +1,7 @@
-//! Rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) exposes as LED devices `...::RPM1` to `...::RPM5`.
-//! In: the speed relative to the advice. Out: bytes to `brightness` files, only when they change. The lamps are dark at
-//! the end.
+//! LEDs of the kernel's LED class: the rev lamps on a wheel's rim, which the mainline driver (hid-lg4ff) exposes as LED
+//! devices `...::RPM1` to `...::RPM5`, or another LED that a person names. In: the speed relative to the advice, or a
+//! signal of the detection response task. Out: bytes to `brightness` files, only when they change. The lamps are dark
+//! at the end.
 
 use std::{
     fs, io,
@@ -35,11 +36,28 @@ impl AdviceState {
     }
 }
 
-/// Rev lamps of one wheel; a wheel may have none.
+/// Rev lamps of one wheel, which may have none; or one other LED.
 #[derive(Debug, Default)]
 pub struct Lamps {
-    files: Vec<PathBuf>,
+    lamps: Vec<Lamp>,
     shown: Option<usize>,
+}
+
+/// LED device with its file.
+#[derive(Debug)]
+struct Lamp {
+    file: PathBuf,
+    /// Text that sets its full brightness.
+    full: String,
+}
+
+impl Lamp {
+    /// Returns the LED of a folder of the kernel's LED class. Without a stated maximum its full brightness is 1.
+    fn in_folder(folder: &Path) -> Self {
+        let most = fs::read_to_string(folder.join("max_brightness"));
+        let most = most.ok().and_then(|text| text.trim().parse::<u32>().ok());
+        Self { file: folder.join("brightness"), full: most.unwrap_or(1).to_string() }
+    }
 }
 
 impl Lamps {
@@ -47,23 +65,28 @@ impl Lamps {
     pub fn find(sys: &Path, event: &str) -> Self {
         // eventN/device is the input device, and its device the HID device that the lamps belong to.
         let folder = sys.join("class/input").join(event).join("device/device/leds");
-        let mut lamps: Vec<(u32, PathBuf)> = fs::read_dir(folder)
+        let mut lamps: Vec<(u32, Lamp)> = fs::read_dir(folder)
             .into_iter()
             .flatten()
             .flatten()
             .filter_map(|entry| {
                 let name = entry.file_name().into_string().ok()?;
                 let number = name.rsplit_once("::RPM")?.1.parse().ok()?;
-                Some((number, entry.path().join("brightness")))
+                Some((number, Lamp::in_folder(&entry.path())))
             })
             .collect();
-        lamps.sort();
-        Self { files: lamps.into_iter().map(|(_, file)| file).collect(), shown: None }
+        lamps.sort_by_key(|(number, _)| *number);
+        Self { lamps: lamps.into_iter().map(|(_, lamp)| lamp).collect(), shown: None }
+    }
+
+    /// Returns the LED of this folder, such as `/sys/class/leds/NAME`.
+    pub fn at(folder: &Path) -> Self {
+        Self { lamps: vec![Lamp::in_folder(folder)], shown: None }
     }
 
     /// Returns the number of lamps.
     pub fn count(&self) -> usize {
-        self.files.len()
+        self.lamps.len()
     }
 
     /// Lights the lamps for this state; writes only when the number of lit lamps changes.
@@ -71,16 +94,28 @@ impl Lamps {
     /// # Errors
     /// A file cannot be written; the message names it.
     pub fn show(&mut self, advice_state: AdviceState) -> io::Result<()> {
-        let lit = advice_state.lit(self.files.len());
+        self.light(advice_state.lit(self.lamps.len()))
+    }
+
+    /// Lights all lamps or none, as the signal of the detection response task; writes only when that changes.
+    ///
+    /// # Errors
+    /// A file cannot be written; the message names it.
+    pub fn signal(&mut self, is_on: bool) -> io::Result<()> {
+        self.light(if is_on { self.lamps.len() } else { 0 })
+    }
+
+    /// Lights this number of lamps.
+    fn light(&mut self, lit: usize) -> io::Result<()> {
         if self.shown == Some(lit) {
             return Ok(());
         }
         self.shown = Some(lit);
-        for (i, file) in self.files.iter().enumerate() {
-            let was_told = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
+        for (i, Lamp { file, full }) in self.lamps.iter().enumerate() {
+            let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", file.display()));
             // Opened without `create`: a lamp that was unplugged with its wheel must not become a file.
-            let mut open = fs::OpenOptions::new().write(true).truncate(true).open(file).map_err(was_told)?;
-            io::Write::write_all(&mut open, if i < lit { b"1" } else { b"0" }).map_err(was_told)?;
+            let mut open = fs::OpenOptions::new().write(true).truncate(true).open(file).map_err(named)?;
+            io::Write::write_all(&mut open, if i < lit { full.as_bytes() } else { b"0" }).map_err(named)?;
         }
         Ok(())
     }
@@ -89,7 +124,7 @@ impl Lamps {
 impl Drop for Lamps {
     fn drop(&mut self) {
         if self.shown.is_some_and(|lit| lit > 0) {
-            let _ = self.show(AdviceState::None);
+            let _ = self.light(0);
         }
     }
 }
@@ -145,6 +180,28 @@ mod tests {
         let error = lamps.show(AdviceState::Below).unwrap_err().to_string();
         assert!(error.contains("RPM1/brightness"), "{error}");
         assert!(!first.exists(), "no file is made in its place");
+    }
+
+    #[test]
+    fn a_signal_lights_all_rev_lamps_or_another_led_with_its_full_brightness() {
+        let folder = sys();
+        let mut lamps = Lamps::find(folder.path(), "event7");
+        for (is_on, shown) in [(true, "11111"), (false, "00000"), (true, "11111")] {
+            lamps.signal(is_on).unwrap();
+            assert_eq!(lit(folder.path()), shown);
+        }
+        drop(lamps);
+        assert_eq!(lit(folder.path()), "00000", "dark at the end");
+        let led = folder.path().join("class/leds/goose-neck");
+        fs::create_dir_all(&led).unwrap();
+        fs::write(led.join("brightness"), "0\n").unwrap();
+        fs::write(led.join("max_brightness"), "255\n").unwrap();
+        let mut lamps = Lamps::at(&led);
+        for (is_on, shown) in [(true, "255"), (false, "0")] {
+            lamps.signal(is_on).unwrap();
+            assert_eq!(fs::read_to_string(led.join("brightness")).unwrap(), shown);
+        }
+        assert!(Lamps::at(&folder.path().join("nowhere")).signal(true).is_err());
     }
 
     #[test]

@@ -45,7 +45,7 @@ pub use rig::{Rig, RigEvent};
 
 use crate::controls::{ControlSource, Controls, Indicator, LaneHint, TaskButton};
 use stalk::Stalk;
-use std::collections::VecDeque;
+use std::{collections::VecDeque, path::Path};
 
 /// All input devices of the participant.
 pub struct Devices {
@@ -80,6 +80,14 @@ impl Devices {
     /// Opens all devices with `rig` as the wheel.
     pub fn with_rig(rig: Rig) -> Self {
         Self::with(Pads::open(None), rig)
+    }
+
+    /// Returns the devices with the LED of this folder for signals, in place of the wheel's rev lamps.
+    pub fn with_led(mut self, folder: Option<&Path>) -> Self {
+        if let Some(folder) = folder {
+            self.rig.set_led(lamps::Lamps::at(folder));
+        }
+        self
     }
 
     fn with(pads: Pads, rig: Rig) -> Self {

@@ -43,6 +43,8 @@ pub struct Rig {
     is_held: bool,
     /// True once the message about missing lamps was sent.
     lamps_told: bool,
+    /// LED for signals in place of the rev lamps.
+    led: Option<Lamps>,
     /// Reading thread. The last field, so that it is dropped, and waited for, after all others.
     thread: Option<ReadingThread>,
 }
@@ -95,6 +97,7 @@ impl Rig {
             last_button: None,
             is_held: false,
             lamps_told: false,
+            led: None,
             thread: None,
         }
     }
@@ -221,20 +224,43 @@ impl Rig {
         self.wheel.as_ref().is_some_and(|wheel| wheel.state.horn())
     }
 
+    /// Returns the wheel's rev lamps, or the reason why there are none.
+    fn rev_lamps(&mut self) -> Result<&mut Lamps, String> {
+        match &mut self.wheel {
+            Some(wheel) if wheel.lamps.count() == 0 => Err(format!("{} has no rev lamps", wheel.device.name)),
+            Some(wheel) => Ok(&mut wheel.lamps),
+            None => Err("no wheel with rev lamps is plugged in".into()),
+        }
+    }
+
     /// Shows the advice state on the wheel's rev lamps. Returns the reason the first time that this is impossible.
     pub fn show_advice_state(&mut self, advice_state: AdviceState) -> Option<String> {
-        let trouble = match &mut self.wheel {
-            Some(wheel) if wheel.lamps.count() == 0 => format!("{} has no rev lamps", wheel.device.name),
-            Some(wheel) => match wheel.lamps.show(advice_state) {
-                Ok(()) => return None,
-                Err(error) => format!(
-                    "the rev lamps stay as they are ({error})\n  remedy: add this line to the wheel's udev rules\n    {}",
-                    lamps::UDEV_RULE
-                ),
-            },
-            None => "no wheel with rev lamps is plugged in".into(),
-        };
-        (!std::mem::replace(&mut self.lamps_told, true)).then_some(trouble)
+        let lamps = self.rev_lamps();
+        let shown = lamps.and_then(|lamps| lamps.show(advice_state).map_err(|error| unwritable(&error)));
+        shown.err().filter(|_| !std::mem::replace(&mut self.lamps_told, true))
+    }
+
+    /// Uses this LED for signals in place of the rev lamps.
+    pub fn set_led(&mut self, led: Lamps) {
+        self.led = Some(led);
+    }
+
+    /// Returns true if signals light an LED other than the rev lamps.
+    pub fn has_led(&self) -> bool {
+        self.led.is_some()
+    }
+
+    /// Lights the LED for signals, or without one all rev lamps; or darkens them.
+    ///
+    /// # Errors
+    /// There is no such lamp, or it cannot be written; the message says why.
+    pub fn show_signal(&mut self, is_on: bool) -> Result<(), String> {
+        match &mut self.led {
+            Some(led) => led.signal(is_on).map_err(|error| {
+                format!("the LED stays as it is ({error})\n  remedy: let every user write this file (docs/rig.md)")
+            }),
+            None => self.rev_lamps()?.signal(is_on).map_err(|error| unwritable(&error)),
+        }
     }
 
     /// Starts the calibration of the connected wheel.
@@ -294,6 +320,14 @@ impl Rig {
         let force = if wheel.force.is_some() { "with force" } else { "without force" };
         format!("{}, profile {}, {force}", wheel.device.name, wheel.state.profile().name)
     }
+}
+
+/// Returns the message for rev lamps that cannot be written.
+fn unwritable(error: &std::io::Error) -> String {
+    format!(
+        "the rev lamps stay as they are ({error})\n  remedy: add this line to the wheel's udev rules\n    {}",
+        lamps::UDEV_RULE
+    )
 }
 
 #[cfg(target_os = "linux")]

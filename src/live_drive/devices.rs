@@ -1,13 +1,30 @@
 //! Effect of the participant's devices on the drive, and feedback to them. In: the rig's events, the present moment.
-//! Out: pauses, marks and requests of the participant; force, horn and rev lamps.
+//! Out: pauses, marks and requests of the participant; force, horn, rev lamps and the LED of the detection response task.
 
 use super::{LiveDrive, sound};
 use crate::{
     ego::GroundSurface,
     input::{AdviceState, ButtonAction, ForceInput, RigEvent},
     scene::ViewKind,
+    snapshot::TaskPicture,
     time::Pace,
 };
+
+/// Name of the recorded event for the LED of the detection response task; the detail is `on`, `off`, or the reason why the signal is on the screen
+/// instead.
+pub const REMOTE_LED: &str = "remote_led";
+
+/// Present signal of a detection response task with an LED.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum LedSignal {
+    /// No signal is on.
+    #[default]
+    Off,
+    /// The LED is lit.
+    Lit,
+    /// The LED could not be lit: the signal is on the screen.
+    OnScreen,
+}
 
 impl LiveDrive {
     /// Updates force, sound and lamps for the present moment.
@@ -24,12 +41,57 @@ impl LiveDrive {
         if let Some((kind, sentence)) = self.sound.speak() {
             self.note(kind, &sentence);
         }
-        if self.drive.world.scenario().rev_lamps {
+        let scenario = self.drive.world.scenario();
+        let (shows_advice, has_led) = (scenario.rev_lamps, scenario.secondary_task.has_led());
+        if has_led {
+            self.show_signal();
+        }
+        // Rev lamps that are the task's signal do not show the advice.
+        if shows_advice && (!has_led || self.devices.rig().has_led()) {
             let advice_state = self.advice_state();
             if let Some(trouble) = self.devices.rig_mut().show_advice_state(advice_state) {
                 log::warn!("{trouble}");
                 self.news.push(trouble);
             }
+        }
+    }
+
+    /// Lights the LED while the signal of the detection response task is on, and records when it was written. A signal that cannot be lit is shown on
+    /// the screen.
+    fn show_signal(&mut self) {
+        let world = &self.drive.world;
+        let is_on = world.snapshot().task.shown == TaskPicture::Signal && world.ended().is_none();
+        match (is_on, self.led_signal) {
+            (false, LedSignal::Off) | (true, LedSignal::OnScreen) => {}
+            (false, LedSignal::OnScreen) => self.led_signal = LedSignal::Off,
+            (false, LedSignal::Lit) => {
+                self.led_signal = LedSignal::Off;
+                let dark = self.devices.rig_mut().show_signal(false);
+                self.note(REMOTE_LED, &dark.err().unwrap_or_else(|| "off".into()));
+            }
+            // Also while it is lit: the wheel may have been unplugged.
+            (true, before) => match self.devices.rig_mut().show_signal(true) {
+                Ok(()) if before == LedSignal::Lit => {}
+                Ok(()) => {
+                    self.led_signal = LedSignal::Lit;
+                    self.note(REMOTE_LED, "on");
+                }
+                Err(why) => {
+                    self.led_signal = LedSignal::OnScreen;
+                    self.note(REMOTE_LED, &format!("on the screen: {why}"));
+                    if !std::mem::replace(&mut self.is_led_missed, true) {
+                        self.news.push(format!("signals are on the screen: {why}"));
+                    }
+                }
+            },
+        }
+    }
+
+    /// Darkens the LED of a signal that is on, before another drive.
+    pub(super) fn darken_led(&mut self) {
+        if std::mem::take(&mut self.led_signal) == LedSignal::Lit {
+            // A lamp that has gone is dark.
+            let _ = self.devices.rig_mut().show_signal(false);
         }
     }
 

@@ -24,6 +24,7 @@ pub mod wheel_calibration;
 
 use self::{
     contacts::ContactCount,
+    devices::LedSignal,
     lab::LabDevices,
     latency::{InputLatency, Latency},
     recording::DriveRecording,
@@ -73,6 +74,9 @@ pub struct LiveDrive {
     waiting: bool,
     /// True once a pulse of an event could not be felt.
     is_pulse_missed: bool,
+    /// Signal of the detection response task's LED, and true once it could not be lit.
+    led_signal: LedSignal,
+    is_led_missed: bool,
     /// Messages for the overlay.
     news: Vec<String>,
     /// True in a session: buttons are only collected in `pressed`, because the session decides when time runs.
@@ -110,6 +114,8 @@ impl LiveDrive {
             sound,
             waiting: false,
             is_pulse_missed: false,
+            led_signal: LedSignal::Off,
+            is_led_missed: false,
             news: Vec::new(),
             led: false,
             pressed: Vec::new(),
@@ -132,7 +138,8 @@ impl LiveDrive {
     }
 
     /// Returns the devices for the time after the drive.
-    pub fn into_devices(self) -> Devices {
+    pub fn into_devices(mut self) -> Devices {
+        self.darken_led();
         self.devices
     }
 
@@ -339,6 +346,7 @@ impl LiveDrive {
         let view = self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt());
         match view.task {
             TaskPicture::Digit { .. } if self.sound.speaks_digits() => View { task: TaskPicture::None, ..view },
+            TaskPicture::Signal if self.led_signal == LedSignal::Lit => View { task: TaskPicture::None, ..view },
             _ => view,
         }
     }

@@ -90,6 +90,7 @@ impl LiveDrive {
             // Dark, unless the new drive lights them.
             let _ = self.devices.rig_mut().show_advice_state(AdviceState::None);
         }
+        self.darken_led();
         self.contacts = ContactCount::default();
         self.sound.restart(&old, scenario);
         self.picture.restart(&drive.world, static_scene);

@@ -15,7 +15,7 @@ use crate::{
     },
     panel::{calibration::CalibrationCommand, experimenter::WheelHealth},
     record::{Manifest, Recorder, Table, TableReader},
-    scenario::{DisplaySettings, FlashPatch},
+    scenario::{DisplaySettings, FlashPatch, SecondaryTask, SecondaryTaskKind, TaskSignal},
     scene::ViewKind,
     traffic::EngineChoice,
 };
@@ -186,6 +186,22 @@ fn rev_lamps_show_the_advice_state_and_a_problem_is_reported_once() {
     to.send(WheelMessage::Lost).unwrap();
     frame(&mut live);
     assert_eq!(lit(), 0, "dark when the wheel has gone");
+    // As the signal of a detection response task they do not show the advice.
+    let task = SecondaryTask {
+        kind: SecondaryTaskKind::DetectionResponse,
+        signal: TaskSignal::RemoteLed,
+        ..SecondaryTask::default()
+    };
+    let (mut live, to) = show(Scenario { secondary_task: task, ..live.drive.world.scenario().clone() });
+    to.send(g29(Lamps::find(sys.path(), "event3"), false)).unwrap();
+    let mut shown = Vec::new();
+    while live.drive.world.time_s() < 6.0 {
+        frame(&mut live);
+        let is_on = live.drive.world.snapshot().task.shown == TaskPicture::Signal;
+        assert_eq!(lit(), if is_on { 5 } else { 0 });
+        shown.push(is_on);
+    }
+    assert!(shown.contains(&true) && live.take_news().is_empty());
 }
 
 #[test]

@@ -9,6 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct SecondaryTask {
     /// Task that the participant does beside driving
     pub kind: SecondaryTaskKind,
+    /// Detection response: place of the signal
+    pub signal: TaskSignal,
     /// n-back: number of digits back, 0 to 2; 0 asks for a press at each 0
     #[schemars(range(min = 0, max = 2))]
     pub n: u8,
@@ -43,6 +45,7 @@ impl Default for SecondaryTask {
     fn default() -> Self {
         Self {
             kind: SecondaryTaskKind::None,
+            signal: TaskSignal::Display,
             n: 1,
             spoken_digits: true,
             spoken_response: false,
@@ -62,6 +65,22 @@ impl SecondaryTask {
     pub fn speaks(&self) -> bool {
         self.kind == SecondaryTaskKind::NBack && self.spoken_digits
     }
+
+    /// Returns true if the signal of the task is an LED.
+    pub fn has_led(&self) -> bool {
+        self.kind == SecondaryTaskKind::DetectionResponse && self.signal == TaskSignal::RemoteLed
+    }
+}
+
+/// Place of the detection response task's signal (docs/references.md: secondary-tasks).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum TaskSignal {
+    /// A disc on the screen
+    #[default]
+    Display,
+    /// All rev lamps of the wheel, or another LED; on the screen where that fails
+    RemoteLed,
 }
 
 /// Kind of a secondary task (docs/references.md: secondary-tasks).

@@ -63,6 +63,8 @@ pub struct SessionOptions {
     pub place: WindowPlacement,
     /// Profile of the wheel; `None` selects one by the wheel that is found.
     pub wheel: Option<WheelProfile>,
+    /// Folder of the LED for signals of the detection response task; `None` for the wheel's rev lamps.
+    pub led: Option<PathBuf>,
     /// Set to true to end the program (Ctrl-C).
     pub stop: Arc<AtomicBool>,
 }
@@ -91,8 +93,8 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
     let event_loop = event_loop::event_loop()?;
     let data = DataSet::open(&options.out, &options.study)?;
     let session = open_session(&options, &data)?;
-    let resources = SessionResources::new(Devices::open_with(options.wheel.clone()), &options.code);
-    let mut resources = resources.with_room(options.study.file.record_room);
+    let devices = Devices::open_with(options.wheel.clone()).with_led(options.led.as_deref());
+    let mut resources = SessionResources::new(devices, &options.code).with_room(options.study.file.record_room);
     resources.lab = lab;
     let (frame, ended) = event_loop::run::<SessionWindows>(event_loop, (&options, session, resources), &options.stop);
     let left = frame.map(|mut frame| frame.leave(&data, &options)).transpose();

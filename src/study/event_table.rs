@@ -221,6 +221,11 @@ const WORDS: [[&str; 3]; 63] = [
         "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-digit",
     ],
     [
+        "remote_led",
+        "the LED of the detection response task was lit or darkened, or could not be and its signal is on the screen",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Label/Remote-led",
+    ],
+    [
         "automation_on",
         "the automation drives from now on",
         "Experiment-structure, Experimental-stimulus, Label/Automation-on",

@@ -325,6 +325,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/sound/road_db",
         "/sound/tone_db",
         "/sound/wind_db",
+        "/secondary_task/signal",
         "/secondary_task/n",
         "/secondary_task/spoken_digits",
         "/secondary_task/spoken_response",

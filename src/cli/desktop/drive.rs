@@ -34,11 +34,32 @@ pub(super) fn command() -> Command {
                 .value_name("NAME|FILE.toml")
                 .help("Profile of the steering wheel: one saved by codrive calibrate, or a shipped one [default: the one for the wheel that is found]"),
         )
+        .arg(led_argument())
         .args(lab_arguments())
         .arg(
             Arg::new("paused").long("paused").action(ArgAction::SetTrue).help("Wait for Space or Up before the drive \
                 begins; drives without --out and --experimenter always wait"),
         )
+}
+
+/// Returns `--detection-led DIR`.
+pub(super) fn led_argument() -> Arg {
+    Arg::new("detection-led").long("detection-led").value_name("DIR").value_parser(value_parser!(PathBuf)).help(
+        "LED for the signals of a detection response task with signal=remote-led, such as /sys/class/leds/NAME \
+            [default: the wheel's rev lamps]",
+    )
+}
+
+/// Returns the folder of `--detection-led`, which has to be an LED of the kernel.
+pub(super) fn led(matches: &ArgMatches) -> Result<Option<PathBuf>, CliError> {
+    let folder = matches.get_one::<PathBuf>("detection-led");
+    match folder.filter(|folder| !folder.join("brightness").exists()) {
+        Some(folder) => Err(CliError::Input(format!(
+            "--detection-led {}: there is no file brightness, so this is no LED\n  remedy: a folder of /sys/class/leds",
+            folder.display()
+        ))),
+        None => Ok(folder.cloned()),
+    }
 }
 
 /// Returns the flags for lab devices: LSL streams and triggers.
@@ -107,6 +128,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     }
     let options = drive_window::WindowOptions {
         wheel: wheel.transpose().map_err(|error| CliError::Input(error.to_string()))?,
+        led: led(matches)?,
         lab: lab(matches)?,
         scenario,
         place: place(matches, matches.get_flag("fullscreen"))?,

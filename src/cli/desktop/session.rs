@@ -1,6 +1,6 @@
 //! `codrive study session`: leads a participant through a study, in windows.
 
-use super::drive::{place, place_arguments};
+use super::drive::{led, led_argument, place, place_arguments};
 use crate::{
     cli::{CliError, out, stop_on_ctrl_c, study as arguments},
     input::profiles,
@@ -24,6 +24,7 @@ pub(in crate::cli) fn command() -> Command {
                 .value_name("NAME|FILE.toml")
                 .help("Profile of the steering wheel, as in codrive drive"),
         )
+        .arg(led_argument())
 }
 
 /// Leads a participant through the study and prints where it ended.
@@ -38,6 +39,7 @@ pub(in crate::cli) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         code: code.clone(),
         place: place(matches, matches.get_flag("fullscreen"))?,
         wheel: wheel.map_err(|error| CliError::Input(error.to_string()))?,
+        led: led(matches)?,
         stop: stop_on_ctrl_c(),
     })?;
     let state = match left {
