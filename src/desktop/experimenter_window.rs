@@ -4,28 +4,14 @@
 //!
 //! Ctrl + and Ctrl - change the scale of everything from 1.0 to 2.0, Ctrl 0 resets it; F11 toggles full screen.
 
-use super::{
-    EguiWindow, display,
-    driver_window::put_on,
-    event_loop::{no_display, now},
-    surface::WindowSurface,
-    toggle_fullscreen,
-};
-use crate::{
-    drive_loop::RunError,
-    panel::theme,
-    render::{Gpu, GpuError, post::ui_pass::UiPass},
-};
+use super::{display, event_loop::now, side_window::SideWindow};
+use crate::{drive_loop::RunError, panel::theme, render::Gpu};
 use egui::{Context, TextureId, Ui};
-use std::{
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 use winit::{
     dpi::{LogicalSize, PhysicalPosition},
-    event::{ElementState, WindowEvent},
+    event::WindowEvent,
     event_loop::ActiveEventLoop,
-    keyboard::{KeyCode, PhysicalKey},
     window::{Window, WindowId},
 };
 
@@ -44,10 +30,7 @@ const ZOOM: [f32; 2] = [1.0, 2.0];
 
 /// Window for the experimenter.
 pub struct ExperimenterWindow {
-    window: Arc<Window>,
-    surface: WindowSurface,
-    egui: EguiWindow,
-    pass: UiPass,
+    side: SideWindow,
     last: Option<Instant>,
     /// Time that the last picture took in the loop.
     took: Duration,
@@ -70,59 +53,31 @@ impl ExperimenterWindow {
             let PhysicalPosition { x, y } = monitor.position();
             attributes = attributes.with_position(PhysicalPosition::new(x + 40, y + 40));
         }
-        let window = event_loop.create_window(attributes).map_err(|error| no_display(&error))?;
-        let window = Arc::new(window);
-        let surface =
-            gpu.instance.create_surface(Arc::clone(&window)).map_err(|error| GpuError::NoSurface(error.to_string()))?;
-        let size = window.inner_size();
-        let surface = WindowSurface::new(gpu, surface, [size.width, size.height], wgpu::PresentMode::AutoNoVsync)
-            .ok_or_else(|| RunError::NoSurface(gpu.description()))?;
-        let egui = EguiWindow::new(gpu, &window);
-        theme::apply(&egui.ctx);
-        let pass = UiPass::new(&gpu.device, surface.format());
-        Ok(Self {
-            window,
-            surface,
-            egui,
-            pass,
-            last: None,
-            took: Duration::ZERO,
-            asked: false,
-            by_software: gpu.is_software(),
-            picture: None,
-        })
+        let side = SideWindow::open(event_loop, gpu, attributes)?;
+        theme::apply(&side.egui.ctx);
+        Ok(Self { side, last: None, took: Duration::ZERO, asked: false, by_software: gpu.is_software(), picture: None })
     }
 
     /// Returns the id of this window.
     pub fn id(&self) -> WindowId {
-        self.window.id()
+        self.side.window.id()
     }
 
     /// Returns the window itself, for its title and focus.
     pub fn window(&self) -> &Window {
-        &self.window
+        &self.side.window
     }
 
     /// Returns the egui context of the window.
     pub fn ctx(&self) -> &Context {
-        &self.egui.ctx
+        &self.side.egui.ctx
     }
 
     /// Handles an event of this window. Closing it is left to the loop.
     pub fn on_event(&mut self, gpu: &Gpu, event: &WindowEvent) {
-        if let WindowEvent::Resized(size) = event {
-            self.surface.resize(gpu, [size.width, size.height]);
-        }
         use WindowEvent::{KeyboardInput, MouseInput, MouseWheel};
-        if let KeyboardInput { event: key, is_synthetic: false, .. } = event
-            && key.physical_key == PhysicalKey::Code(KeyCode::F11)
-            && key.state == ElementState::Pressed
-            && !key.repeat
-        {
-            toggle_fullscreen(&self.window);
-        }
         self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
-        self.egui.handle_event(&self.window, event);
+        self.side.on_event(gpu, event);
     }
 
     /// Returns true when it is time for the next picture.
@@ -138,7 +93,7 @@ impl ExperimenterWindow {
     /// Registers a texture (a preview of the driver's picture) with egui, to be shown in this window. There is one at a
     /// time: another replaces it.
     pub fn picture(&mut self, gpu: &Gpu, view: &wgpu::TextureView) -> TextureId {
-        let renderer = self.pass.renderer();
+        let renderer = self.side.pass.renderer();
         match &self.picture {
             Some((shown, id)) if shown == view => *id,
             Some((_, id)) => {
@@ -159,25 +114,19 @@ impl ExperimenterWindow {
     pub fn draw(&mut self, gpu: &Gpu, live: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
-        let output = self.egui.run(&self.window, live);
+        let output = self.side.run(live);
         // A widget that has just got the focus is drawn so in the next pass, which egui requests.
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
         self.asked = root.is_some_and(|root| root.repaint_delay.is_zero());
         let laid_out = now();
-        let zoom = self.egui.ctx.zoom_factor();
+        let ctx = &self.side.egui.ctx;
+        let zoom = ctx.zoom_factor();
         if !(ZOOM[0]..=ZOOM[1]).contains(&zoom) {
-            self.egui.ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
+            ctx.set_zoom_factor(zoom.clamp(ZOOM[0], ZOOM[1]));
         }
-        let Gpu { device, queue, .. } = gpu;
-        let Some(texture) = self.surface.next(gpu) else {
-            self.pass.keep_textures(device, queue, output);
+        if !self.side.present(gpu, output) {
             return;
-        };
-        let screen = texture.texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let clear = Some(wgpu::Color::BLACK);
-        put_on(device, queue, &mut self.pass, &self.egui.ctx, output, &screen, self.surface.size(), clear);
-        self.window.pre_present_notify();
-        queue.present(texture);
+        }
         self.took = now().saturating_duration_since(begin);
         log::debug!(
             "the experimenter's picture took {:.1} ms, {:.1} ms of them for the layout",

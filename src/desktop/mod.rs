@@ -5,6 +5,7 @@
 //!   first.
 //! * [`ExperimenterWindow`]: a second window on the same device, all egui, drawn a few times a second after the
 //!   driver's frames.
+//! * [`TaskWindow`]: the display of a secondary task, drawn when it changes.
 //!
 //! The loop itself is in [`event_loop`]: its [`Windows`](event_loop::Windows) pass every window its own events (by
 //! [`WindowId`](winit::window::WindowId)), draw the picture each turn and the experimenter's window when it is
@@ -16,10 +17,13 @@ pub mod event_loop;
 mod experimenter_window;
 pub mod keys;
 mod preview;
+mod side_window;
 mod surface;
+mod task_window;
 
 pub use driver_window::{DriverWindow, WindowSetup};
 pub use experimenter_window::ExperimenterWindow;
+pub use task_window::TaskWindow;
 
 use egui::{Context, FullOutput, Ui, ViewportId};
 use winit::{

@@ -9,7 +9,7 @@ mod recordings;
 use self::{overlay::DriveOverlay, recordings::RecordingFolders};
 use crate::{
     desktop::{
-        DriverWindow, ExperimenterWindow, WindowSetup,
+        DriverWindow, ExperimenterWindow, TaskWindow, WindowSetup,
         display::{self, WindowPlacement},
         event_loop::{self, LoopControl, Windows, now},
         keys::{self, KeyCommand},
@@ -44,6 +44,8 @@ pub struct WindowOptions {
     pub scenario: Scenario,
     /// Placement of the driver's window, with full screen.
     pub place: WindowPlacement,
+    /// Placement of the window of a secondary task with a display of its own.
+    pub task_place: WindowPlacement,
     /// Show the experimenter's panel at the start.
     pub panel: bool,
     /// Open the experimenter's window beside the driver's.
@@ -103,6 +105,8 @@ struct DriveWindows {
     picture: DriverWindow,
     /// Experimenter's window, if it was asked for; then the driver's window accepts the driver's own keys only.
     experimenter: Option<ExperimenterWindow>,
+    /// Window of a secondary task with a display of its own.
+    task: Option<TaskWindow>,
     live: LiveDrive,
     overlay: DriveOverlay,
     /// Start of the last frame; `None` before the first, and after another static scene went to the GPU: time counts
@@ -149,11 +153,16 @@ impl Windows for DriveWindows {
         } else {
             None
         };
+        let has_task = options.scenario.secondary_task.has_window();
+        let task = has_task.then(|| TaskWindow::open(event_loop, picture.gpu(), picture.window(), options.task_place));
+        let task = task.transpose()?;
+        live.set_task_window(task.is_some());
         let overlay = DriveOverlay::new(&live, options.panel && experimenter.is_none(), experimenter.is_some());
         let start = now();
         Ok(Self {
             picture,
             experimenter,
+            task,
             live,
             overlay,
             last: None,
@@ -173,17 +182,24 @@ impl Windows for DriveWindows {
             experimenter.on_event(self.picture.gpu(), &event);
             return Ok(if event == WindowEvent::CloseRequested { LoopControl::End } else { LoopControl::GoOn });
         }
-        let heard = self.picture.on_event(&event);
+        let is_of_task = self.task.as_ref().is_some_and(|window| window.id() == id);
+        let heard = match &mut self.task {
+            Some(task) if is_of_task => {
+                task.on_event(self.picture.gpu(), &event);
+                false
+            }
+            _ => self.picture.on_event(&event),
+        };
         match event {
             WindowEvent::CloseRequested => return Ok(LoopControl::End),
             WindowEvent::Focused(false) => self.live.devices.keyboard.release_all(),
             // Tab and the arrow keys drive and switch; only a text that is being typed keeps its keys.
             WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !(heard && self.picture.is_typing()) => {
-                let asked = self.key(&event);
+                let asked = self.key(&event, is_of_task);
                 return Ok(if asked == Some(KeyCommand::Quit) { LoopControl::End } else { LoopControl::GoOn });
             }
             WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::RedrawRequested => {
+            WindowEvent::RedrawRequested if !is_of_task => {
                 self.draw()?;
                 return Ok(if self.is_over { LoopControl::End } else { LoopControl::GoOn });
             }
@@ -227,6 +243,9 @@ impl DriveWindows {
         let mut asked = Vec::new();
         let output = self.picture.overlay(|ui| asked.extend(self.overlay.show(ui, &self.live, times)));
         let drawn = self.picture.draw(Some(&view), Some(output));
+        if let Some(task) = &mut self.task {
+            task.draw(self.picture.gpu(), self.live.task_beside());
+        }
         let done = now();
         if first {
             self.last = Some(done);
@@ -322,8 +341,8 @@ impl DriveWindows {
         self.last.replace(begin).map_or(Duration::ZERO, |before| begin - before)
     }
 
-    /// Handles a key that went down or up. Returns its command.
-    fn key(&mut self, event: &KeyEvent) -> Option<KeyCommand> {
+    /// Handles a key that went down or up in the driver's window or in that of the secondary task, which fills its screen by itself. Returns its command.
+    fn key(&mut self, event: &KeyEvent, is_of_task: bool) -> Option<KeyCommand> {
         let PhysicalKey::Code(code) = event.physical_key else { return None };
         let down = event.state == ElementState::Pressed;
         let control = self.modifiers.control_key() || self.modifiers.super_key();
@@ -339,6 +358,7 @@ impl DriveWindows {
             return None;
         }
         match command {
+            KeyCommand::FullScreen if is_of_task => {}
             KeyCommand::FullScreen => self.picture.toggle_fullscreen(),
             KeyCommand::ReloadShaders => match self.picture.reload_shaders() {
                 Ok(()) => self.overlay.show_message("shaders read again".into(), &self.live),
@@ -364,6 +384,7 @@ mod tests {
             let options = WindowOptions {
                 scenario: Scenario::default(),
                 place: WindowPlacement::default(),
+                task_place: WindowPlacement::default(),
                 panel,
                 experimenter,
                 paused: false,

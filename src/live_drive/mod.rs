@@ -77,6 +77,8 @@ pub struct LiveDrive {
     /// Signal of the detection response task's LED, and true once it could not be lit.
     led_signal: LedSignal,
     is_led_missed: bool,
+    /// True if there is a window for the display of a secondary task.
+    has_task_window: bool,
     /// Messages for the overlay.
     news: Vec<String>,
     /// True in a session: buttons are only collected in `pressed`, because the session decides when time runs.
@@ -116,6 +118,7 @@ impl LiveDrive {
             is_pulse_missed: false,
             led_signal: LedSignal::Off,
             is_led_missed: false,
+            has_task_window: false,
             news: Vec::new(),
             led: false,
             pressed: Vec::new(),
@@ -346,9 +349,24 @@ impl LiveDrive {
         let view = self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt());
         match view.task {
             TaskPicture::Digit { .. } if self.sound.speaks_digits() => View { task: TaskPicture::None, ..view },
+            TaskPicture::Search { .. } if self.task_beside() != TaskPicture::None => {
+                View { task: TaskPicture::None, ..view }
+            }
             TaskPicture::Signal if self.led_signal == LedSignal::Lit => View { task: TaskPicture::None, ..view },
             _ => view,
         }
+    }
+
+    /// States whether there is a window for the display of a secondary task; without one it is in the picture.
+    pub fn set_task_window(&mut self, is_there: bool) {
+        self.has_task_window = is_there;
+    }
+
+    /// Returns the content of the secondary task's own window.
+    pub fn task_beside(&self) -> TaskPicture {
+        let world = &self.drive.world;
+        let is_beside = self.has_task_window && world.scenario().secondary_task.has_window();
+        if is_beside { world.snapshot().task.shown } else { TaskPicture::None }
     }
 
     /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end

@@ -28,7 +28,7 @@ pub use logged_traffic::LoggedTraffic;
 pub use planned_drive::{PlanError, PlannedDrive};
 pub use road_user::RoadUser;
 pub use scripted_event::ScriptedEvent;
-pub use secondary_task::{SecondaryTask, SecondaryTaskKind, TaskSignal};
+pub use secondary_task::{SearchPlace, SecondaryTask, SecondaryTaskKind, TaskSignal};
 pub use sound::SoundLevels;
 
 use crate::{

@@ -31,6 +31,8 @@ pub struct SecondaryTask {
     /// Surrogate reference: diameter of the target, as a multiple of the other circles'
     #[schemars(range(min = 1.1, max = 3.0))]
     pub size_ratio: f64,
+    /// Surrogate reference: place of the circles
+    pub display: SearchPlace,
     /// Occlusion: time for which the shutter is open
     #[schemars(range(min = 0.1, max = 60.0), extend("unit" = "s"))]
     pub open_s: f64,
@@ -53,6 +55,7 @@ impl Default for SecondaryTask {
             block_pause_s: 7.5,
             columns: 6,
             size_ratio: 1.4,
+            display: SearchPlace::Corner,
             open_s: 1.5,
             closed_s: 1.5,
             self_paced: false,
@@ -64,6 +67,11 @@ impl SecondaryTask {
     /// Returns true if the task speaks.
     pub fn speaks(&self) -> bool {
         self.kind == SecondaryTaskKind::NBack && self.spoken_digits
+    }
+
+    /// Returns true if the task has a window of its own.
+    pub fn has_window(&self) -> bool {
+        self.kind == SecondaryTaskKind::SurrogateReference && self.display == SearchPlace::Window
     }
 
     /// Returns true if the signal of the task is an LED.
@@ -98,4 +106,15 @@ pub enum SecondaryTaskKind {
     SurrogateReference,
     /// A shutter before the picture
     Occlusion,
+}
+
+/// Place of the surrogate reference task's display.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SearchPlace {
+    /// Lower left corner of the picture
+    #[default]
+    Corner,
+    /// Window of its own, for a second monitor
+    Window,
 }

@@ -43,6 +43,8 @@ pub struct SessionResources {
     began: bool,
     /// Messages for the experimenter about devices and drive.
     news: Vec<String>,
+    /// True if there is a window for the display of a secondary task.
+    pub has_task_window: bool,
     /// True if drives record the room.
     records_room: bool,
     room: Option<RoomRecording>,
@@ -66,6 +68,7 @@ impl SessionResources {
             brake: 0.0,
             began: false,
             news: Vec::new(),
+            has_task_window: false,
             records_room: false,
             room: None,
             room_is_noted: false,
@@ -213,6 +216,7 @@ impl DriveBackend for WindowBackend<'_> {
         let set = self.picture.set_static_scene(&live.picture.static_scene, &view, scenario.display.quality);
         live.open_sound();
         live.set_screen(self.picture.screen());
+        live.set_task_window(resources.has_task_window);
         live.set_lab(std::mem::take(&mut resources.lab));
         resources.live = Some(live);
         set.map(|()| true)

@@ -10,8 +10,9 @@
 //! * `rating`: the sickness scale that is asked while driving.
 //! * [`voice`]: spoken instructions.
 //! * `command`: the experimenter's commands. `experimenter_view`: the experimenter's window.
-//! * [`window`]: the two windows, and the only module that reads the clock.
+//! * `admission`: checks before a session. [`window`]: the windows, and the only module that reads the clock.
 
+mod admission;
 mod command;
 pub mod drives;
 mod experimenter_view;

@@ -1,9 +1,10 @@
-//! The two windows of a session: the participant's, with screens and the picture of the drive, and the experimenter's. In: winit events,
-//! Ctrl-C, the clock. Out: frames. The participant's window takes driving keys, the keys of its screens, F1 for the list of both, and F11
-//! for full screen. Closing either window interrupts the session; the same command resumes it.
+//! The windows of a session: the participant's, with screens and the picture of the drive, the experimenter's, and that of a secondary task if a
+//! drive has one. In: winit events, Ctrl-C, the clock. Out: frames. The participant's window takes driving keys, the keys of its screens, F1 for
+//! the list of both, and F11 for full screen. Closing a window interrupts the session; the same command resumes it.
 
 use super::{
     DriveBackend, LiveSession,
+    admission::{check_frame_rate, look_ahead, open_session, scenarios},
     drives::{SessionResources, WindowBackend},
     experimenter_view::ExperimenterView,
     voice::VoiceOrder,
@@ -11,32 +12,30 @@ use super::{
 use crate::{
     audio::Voice,
     desktop::{
-        DriverWindow, ExperimenterWindow, WindowSetup,
+        DriverWindow, ExperimenterWindow, TaskWindow, WindowSetup,
         display::{self, WindowPlacement},
         event_loop::{self, LoopControl, Windows, now},
         keys::{self, KeyCommand},
     },
-    doctor,
     drive_loop::{
         RunError,
         baselines::{self, BaselineJob},
         recording_manifest,
     },
     input::{Devices, WheelProfile},
-    live_drive::lab::{LabDevices, LabSettings},
+    live_drive::{
+        LiveDrive,
+        lab::{LabDevices, LabSettings},
+    },
     panel::{
         ScreenPainter, ScreenState, SessionCommand, contact_flash, experimenter::WheelHealth, key_list, room_sign,
         theme,
     },
     record,
-    sim::World,
-    study::{
-        Completion, DataSet, FormInput, ParticipantCode, PlanItem, Session, SessionError, Study, lock,
-        session::{self, ParticipantKind, SessionLog},
-    },
+    snapshot::TaskPicture,
+    study::{Completion, DataSet, FormInput, ParticipantCode, Session, Study},
 };
 use std::{
-    io::Write,
     path::PathBuf,
     sync::{
         Arc,
@@ -61,6 +60,8 @@ pub struct SessionOptions {
     pub code: ParticipantCode,
     /// Monitor and mode of the participant's window at the start.
     pub place: WindowPlacement,
+    /// Placement of the window of a secondary task with a display of its own.
+    pub task_place: WindowPlacement,
     /// Profile of the wheel; `None` selects one by the wheel that is found.
     pub wheel: Option<WheelProfile>,
     /// Folder of the LED for signals of the detection response task; `None` for the wheel's rev lamps.
@@ -102,67 +103,13 @@ pub fn run(options: SessionOptions) -> Result<SessionOutcome, RunError> {
     Ok(left?.unwrap_or_else(|| SessionOutcome::Open("the first screen".into())))
 }
 
-fn open_session(options: &SessionOptions, data: &DataSet) -> Result<Session, RunError> {
-    let index = data.next_index()?;
-    Ok(Session::open(data, &options.study, &options.code, ParticipantKind::Person, index, &recording_manifest::now())?)
-}
-
-/// Refuses the data set of a rehearsal. Makes missing baselines of a session that is over, which happens if its window was closed while
-/// they were driven; such a session is then refused.
-fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(), RunError> {
-    if let Some(log) = data.logs()?.iter().find(|log| log.kind == ParticipantKind::Simulated) {
-        return Err(SessionError::Refused(format!(
-            "{} holds a rehearsal ({}); sessions with people need another folder",
-            data.root().display(),
-            log.participant
-        ))
-        .into());
-    }
-    let folder = data.source(&options.code);
-    let path = folder.join(session::FILE);
-    if !path.exists() || SessionLog::load(&path)?.end.is_none() {
-        return Ok(());
-    }
-    let lock = lock::lock(&folder, &options.code)?;
-    let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
-    if made > 0 {
-        let were = if made == 1 { "baseline was" } else { "baselines were" };
-        let text = format!("{made} missing {were} made for participant {}", options.code);
-        // The session continues even if standard output is closed.
-        let _ = writeln!(std::io::stdout(), "{text}");
-    }
-    drop(lock);
-    open_session(options, data).map(drop)
-}
-
-/// Refuses a session whose first drive this computer draws less often than the study asks for: a participant would drive in slow motion.
-fn check_frame_rate(study: &Study, session: &mut Session, picture: &DriverWindow) -> Result<(), RunError> {
-    let asked = study.file.least_frames_per_s;
-    let first_drive = session.plan().items.iter().find_map(|planned| match &planned.item {
-        PlanItem::Drive { scenario, .. } => Some(scenario.clone()),
-        _ => None,
-    });
-    let Some(scenario) = first_drive.filter(|_| asked > 0.0) else { return Ok(()) };
-    let [width, height] = picture.size();
-    let frames_per_s = doctor::frames_per_s(picture.gpu(), &World::without_sumo(&scenario)?, [width, height])?;
-    session.set_frames_per_s(frames_per_s)?;
-    if frames_per_s >= asked {
-        return Ok(());
-    }
-    Err(SessionError::Refused(format!(
-        "this computer draws {frames_per_s:.1} frames a second at {width}x{height}; the study asks for {asked} \
-         (least_frames_per_s)\n  remedy: a computer with a faster graphics card, a smaller window (--size), or quality = \
-         \"low\" in the study's [base]; no page was shown, and the same command goes on with participant {}",
-        session.log().participant
-    ))
-    .into())
-}
-
-/// A session with its two windows.
+/// A session with its windows.
 struct SessionWindows<'a> {
     options: &'a SessionOptions,
     picture: DriverWindow,
     experimenter: ExperimenterWindow,
+    /// Window of the secondary task, open during the whole session if a drive has one.
+    task: Option<TaskWindow>,
     live_session: LiveSession,
     resources: SessionResources,
     screens: ScreenPainter,
@@ -189,7 +136,7 @@ impl<'a> Windows for SessionWindows<'a> {
 
     fn open(
         event_loop: &ActiveEventLoop,
-        (options, mut session, resources): Self::WindowParts,
+        (options, mut session, mut resources): Self::WindowParts,
     ) -> Result<Self, RunError> {
         let place = display::beside_experimenter(options.place, event_loop);
         let placing = WindowSetup { title: format!("codrive: {}", options.study.file.title), place };
@@ -199,6 +146,10 @@ impl<'a> Windows for SessionWindows<'a> {
         picture.keep_preview();
         let title = format!("Experimenter: {}, {}", options.code, options.study.file.title);
         let experimenter = ExperimenterWindow::open(event_loop, picture.gpu(), picture.window(), &title)?;
+        let has_task = scenarios(&session).any(|scenario| scenario.secondary_task.has_window());
+        let task = has_task.then(|| TaskWindow::open(event_loop, picture.gpu(), picture.window(), options.task_place));
+        let task = task.transpose()?;
+        resources.has_task_window = task.is_some();
         if let Some(font) = &options.study.font {
             theme::add_font(picture.ctx(), font);
             theme::add_font(experimenter.ctx(), font);
@@ -208,6 +159,7 @@ impl<'a> Windows for SessionWindows<'a> {
             options,
             picture,
             experimenter,
+            task,
             live_session: LiveSession::new(&options.study, session, recording_manifest::now)?,
             resources,
             screens: ScreenPainter::default(),
@@ -232,11 +184,15 @@ impl<'a> Windows for SessionWindows<'a> {
             self.experimenter.on_event(self.picture.gpu(), &event);
             return Ok(LoopControl::GoOn);
         }
-        self.picture.on_event(&event);
+        let is_of_task = self.task.as_ref().is_some_and(|window| window.id() == id);
+        match &mut self.task {
+            Some(task) if is_of_task => task.on_event(self.picture.gpu(), &event),
+            _ => drop(self.picture.on_event(&event)),
+        }
         match event {
             WindowEvent::Focused(false) => self.release_keys(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event),
-            WindowEvent::RedrawRequested => return self.draw(),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event, is_of_task),
+            WindowEvent::RedrawRequested if !is_of_task => return self.draw(),
             _ => {}
         }
         Ok(LoopControl::GoOn)
@@ -333,7 +289,8 @@ impl SessionWindows<'_> {
     /// Draws the participant's window. Returns the input from its keys and mouse.
     fn draw_picture(&mut self, elapsed: Duration, due: crate::time::DueTicks) -> Vec<FormInput> {
         let now_there = self.on_backend(|_, backend| backend.now());
-        let Self { picture, resources, live_session, screens, experimenter_view, options, first, help_open, .. } = self;
+        let Self { picture, task, resources, live_session, screens, experimenter_view, .. } = self;
+        let (options, first, help_open) = (self.options, &mut self.first, &mut self.help_open);
         let state = ScreenState {
             screen: live_session.screen(now_there),
             texts: &options.study.file.texts,
@@ -359,6 +316,10 @@ impl SessionWindows<'_> {
         let over_picture = state.screen.is_over_picture();
         let view = resources.live.as_mut().filter(|_| over_picture).map(|live| live.view());
         let drawn = picture.draw(view.as_ref(), Some(output));
+        if let Some(task) = task {
+            let live = resources.live.as_ref().filter(|_| over_picture);
+            task.draw(picture.gpu(), live.map_or(TaskPicture::None, LiveDrive::task_beside));
+        }
         let done = now();
         if now_there.time_s == 0.0 {
             *first = done;
@@ -468,8 +429,8 @@ impl SessionWindows<'_> {
         }
     }
 
-    /// Handles a key of the participant's window; screens receive their keys through egui.
-    fn key(&mut self, event: &KeyEvent) {
+    /// Handles a key of the participant's window or of the secondary task's; screens receive their keys through egui.
+    fn key(&mut self, event: &KeyEvent, is_of_task: bool) {
         let PhysicalKey::Code(code) = event.physical_key else { return };
         let down = event.state == ElementState::Pressed;
         let drives = self.live_session.drives();
@@ -478,6 +439,7 @@ impl SessionWindows<'_> {
         }
         match keys::command(code).filter(|_| down && !event.repeat) {
             Some(KeyCommand::Help) => self.help_open = !self.help_open,
+            Some(KeyCommand::FullScreen) if is_of_task => {}
             Some(KeyCommand::FullScreen) => self.picture.toggle_fullscreen(),
             Some(KeyCommand::PutBack) if drives => {
                 if let Some(live) = &mut self.resources.live {

@@ -333,6 +333,7 @@ fn a_change_of_any_setting_that_moves_a_vehicle_is_found() {
         "/secondary_task/block_pause_s",
         "/secondary_task/columns",
         "/secondary_task/size_ratio",
+        "/secondary_task/display",
         "/secondary_task/open_s",
         "/secondary_task/closed_s",
         "/secondary_task/self_paced",

@@ -2,7 +2,7 @@
 //! Ctrl-C ends the program with exit code 0. Keys typed in the experimenter's window do not drive.
 
 use crate::{
-    keys::{BACKSPACE, CTRL, ESC, F1, F11, M, Q, SPACE, V, W},
+    keys::{BACKSPACE, CTRL, ESC, F1, F11, M, Q, SPACE, U, V, W},
     xserver::{Server, ended, wait_for},
 };
 use codrive::record::{Manifest, Table, TableReader};
@@ -87,6 +87,35 @@ fn closing_the_window_ends_its_recording_complete() {
     let frames = TableReader::parquet(&Table::Frames.parquet(&out)).unwrap();
     assert!(frames.rows() > 0 && frames.numbers("wall_s").into_iter().flatten().is_sorted());
     assert!(codrive::record::changes(&out).unwrap().is_empty());
+}
+
+#[test]
+fn a_task_in_its_own_window_moves_with_its_keys_and_ends_the_drive() {
+    // Colour of the band.
+    const BAND: [u8; 3] = [70, 84, 108];
+    let server = Server::start([1300, 800]);
+    let task = ["--traffic", "native", "--secondary-task", "kind=surrogate-reference,display=window"];
+    let program = drive(&server, &task);
+    server.window("codrive: ring-250");
+    let window = server.window("codrive: secondary task");
+    let [width, height] = server.size_of(window);
+    // The band's uppermost row is above all circles.
+    let band = || {
+        let picture = server.picture(window);
+        (0..height).find_map(|y| picture.stretches(y, BAND, width / 10).first().map(|stretch| stretch[0]))
+    };
+    // A key in this window starts the drive.
+    server.focus(window);
+    server.key(W, true);
+    let at_first = wait_for("a display", band);
+    server.key(W, false);
+    server.strike(window, &[U]);
+    let left = wait_for("a moved band", || band().filter(|left| *left < at_first));
+    // One of six columns of a field that is at most as wide as the window.
+    assert!((width / 12..=width / 6).contains(&(at_first - left)), "from {at_first} to {left} of {width}");
+    server.close(window);
+    let (code, text) = ended(program);
+    assert_eq!(code, 0, "{text}");
 }
 
 #[test]

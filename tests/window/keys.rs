@@ -18,5 +18,6 @@ pub const RIGHT: u8 = 114;
 pub const S: u8 = 39;
 pub const SPACE: u8 = 65;
 pub const T: u8 = 28;
+pub const U: u8 = 30;
 pub const V: u8 = 55;
 pub const W: u8 = 25;

@@ -93,8 +93,8 @@ fn lab(matches: &ArgMatches) -> Result<LabSettings, CliError> {
     Ok(lab)
 }
 
-/// Returns `--monitor N` and `--refresh HZ`.
-pub(super) fn place_arguments() -> [Arg; 2] {
+/// Returns `--monitor N`, `--refresh HZ` and `--task-monitor N`.
+pub(super) fn place_arguments() -> [Arg; 3] {
     let monitor = Arg::new("monitor")
         .long("monitor")
         .value_name("N")
@@ -105,7 +105,13 @@ pub(super) fn place_arguments() -> [Arg; 2] {
         .value_name("HZ")
         .value_parser(value_parser!(f64))
         .help("Refresh rate of the monitor, one of the rates that codrive doctor lists; needs --fullscreen");
-    [monitor, refresh]
+    let task = Arg::new("task-monitor")
+        .long("task-monitor")
+        .value_name("N")
+        .value_parser(value_parser!(u64).range(1..=64))
+        .help("Monitor of the window of a secondary task with display=window; with --fullscreen the window fills it [default: one that \
+            does not show the driver's window]");
+    [monitor, refresh, task]
 }
 
 /// Returns the placement of the window.
@@ -116,8 +122,17 @@ pub(super) fn place(matches: &ArgMatches, fullscreen: bool) -> Result<WindowPlac
             "--refresh needs --fullscreen: a window cannot set the refresh rate of its screen".into(),
         ));
     }
-    let monitor = matches.get_one::<u64>("monitor").and_then(|number| usize::try_from(*number).ok());
-    Ok(WindowPlacement { monitor, fullscreen, refresh_hz })
+    Ok(WindowPlacement { monitor: monitor(matches, "monitor"), fullscreen, refresh_hz })
+}
+
+/// Returns the placement of a secondary task's window.
+pub(super) fn task_place(matches: &ArgMatches, fullscreen: bool) -> WindowPlacement {
+    let monitor = monitor(matches, "task-monitor");
+    WindowPlacement { monitor, fullscreen: fullscreen && monitor.is_some(), refresh_hz: None }
+}
+
+fn monitor(matches: &ArgMatches, flag: &str) -> Option<usize> {
+    matches.get_one::<u64>(flag).and_then(|number| usize::try_from(*number).ok())
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
@@ -132,6 +147,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         lab: lab(matches)?,
         scenario,
         place: place(matches, matches.get_flag("fullscreen"))?,
+        task_place: task_place(matches, matches.get_flag("fullscreen")),
         panel: matches.get_flag("panel"),
         experimenter: matches.get_flag("experimenter"),
         paused: matches.get_flag("paused"),

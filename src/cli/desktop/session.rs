@@ -1,6 +1,6 @@
 //! `codrive study session`: leads a participant through a study, in windows.
 
-use super::drive::{led, led_argument, place, place_arguments};
+use super::drive::{led, led_argument, place, place_arguments, task_place};
 use crate::{
     cli::{CliError, out, stop_on_ctrl_c, study as arguments},
     input::profiles,
@@ -38,6 +38,7 @@ pub(in crate::cli) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out: root.into(),
         code: code.clone(),
         place: place(matches, matches.get_flag("fullscreen"))?,
+        task_place: task_place(matches, matches.get_flag("fullscreen")),
         wheel: wheel.map_err(|error| CliError::Input(error.to_string()))?,
         led: led(matches)?,
         stop: stop_on_ctrl_c(),

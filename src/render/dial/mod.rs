@@ -24,6 +24,7 @@ use brush::{DialBrush, black, opaque, shade};
 use fixed::FixedParts;
 use glam::Vec3;
 use pictogram::pictogram;
+pub use task::paint_search_display;
 use task::paint_task;
 
 /// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
