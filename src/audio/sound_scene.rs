@@ -3,6 +3,7 @@
 use crate::{
     controls::Controls,
     ego::GroundSurface,
+    metrics::QuestionChange,
     scenario::Scenario,
     sim::{Event, EventKind, Snapshot},
     snapshot::ToneSeries,
@@ -155,6 +156,9 @@ impl Listener {
             {
                 self.sound_scene.contacts += 1;
                 self.sound_scene.contact_mps = closing_mps as f32;
+            }
+            if matches!(event.kind, EventKind::Question { change: QuestionChange::Asked, .. }) {
+                self.chime();
             }
         }
         self.hear_advice(snapshot.advice.map(|advice| advice.target_mps));

@@ -2,7 +2,7 @@
 
 use super::offline::AdvisedSummary;
 use crate::{
-    metrics::TaskScores,
+    metrics::{QuestionScore, TaskScores},
     scenario::PlannedDrive,
     sim::{EndReason, Summary},
     units::SpeedUnit,
@@ -34,6 +34,7 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
         lines.push(format!("fixed objects touched    {}", summary.object_contacts));
     }
     lines.extend(task_line(&summary.secondary_task));
+    lines.extend(summary.secondary_task.questions.as_ref().map(question_line));
     if let Some(contact) = summary.contacts.first() {
         let (at, car, closing) = (contact.time_s, contact.car, contact.closing_mps);
         lines.push(format!("first contact            at {at:.2} s with road user {car}, closing at {closing:.2} m/s"));
@@ -53,11 +54,24 @@ pub fn summary(drive: &PlannedDrive, engine: &str, driver: &str, policy: &str, s
     lines.join("\n") + "\n"
 }
 
+fn percent(share: Option<f64>) -> String {
+    share.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share))
+}
+
+fn mean_s(time_s: Option<f64>) -> String {
+    time_s.map_or("-".into(), |time_s| format!("{time_s:.2} s"))
+}
+
+/// Returns a line on the questions of events.
+fn question_line(score: &QuestionScore) -> String {
+    let QuestionScore { questions, questions_unanswered, question_correct, question_response_s } = *score;
+    let (right, after_s) = (percent(question_correct), mean_s(question_response_s));
+    format!("questions                {questions}, {questions_unanswered} not answered, {right} right after {after_s}")
+}
+
 /// Returns a line on the secondary task; `None` without one.
 fn task_line(scores: &TaskScores) -> Option<String> {
-    let percent = |share: Option<f64>| share.map_or("-".into(), |share| format!("{:.0} %", 100.0 * share));
-    let mean_s = |time_s: Option<f64>| time_s.map_or("-".into(), |time_s| format!("{time_s:.2} s"));
-    let TaskScores { detection, n_back, search, occlusion } = scores;
+    let TaskScores { detection, n_back, search, occlusion, .. } = scores;
     let detection = detection.map(|score| {
         let (hits, after_s) = (percent(score.detection_hit_rate), mean_s(score.detection_response_s));
         let (signals, false_responses) = (score.detection_signals, score.detection_false_responses);
@@ -122,7 +136,7 @@ contacts of the others   1
         let log = TaskLog {
             stimuli: vec![(at(4.0), TaskStimulus::Signal), (at(8.0), TaskStimulus::Signal)],
             responses: vec![(at(4.5), TaskResponse::Button), (at(7.0), TaskResponse::Button)],
-            shutter: Vec::new(),
+            ..TaskLog::default()
         };
         let expected = "signals                  2, 50 % hit after 0.50 s, 1 false responses";
         assert_eq!(task_line(&log.scores(20.0)).as_deref(), Some(expected));

@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn every_letter_of_a_name_is_set_in_a_line_of_its_height() {
-        let letters = ('A'..='Z').chain('a'..='z').chain("ÄÖÜäöüßéèñåøçłŻő-./'’,()&".chars());
+        let letters = ('A'..='Z').chain('a'..='z').chain("ÄÖÜäöüßéèñåøçłŻő-./'’,()&?!".chars());
         let unknown = set("\u{4e2d}");
         for letter in letters {
             let line = set(&letter.to_string());

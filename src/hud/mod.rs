@@ -25,7 +25,7 @@ pub use spoken_guidance::SpokenGuidance;
 use crate::{
     controls::Indicator,
     map::NextManoeuvre,
-    snapshot::{AutomationState, Pictogram},
+    snapshot::{AutomationState, Pictogram, ShownQuestion},
     units::SpeedUnit,
 };
 use std::sync::Arc;
@@ -61,6 +61,8 @@ pub struct DialView {
     pub pictogram: Option<Pictogram>,
     /// Text above the dial, and above its sign.
     pub message: Option<Arc<str>>,
+    /// Question above sign and text, with its answers.
+    pub question: Option<Arc<ShownQuestion>>,
     /// Lamp of the automation; `None` without one, and in the dark half of its blinking.
     pub automation: Option<AutomationLamp>,
 }
@@ -125,6 +127,7 @@ impl DialView {
             guidance: None,
             pictogram: None,
             message: None,
+            question: None,
             automation: None,
         }
         .agreeing()
@@ -148,6 +151,11 @@ impl DialView {
     /// Returns this dial with a text above it.
     pub fn saying(self, message: Option<Arc<str>>) -> Self {
         Self { message, ..self }
+    }
+
+    /// Returns this dial with a question above it.
+    pub fn asking(self, question: Option<Arc<ShownQuestion>>) -> Self {
+        Self { question, ..self }
     }
 
     /// Returns this dial with the automation's lamp, and the text of a takeover request in place of another text.

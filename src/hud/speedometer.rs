@@ -54,6 +54,7 @@ impl Speedometer {
             .guiding(snapshot.next_manoeuvre.filter(|_| self.guides))
             .with_pictogram(snapshot.stimuli.as_ref().and_then(|stimuli| stimuli.pictogram))
             .saying(snapshot.message.clone())
+            .asking(snapshot.question.clone())
             .automated(&snapshot.automation, snapshot.tick.seconds())
             .steadied(&mut self.filter)
     }

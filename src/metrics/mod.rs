@@ -11,6 +11,7 @@ mod evaluated;
 pub mod figures;
 pub mod fuel;
 mod motion_phases;
+mod questions;
 pub mod registry;
 mod secondary_task;
 mod takeover;
@@ -25,6 +26,7 @@ pub use correlation::correlation;
 pub use episode_metrics::{AdvisedStep, EpisodeMetrics, EpisodeStep, EvaluationResult, NetworkFlow, mean_and_interval};
 pub use estimate::Estimate;
 pub use evaluated::{EVALUATED, EvaluatedValue, evaluated};
+pub use questions::{QuestionChange, QuestionScore};
 pub use registry::{Measure, MeasuredOn, RoadKinds, measure};
 pub use secondary_task::{FIRST_HIT_S, TaskLog, TaskResponse, TaskScores, TaskStimulus};
 pub use takeover::{

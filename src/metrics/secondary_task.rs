@@ -1,6 +1,7 @@
 //! Scores of secondary tasks. In: times of stimuli, responses and openings of the shutter, in order. Out: a [`TaskScores`]. Each score is a pure
 //! function of these lists, so that a drive, its replay and its analysis have the same numbers. Seconds since the start of the drive.
 
+use super::questions::{QuestionChange, QuestionScore};
 use crate::time::Tick;
 use serde::Serialize;
 
@@ -79,7 +80,7 @@ impl TaskResponse {
     }
 }
 
-/// Stimuli, responses and shutter of a drive, in order.
+/// Stimuli, responses, shutter and questions of a drive, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TaskLog {
     /// Stimuli, each with the tick from which it is seen.
@@ -88,6 +89,8 @@ pub struct TaskLog {
     pub responses: Vec<(Tick, TaskResponse)>,
     /// Movements of the shutter, each with its tick; true is open.
     pub shutter: Vec<(Tick, bool)>,
+    /// Changes of questions to the participant, each with its tick; that of a question is the first that shows it.
+    pub questions: Vec<(Tick, QuestionChange)>,
 }
 
 impl TaskLog {
@@ -114,11 +117,12 @@ impl TaskLog {
             n_back: (!digits.is_empty()).then(|| NBackScore::of(&digits, &presses, end_s)),
             search: (!displays.is_empty()).then(|| SearchScore::of(&displays, &columns)),
             occlusion: (!shutter.is_empty()).then(|| OcclusionScore::of(&shutter, end_s)),
+            questions: (!self.questions.is_empty()).then(|| QuestionScore::of(&self.questions)),
         }
     }
 }
 
-/// Scores of the secondary task of a drive.
+/// Scores of the secondary task of a drive, and of its questions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct TaskScores {
     /// Detection response task; `None` if no signal was shown.
@@ -133,6 +137,9 @@ pub struct TaskScores {
     /// Occlusion; `None` if the shutter did not move.
     #[serde(flatten)]
     pub occlusion: Option<OcclusionScore>,
+    /// Questions of events; `None` if none was asked.
+    #[serde(flatten)]
+    pub questions: Option<QuestionScore>,
 }
 
 /// Score of a detection response task (docs/references.md: secondary-tasks).
@@ -266,7 +273,8 @@ fn is_within(seconds: f64, low_s: f64, high_s: f64) -> bool {
     (low_s - ROUNDING_S..=high_s + ROUNDING_S).contains(&seconds)
 }
 
-fn share(part: u32, of: u32) -> Option<f64> {
+/// Returns a share; `None` of nothing.
+pub(super) fn share(part: u32, of: u32) -> Option<f64> {
     (of > 0).then(|| f64::from(part) / f64::from(of))
 }
 
@@ -343,11 +351,11 @@ mod tests {
         let log = TaskLog {
             stimuli: vec![(at(1.0), TaskStimulus::Signal)],
             responses: vec![(at(1.5), TaskResponse::Button)],
-            shutter: Vec::new(),
+            ..TaskLog::default()
         };
         let scores = log.scores(9.0);
         assert_eq!(scores.detection.unwrap().detection_response_s, Some(0.5));
-        assert_eq!((scores.n_back, scores.search, scores.occlusion), (None, None, None));
+        assert_eq!((scores.n_back, scores.search, scores.occlusion, scores.questions), (None, None, None, None));
         assert_eq!(TaskLog::default().scores(9.0), TaskScores::default());
     }
 }

@@ -67,6 +67,7 @@ fn lasts_s(event: &ScriptedEvent) -> f64 {
         | Action::Sound { for_s, .. }
         | Action::WheelPulse { for_s, .. }
         | Action::HideAdvice { for_s } => *for_s,
+        Action::Ask(ask) => ask.for_s,
         Action::Weather { over_s, .. } => *over_s,
         Action::ChangeLane(LaneChange { in_s: Some(in_s), .. })
         | Action::Speed(SpeedChange { in_s: Some(in_s), .. })

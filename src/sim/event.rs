@@ -2,7 +2,7 @@
 
 use crate::{
     controls::Indicator,
-    metrics::{AutomationChange, TaskLog, TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, QuestionChange, TaskLog, TaskResponse, TaskStimulus},
     policy::Advice,
     roadside::fixed_objects::FixedObjectKind,
     time::Tick,
@@ -24,6 +24,7 @@ impl Event {
             EventKind::TaskStimulus(stimulus) => log.stimuli.push((self.tick, stimulus)),
             EventKind::TaskResponse(response) => log.responses.push((self.tick, response)),
             EventKind::Shutter(is_open) => log.shutter.push((self.tick, is_open)),
+            EventKind::Question { change, .. } => log.questions.push((self.tick, change)),
             _ => {}
         }
     }
@@ -134,6 +135,12 @@ pub enum EventKind {
     TaskResponse(TaskResponse),
     /// The shutter of an occlusion opens (true) or closes.
     Shutter(bool),
+    /// A question of an event is asked or answered, or its time is over.
+    Question {
+        /// Number of the event in the scenario, from 0.
+        event: u16,
+        change: QuestionChange,
+    },
     /// The automation changes, or the participant responds to it.
     Automation(AutomationChange),
     /// The ego is put back on its lane.

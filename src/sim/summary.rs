@@ -177,9 +177,10 @@ impl SummaryAccumulator {
             | EventKind::MainBeam(_)
             | EventKind::Scripted { .. }
             | EventKind::PutBack { .. } => {}
-            EventKind::TaskStimulus(_) | EventKind::TaskResponse(_) | EventKind::Shutter(_) => {
-                event.add_to(&mut self.task)
-            }
+            EventKind::TaskStimulus(_)
+            | EventKind::TaskResponse(_)
+            | EventKind::Shutter(_)
+            | EventKind::Question { .. } => event.add_to(&mut self.task),
             EventKind::Automation(change) => self.takeovers.add(event.tick, change),
             EventKind::Ended(reason) => self.ended = Some(reason),
             EventKind::Contact { car, ego_speed_mps, car_speed_mps, closing_mps, .. } => {

@@ -31,6 +31,7 @@ mod outside;
 mod perception;
 mod persons_ahead;
 mod put_back;
+mod questions;
 mod road_people;
 mod road_rules;
 mod road_user;
@@ -236,11 +237,7 @@ impl World {
         }
         self.observer.view_mut().tick.0 += ticks;
         self.others.iter_mut().for_each(|agent| agent.view.tick.0 += ticks);
-        if let Some(task) = &mut self.task {
-            let tick = self.observer.view().tick;
-            let display = task.tick(tick, controls.task_button, self.observer.events_mut());
-            self.observer.view_mut().task = display;
-        }
+        self.ask_participant(controls.task_button);
         self.update_derived()?;
         if self.script.ends_drive() {
             self.end(EndReason::Event);

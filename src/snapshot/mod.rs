@@ -7,7 +7,7 @@ mod weather;
 
 pub use crate::traffic::Leader;
 pub use automation_state::{AutomationMode, AutomationState, TIME_GAPS_S};
-pub use stimuli::{EventStimuli, Pictogram, ToneSeries};
+pub use stimuli::{EventStimuli, Pictogram, ShownQuestion, ToneSeries};
 pub use task_display::{TaskDisplay, TaskPicture};
 pub use weather::Weather;
 
@@ -121,6 +121,8 @@ pub struct Snapshot {
     pub message: Option<Arc<str>>,
     /// Other stimuli that events give the participant, if there are any.
     pub stimuli: Option<Arc<EventStimuli>>,
+    /// Question that an event puts to the participant.
+    pub question: Option<Arc<ShownQuestion>>,
     /// Weather and daylight, if events have changed those of the scenario.
     pub weather: Option<Weather>,
     /// Mean speed of all vehicles, the ego included, m/s (HC22's measure); 0 without vehicles.
@@ -261,6 +263,9 @@ impl Snapshot {
         }
         if let Some(stimuli) = &self.stimuli {
             stimuli.visit(put);
+        }
+        if let Some(question) = &self.question {
+            question.visit(put);
         }
         if let Some(Weather { visibility_km, rain_mmph, time_h }) = self.weather {
             let numbers = [("visibility", visibility_km), ("rain", rain_mmph), ("time of day", time_h)];

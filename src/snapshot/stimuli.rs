@@ -1,4 +1,5 @@
-//! Stimuli that events of the scenario give the participant, beside texts. In: nothing. Out: [`EventStimuli`] of a moment, which dial, sound and wheel follow.
+//! Stimuli that events of the scenario give the participant, beside texts. In: nothing. Out: [`EventStimuli`] of a moment, which dial, sound and wheel
+//! follow, and [`ShownQuestion`].
 
 use crate::{rng, snapshot::HASH_START, time::Tick};
 use serde::{Deserialize, Serialize};
@@ -15,6 +16,15 @@ pub struct EventStimuli {
     pub sentence: Option<(Arc<str>, Tick)>,
     /// Strength of the vibration at the steering wheel, 0 (none) to 1.
     pub wheel_pulse: f64,
+}
+
+/// Question to the participant above the speedometer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShownQuestion {
+    /// Text of the question.
+    pub question: Arc<str>,
+    /// Answers from left to right: two for the buttons left and right, a third between them for the response button.
+    pub answers: Vec<Arc<str>>,
 }
 
 /// Sign above the speedometer.
@@ -53,6 +63,15 @@ impl ToneSeries {
             Self::Urgent => 60,
         };
         passed_ticks.is_multiple_of(every_ticks)
+    }
+}
+
+impl ShownQuestion {
+    /// Visits its texts as hashes.
+    pub(super) fn visit(&self, put: &mut impl FnMut(&'static str, u32, f64)) {
+        for text in self.answers.iter().chain([&self.question]) {
+            put("question", 0, rng::fnv_1a(HASH_START, text.as_bytes()) as f64);
+        }
     }
 }
 

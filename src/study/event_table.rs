@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 63] = [
+const WORDS: [[&str; 3]; 66] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -220,6 +220,17 @@ const WORDS: [[&str; 3]; 63] = [
         "a voice began to say a digit of the secondary task",
         "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-digit",
     ],
+    [
+        "question_asked",
+        "a question of an event appears above the speedometer, with its answers",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Question-asked",
+    ],
+    [
+        "question_answered",
+        "the participant answered the question: right, wrong, or not scored; the value is the number of the answer from the left",
+        "Agent-action, Participant-response, (Experiment-participant, (Press, Push-button)), Label/Question-answered",
+    ],
+    ["question_unanswered", "the time for an answer is over", "Omitted-action, Label/Question-unanswered"],
     [
         "remote_led",
         "the LED of the detection response task was lit or darkened, or could not be and its signal is on the screen",

@@ -83,6 +83,19 @@ fn stimuli_beyond_their_bounds_are_refused_with_value_and_remedy() {
         ("{ pictogram = { sign = \"go\", for_s = 3 } }", "hands_on"),
         ("{ wheel_pulse = { strength = 2, for_s = 0.3 } }", "strength is 2; allowed: 0.05 to 1"),
         ("{ wheel_pulse = { strength = 1, for_s = 60 } }", "for_s is 60; allowed: 0.1 to 10"),
+        ("{ ask = { question = \"a\", answers = [\"b\"], for_s = 3 } }", "1 answers; allowed: 2 or 3"),
+        (
+            "{ ask = { question = \"a\", answers = [\"b\", \"c\"], right = \"d\", for_s = 3 } }",
+            "right is \"d\"; allowed: \"b\", \"c\"",
+        ),
+        (
+            "{ ask = { question = \"a\", answers = [\"b\", \"c\"], right_automated = \"b\", for_s = 3 } }",
+            "right_automated needs right",
+        ),
+        (
+            "{ ask = { question = \"a\", answers = [\"b\", \" \"], for_s = 3 } }",
+            "answer has 1 letters; allowed: 1 to 20",
+        ),
         ("{ speak = { text = \" \" } }", "text has 1 letters; allowed: 1 to 200"),
         (&format!("{{ speak = {{ text = \"{}\" }} }}", "a".repeat(201)), "text has 201 letters; allowed: 1 to 200"),
     ] {

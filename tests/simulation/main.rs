@@ -25,6 +25,7 @@ mod people_of_events;
 mod persons;
 mod policies;
 mod python_episode;
+mod questions;
 mod rain;
 mod right_of_way;
 mod road_users;

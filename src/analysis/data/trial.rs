@@ -15,7 +15,7 @@ use super::{
 use crate::analysis::error::AnalysisError;
 use crate::{
     map::RoadMap,
-    metrics::{AutomationChange, GazeSample, TaskLog, TaskResponse, TaskStimulus},
+    metrics::{AutomationChange, GazeSample, QuestionChange, TaskLog, TaskResponse, TaskStimulus},
     record::{
         self, RecordError, Table, TableParts, TableReader,
         tables::{PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
@@ -150,13 +150,16 @@ impl RecordedTrial {
 
     /// Replaces the ticks of stimuli and of onsets of events by those of the first frames that showed them.
     fn count_from_frames(&mut self) -> Result<(), RecordError> {
+        // A drive with a question has its event.
         if self.task.stimuli.is_empty() && self.scripted.is_empty() {
             return Ok(());
         }
         let mut frames = self.shown_frames()?;
-        let stimuli = self.task.stimuli.iter_mut().map(|(tick, _)| &mut tick.0);
-        let mut ticks: Vec<&mut u64> =
-            stimuli.chain(self.scripted.iter_mut().map(|moment| &mut moment.onset)).collect();
+        let TaskLog { stimuli, questions, .. } = &mut self.task;
+        let stimuli = stimuli.iter_mut().map(|(tick, _)| &mut tick.0);
+        let asked = questions.iter_mut().filter(|(_, change)| *change == QuestionChange::Asked);
+        let shown = stimuli.chain(asked.map(|(tick, _)| &mut tick.0));
+        let mut ticks: Vec<&mut u64> = shown.chain(self.scripted.iter_mut().map(|moment| &mut moment.onset)).collect();
         ticks.sort_unstable();
         ticks.into_iter().try_for_each(|tick| {
             *tick = frames.shown_tick(*tick)?;
@@ -223,7 +226,7 @@ fn add_to_log(log: &mut TaskLog, tick: Tick, [kind, detail]: [&str; 2], value: O
         TASK_STIMULUS => log.stimuli.extend(TaskStimulus::of_words(detail, value).map(|stimulus| (tick, stimulus))),
         TASK_RESPONSE => log.responses.extend(TaskResponse::of_words(detail, value).map(|response| (tick, response))),
         SHUTTER => log.shutter.push((tick, detail == SHUTTER_OPENS)),
-        _ => {}
+        _ => log.questions.extend(QuestionChange::of_words(kind, detail, value).map(|change| (tick, change))),
     }
 }
 

@@ -104,6 +104,10 @@ pub(super) const OF_EVERY_DRIVE: &[MeasuredValue] = &[
     (measure("event_contact_share"), |s| {
         s.mean_of_events(|event| Some(f64::from(u8::from(event.contact_mps.is_some()))))
     }),
+    (measure("questions"), |s| Some(s.task.questions?.questions.into())),
+    (measure("questions_unanswered"), |s| Some(s.task.questions?.questions_unanswered.into())),
+    (measure("question_correct"), |s| s.task.questions?.question_correct),
+    (measure("question_response_s"), |s| s.task.questions?.question_response_s),
     (measure("takeover_requests"), |s| Some(s.takeovers?.takeover_requests.into())),
     (measure("takeovers"), |s| Some(s.takeovers?.takeovers.into())),
     (measure("takeover_time_s"), |s| s.takeovers?.takeover_time_s),

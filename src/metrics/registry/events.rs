@@ -66,4 +66,24 @@ pub(super) const MEASURES: &[Measure] = &[
         "",
         "share of the events in which the ego vehicle touched another vehicle while they were watched",
     ),
+    ego(
+        "questions",
+        "Questions while driving",
+        "",
+        "questions of events (`ask`) that were answered or had their whole time; empty in drives without questions",
+    ),
+    ego("questions_unanswered", "Questions without an answer", "", "those of these questions that were not answered in their time"),
+    ego(
+        "question_correct",
+        "Share of right answers",
+        "",
+        "share of right answers among the answers to questions that have a right one; it may depend on whether the automation drives at the \
+         answer",
+    ),
+    ego(
+        "question_response_s",
+        "Response time to questions",
+        "s",
+        "mean time from the frame that showed a question to its answer; in `summary.json` from the tick of the question",
+    ),
 ];

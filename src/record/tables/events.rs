@@ -39,7 +39,7 @@ pub const SHUTTER_OPENS: &str = "open";
 
 impl EventRow {
     /// Kinds of events made by the world; all others are made by people and windows.
-    const KINDS_OF_WORLD: [&str; 33] = [
+    const KINDS_OF_WORLD: [&str; 36] = [
         ADVICE_WITHHELD,
         "contact",
         "object_contact",
@@ -59,6 +59,9 @@ impl EventRow {
         TASK_STIMULUS,
         TASK_RESPONSE,
         SHUTTER,
+        "question_asked",
+        "question_answered",
+        "question_unanswered",
         "automation_on",
         "automation_off",
         "automation_gap",
@@ -86,6 +89,7 @@ impl EventRow {
             Some(Self { tick: event.tick, kind: kind.into(), detail, car, value, angle_rad: None })
         };
         let at = |s_m: f64| format!("at {s_m:.2} m of the route");
+        let name_of = |event: u16| scripted.get(usize::from(event)).map_or("", |event| event.name.as_str());
         match event.kind {
             EventKind::Advice(_) => None,
             EventKind::AdviceWithheld => row(ADVICE_WITHHELD, String::new(), None, None),
@@ -127,8 +131,12 @@ impl EventRow {
                 row(kind, detail.into(), None, value)
             }
             EventKind::PutBack { s_m } => row(PUT_BACK, at(s_m), None, None),
+            EventKind::Question { event, change } => {
+                let (kind, detail, value) = change.words();
+                row(kind, detail.unwrap_or_else(|| name_of(event)).into(), None, value)
+            }
             EventKind::Scripted { event, vehicle, stage } => {
-                let name = scripted.get(usize::from(event)).map_or("", |event| event.name.as_str());
+                let name = name_of(event);
                 let detail = match stage {
                     EventStage::NotDone(why) => format!("{name}: {}", why.name()),
                     _ => name.to_owned(),

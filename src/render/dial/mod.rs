@@ -4,8 +4,10 @@
 mod automation;
 mod brush;
 mod fixed;
+pub mod layout;
 mod pictogram;
 mod task;
+mod text;
 
 use egui::{Color32, Painter, Pos2, Rect, pos2, vec2};
 
@@ -26,48 +28,7 @@ use glam::Vec3;
 use pictogram::pictogram;
 pub use task::paint_search_display;
 use task::paint_task;
-
-/// Radii, lengths and heights as shares of the instrument's radius (half its rectangle), from the outside in.
-pub mod layout {
-    /// Edge of the face; the shadow lies outside.
-    pub const FACE: f32 = 0.955;
-    /// Outer and inner end of the red line.
-    pub const TARGET: (f32, f32) = (0.945, 0.765);
-    /// Outer and inner edge of the green band.
-    pub const BAND: (f32, f32) = (0.915, 0.835);
-    /// Outer end of all ticks.
-    pub const MARKS: f32 = 0.818;
-    /// Inner ends of numbered, half and other ticks.
-    pub const MARKS_INNER: (f32, f32, f32) = (0.720, 0.752, 0.774);
-    /// Tip and root of the needle: it spans from between numerals and ticks to the band and hides no numeral.
-    pub const NEEDLE: (f32, f32) = (0.822, 0.650);
-    /// Radius of the numerals' outer edges, and the height of numerals on scales below 100 and from 100 up: three digits have room outside the hub.
-    pub const NUMERALS: (f32, f32, f32) = (0.626, 0.102, 0.078);
-    /// Edge of the hub, which carries number and unit.
-    pub const HUB: f32 = 0.43;
-    /// Height of a number below 100 and of one with three digits, and the distance of its middle above the centre.
-    pub const NUMBER: (f32, f32, f32) = (0.42, 0.30, 0.05);
-    /// Height of the unit, and the distance of its middle below the centre.
-    pub const UNIT: (f32, f32) = (0.085, 0.305);
-    /// Height of the R, and the distance of its middle below the centre.
-    pub const REVERSE: (f32, f32) = (0.13, 0.69);
-    /// Arrows of the indicators: distance of the tip beside and below the centre, length, half the height.
-    pub const INDICATOR: (f32, f32, f32, f32) = (0.46, 0.69, 0.24, 0.095);
-    /// Telltale of the main beam, between the number and the hub's edge: distance of its middle above the centre, half its height.
-    pub const MAIN_BEAM: (f32, f32) = (0.345, 0.05);
-    /// Telltale of the automation, in the gap of the scale: distance of its middle to the left of and below the centre, radius, width of its lines.
-    pub const AUTOMATION: (f32, f32, f32, f32) = (0.235, 0.535, 0.08, 0.017);
-    /// Bars of the automation's time gap: distance of the middle of the lowest one's foot to the right of and below the centre, width, height.
-    pub const TIME_GAP: (f32, f32, f32, f32) = (0.235, 0.615, 0.16, 0.025);
-    /// Arrow of the guidance: distance of its middle below the centre, half its height, width of its line.
-    pub const GUIDANCE: (f32, f32, f32) = (0.615, 0.15, 0.036);
-    /// Height of the text of an event, and the distances of its middle above the centre without and with a sign.
-    pub const MESSAGE: (f32, f32, f32) = (0.15, 1.22, 1.94);
-    /// Sign of an event: half the side of its plate, and the distance of its middle above the centre.
-    pub const PICTOGRAM: (f32, f32) = (0.34, 1.40);
-    /// Height of the distance below the arrow, and the distance of its middle below the centre.
-    pub const GUIDANCE_DISTANCE: (f32, f32) = (0.105, 0.855);
-}
+use text::{message, question};
 
 /// Place of the instrument at the bottom of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -234,6 +195,7 @@ fn paint_moving(painter: &Painter, rect: Rect, dial: &DialView, palette: &Palett
     guidance(&brush, dial, palette);
     pictogram(&brush, dial);
     message(&brush, dial, palette);
+    question(&brush, dial, palette);
 }
 
 /// Dark edge that separates needle and red line from the parts below.
@@ -410,20 +372,6 @@ fn guidance(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     brush.polygon(vec![*tip, neck + across, neck - across], colour);
     let (height, down) = layout::GUIDANCE_DISTANCE;
     brush.text(&guidance.distance, brush.below(down), height, colour);
-}
-
-/// Draws the text of an event above the dial, on a dark plate within the picture.
-fn message(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
-    let Some(text) = &dial.message else { return };
-    let (height, alone, above_sign) = layout::MESSAGE;
-    let up = if dial.pictogram.is_some() { above_sign } else { alone };
-    let size = vec2(lettering::set(text).width, 1.0) * height * brush.radius;
-    let plate = size + vec2(1.2, 1.0) * height * brush.radius;
-    let room = brush.painter.clip_rect();
-    let most = (room.right() - plate.x / 2.0).max(room.center().x);
-    let middle = pos2(brush.centre.x.min(most), brush.below(-up).y);
-    brush.painter.rect_filled(Rect::from_center_size(middle, plate), 0.3 * plate.y, black(200));
-    brush.text(text, middle, height, opaque(palette.needle));
 }
 
 #[cfg(test)]

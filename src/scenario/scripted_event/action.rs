@@ -2,7 +2,7 @@
 //! Seconds, metres, m/s.
 
 use super::{
-    DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport,
+    Ask, DrivenRoad, EventLight, FASTEST_MPS, LATEST_S, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport,
     VehicleName, Walk, check_vehicle,
     people::{CyclistRide, PedestrianCrossing},
     within,
@@ -144,6 +144,8 @@ pub enum Action {
         /// Duration, s.
         for_s: f64,
     },
+    /// A question appears above the participant's speedometer, with answers to choose from.
+    Ask(Ask),
     /// A sign appears above the participant's speedometer.
     Pictogram {
         sign: Pictogram,
@@ -228,6 +230,7 @@ impl Action {
             | Self::PedestrianCrosses(_)
             | Self::CyclistRides(_)
             | Self::Message { .. }
+            | Self::Ask(_)
             | Self::Pictogram { .. }
             | Self::Sound { .. }
             | Self::Speak { .. }
@@ -294,6 +297,7 @@ impl Action {
             Self::PedestrianCrosses(_) => "pedestrian_crosses",
             Self::CyclistRides(_) => "cyclist_rides",
             Self::Message { .. } => "message",
+            Self::Ask(_) => "ask",
             Self::Pictogram { .. } => "pictogram",
             Self::Sound { .. } => "sound",
             Self::Speak { .. } => "speak",
@@ -353,8 +357,9 @@ impl Action {
             Self::Teleport(to) => to.check()?,
             Self::PedestrianCrosses(crossing) => crossing.check()?,
             Self::CyclistRides(ride) => ride.check()?,
+            Self::Ask(ask) => ask.check()?,
             Self::Message { text, for_s } => {
-                check_text(text, TEXT_LETTERS)?;
+                check_text("text", text, TEXT_LETTERS)?;
                 within("for_s", *for_s, [0.1, LATEST_S])?;
             }
             Self::SideWind { wind_mps, for_s, .. } => {
@@ -389,7 +394,7 @@ impl Action {
                 within("strength", *strength, [0.05, 1.0])?;
                 within("for_s", *for_s, [0.1, LONGEST_PULSE_S])?;
             }
-            Self::Speak { text } => check_text(text, SENTENCE_LETTERS)?,
+            Self::Speak { text } => check_text("text", text, SENTENCE_LETTERS)?,
             Self::KeepSpeed { for_s, .. }
             | Self::PowerLoss { for_s }
             | Self::Pictogram { for_s, .. }
@@ -404,11 +409,11 @@ impl Action {
     }
 }
 
-/// Checks the length of a text.
-fn check_text(text: &str, most: usize) -> Result<(), String> {
+/// Checks the length of the text of a key.
+pub(super) fn check_text(key: &str, text: &str, most: usize) -> Result<(), String> {
     let letters = text.chars().count();
     match text.trim().is_empty() || letters > most {
-        true => Err(format!("text has {letters} letters; allowed: 1 to {most}")),
+        true => Err(format!("{key} has {letters} letters; allowed: 1 to {most}")),
         false => Ok(()),
     }
 }

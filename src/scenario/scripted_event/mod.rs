@@ -2,6 +2,7 @@
 //! trigger and its actions; the world carries them out. The words are those of OpenSCENARIO XML where it has one. Seconds, metres, m/s.
 
 mod action;
+mod ask;
 mod limits;
 mod motion;
 mod people;
@@ -10,6 +11,7 @@ mod trigger;
 use super::RoadUser;
 use crate::toml_text::did_you_mean;
 pub use action::{Action, AutomationSwitch};
+pub use ask::Ask;
 pub use limits::{DistanceAhead, TimeAhead};
 pub use motion::{ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Teleport, Walk};
 pub use people::{CyclistRide, PedestrianCrossing};

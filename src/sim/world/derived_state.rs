@@ -30,6 +30,7 @@ pub(super) fn first_snapshot(ego: &crate::ego::EgoState, ego_s_m: f64) -> Snapsh
         advice: None,
         message: None,
         stimuli: None,
+        question: None,
         weather: None,
         mean_speed_mps: 0.0,
         task: TaskDisplay::default(),

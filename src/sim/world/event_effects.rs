@@ -1,8 +1,9 @@
-//! Effects of the scenario's events on the world. In: the state of the events. Out: what the participant sees and feels, people on the road, and contacts
-//! that end the drive.
+//! Effects of the scenario's events and of the secondary task on the world. In: the state of the events. Out: what the participant sees and feels and is
+//! asked, people on the road, and contacts that end the drive.
 
 use super::World;
 use crate::{
+    controls::TaskButton,
     scenario::OnContact,
     sim::event::{PERSON_TOUCHED, ScriptedState},
     snapshot::EventStimuli,
@@ -34,6 +35,17 @@ impl World {
         self.script.users.tick(ticks, view, map);
         let people = self.script.people.at(now, ticks, &map.route);
         people.chain(self.script.users.now()).for_each(|user| self.traffic.add(view, user));
+    }
+
+    /// Passes the button that was pressed to the question that is shown, else to the secondary task, and shows both.
+    pub(super) fn ask_participant(&mut self, pressed: TaskButton) {
+        let (tick, is_automated) = (self.observer.view().tick, self.observer.view().automation.mode.drives());
+        let button = self.script.questions.tick(tick, pressed, is_automated, self.observer.events_mut());
+        self.observer.view_mut().question = self.script.questions.shown();
+        if let Some(task) = &mut self.task {
+            let display = task.tick(tick, button, self.observer.events_mut());
+            self.observer.view_mut().task = display;
+        }
     }
 
     /// Moves all agents by one tick. Returns true if the participant's vehicle has begun a contact that ends the drive. A text says so after one

@@ -5,8 +5,8 @@
 //! move by its event in the step's first tick, which is recorded as the event's onset.
 
 use super::{
-    event_vehicles::EventVehicles, event_view::ScriptView, road_people::RoadPeople, road_users::RoadUsers,
-    traffic_coupling::TrafficCoupling,
+    event_vehicles::EventVehicles, event_view::ScriptView, questions::Questions, road_people::RoadPeople,
+    road_users::RoadUsers, traffic_coupling::TrafficCoupling,
 };
 use crate::{
     controls::Controls,
@@ -53,6 +53,8 @@ pub(super) struct EventScript {
     pub people: RoadPeople,
     /// Road users that the scenario places.
     pub users: RoadUsers,
+    /// Questions to the participant.
+    pub questions: Questions,
     /// Stop lines on the ego's path, for events that name signals.
     pub(super) lines: Vec<StopLine>,
     /// Step of the traffic, s.
@@ -163,6 +165,7 @@ impl EventScript {
             asked: BTreeSet::new(),
             users: RoadUsers::new(&scenario.road_users, people.next_id(), map),
             people,
+            questions: Questions::default(),
             lines: if names_signal { stop_lines(map) } else { Vec::new() },
             ends_drive: false,
             step_s: scenario.step_s,
@@ -425,6 +428,10 @@ impl EventScript {
                 run.ok_or(NotDone::AutomationOff)?.takes(order)?;
                 self.order_to_automation = Some(order);
                 Ok(0.0)
+            }
+            Action::Ask(ask) => {
+                self.questions.ask(event, ask);
+                Ok(ask.for_s)
             }
             Action::Message { for_s, .. }
             | Action::Pictogram { for_s, .. }
