@@ -248,6 +248,8 @@ fn other_setting(scenario: &Value, place: &str) -> Value {
         ("/other_model", "krauss"),
         ("/flash_patch", "pedal"),
         ("/secondary_task/kind", "occlusion"),
+        ("/secondary_task/signal", "remote-led"),
+        ("/secondary_task/display", "window"),
         ("/automation/system", "policy"),
         ("/ego_colour", "blue"),
         ("/traffic_colour", "blue"),
