@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 66] = [
+const WORDS: [[&str; 3]; 67] = [
     [
         "advice",
         "a new target appears on the speedometer",
