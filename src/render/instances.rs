@@ -24,6 +24,8 @@ const LAMPS_M: f32 = 700.0;
 /// Maximum distance of lamps that a wet road mirrors, m, and the radius of a sphere that holds the image of one.
 const STREAKS_M: f32 = 200.0;
 const STREAK_REACH_M: f32 = 8.0;
+/// Smallest scale of a wheel, which is that of a vehicle; the models of people on foot have none that is seen.
+const SMALLEST_WHEEL: f32 = 0.1;
 /// Radius that stands for a car when its detail is chosen, m: near up to about 20 m in a picture of 1280 pixels.
 const DETAIL_M: f32 = 1.9;
 
@@ -303,7 +305,7 @@ fn instance_buffer(device: &wgpu::Device, capacity: usize) -> wgpu::Buffer {
 }
 
 fn body(car: &CarInstance) -> Instance {
-    // Integer part: the number on the plates; fraction: half of the lamps' light (`mesh.wgsl`).
+    // Integer part: the number on the plates, or a person's posture; fraction: half of the lamps' light (`surface.wgsl`).
     let plate_brake = f32::from(car.plate) + 0.5 * car.brake.clamp(0.0, 1.0);
     // Negative: all lamps are dark.
     let plate_brake = if car.is_parked { -plate_brake } else { plate_brake };
@@ -361,11 +363,12 @@ fn housings(seat: Option<&DriverSeat>, which: usize) -> impl Iterator<Item = Ins
     })
 }
 
-/// Returns the four wheels: the front ones steered, the right ones turned about so that their outer side shows, all
+/// Returns the four wheels, none of a person on foot: the front ones steered, the right ones turned about so that their outer side shows, all
 /// rolling forwards.
 fn wheels(car: &CarInstance) -> impl Iterator<Item = Instance> + '_ {
     let world_from_body = Affine3A::from_rotation_translation(car.rotation, car.position);
-    car.hubs.iter().enumerate().map(move |(i, hub)| {
+    let hubs = if car.wheel_scale.x < SMALLEST_WHEEL { &[] } else { &car.hubs[..] };
+    hubs.iter().enumerate().map(move |(i, hub)| {
         let steer = if i < 2 { car.steer_rad } else { 0.0 };
         let (about, roll) = if i % 2 == 0 { (0.0, car.spin_rad) } else { (PI, -car.spin_rad) };
         let turn = Quat::from_rotation_z(steer + about) * Quat::from_rotation_y(roll);
@@ -408,6 +411,7 @@ mod tests {
         let axle = Vec3::from(steered[0].rows.map(|row| row[1]));
         assert!(axle.x < -0.3, "steering left turns the left wheel's outer side backwards: {axle}");
         assert_eq!(steered[2].rows[0][1], 0.0, "the rear wheels stay");
+        assert_eq!(wheels(&CarInstance { wheel_scale: Vec3::splat(0.0125), ..car }).count(), 0, "on foot");
     }
 
     #[test]

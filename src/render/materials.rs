@@ -3,7 +3,7 @@
 
 use super::{
     device::{
-        layout::{instance_buffer, mesh_buffers},
+        layout::{instance_buffer, mesh_buffers, person_buffers},
         pipeline::{DEPTH, HDR, PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
     },
@@ -48,11 +48,12 @@ pub struct MaterialPipelines {
     pub(super) rain: Option<RainPipelines>,
 }
 
-/// The area hidden by the mirror, cars, uncoated parts (posts, wheels), buildings, and windows of vehicles.
+/// The area hidden by the mirror, cars, people, uncoated parts (posts, wheels), buildings, and windows of vehicles.
 #[derive(Debug)]
 pub(super) struct BodyPipelines {
     pub hidden: wgpu::RenderPipeline,
     pub car: wgpu::RenderPipeline,
+    pub person: wgpu::RenderPipeline,
     pub uncoated: wgpu::RenderPipeline,
     /// Walls with their openings, and all else of buildings.
     pub building: [wgpu::RenderPipeline; 2],
@@ -127,12 +128,13 @@ impl MaterialsDesc<'_> {
     }
 
     fn bodies(&self, builder: &PipelineBuilder) -> Result<BodyPipelines, ShaderFault> {
-        let (mesh, soft, beams) = (mesh_buffers(), self.soft(), self.beams());
+        let (mesh, person, soft, beams) = (mesh_buffers(), person_buffers(), self.soft(), self.beams());
         let lit = [soft, beams];
         let solid = self.solid(&mesh, &lit);
-        let [hidden, car, uncoated, walls, roofs, glass] = builder.pipelines([
+        let [hidden, car, person, uncoated, walls, roofs, glass] = builder.pipelines([
             self.mask(&[]),
             PipelineDesc { program: "car", ..solid.clone() },
+            PipelineDesc { program: "person", buffers: &person, ..solid.clone() },
             PipelineDesc { program: "car", constants: &[soft, beams, ("COATED", 0.0)], ..solid.clone() },
             PipelineDesc { program: "building", ..solid.clone() },
             PipelineDesc { program: "building", constants: &[soft, beams, ("OPENINGS", 0.0)], ..solid.clone() },
@@ -144,7 +146,7 @@ impl MaterialsDesc<'_> {
                 ..solid
             },
         ])?;
-        Ok(BodyPipelines { hidden, car, uncoated, building: [walls, roofs], glass })
+        Ok(BodyPipelines { hidden, car, person, uncoated, building: [walls, roofs], glass })
     }
 
     fn ground(&self, builder: &PipelineBuilder) -> Result<GroundPipelines, ShaderFault> {

@@ -7,9 +7,9 @@ use super::{
     level_of_detail::{CAR_LEVELS, InstanceBatches, TreeDetail},
     textures::impostor::{self, ImpostorExtent},
 };
-use crate::scene::{Cockpit, Material, Mesh, StaticScene, Vertex};
+use crate::scene::{CarModel, Cockpit, Material, Mesh, StaticScene, Vertex};
 use glam::{Vec2, Vec3, vec2};
-use std::ops::Range;
+use std::{ops::Range, sync::Arc};
 
 /// A mesh in the shared buffers.
 #[derive(Clone, Debug)]
@@ -59,6 +59,8 @@ pub struct ModelMeshes {
     pub tuft: ModelMesh,
     /// Cars without wheels, by style and [`CarDetail`](super::level_of_detail::CarDetail).
     pub bodies: Vec<[ModelMesh; CAR_LEVELS]>,
+    /// Styles of the next phase and of the standing posture by style, see [`CarModel::postures`].
+    postures: Vec<Option<[usize; 2]>>,
     /// Windows of near and mid cars, by style.
     pub glass: Vec<[ModelMesh; 2]>,
     /// Parts of the ego seen from inside: bonnet, shelf, cabin, steering wheel, wipers at rest, one wiper, windscreen.
@@ -96,10 +98,18 @@ impl ModelMeshes {
         let tuft = add(&static_scene.tuft);
         let lamp = add(&static_scene.lit_lamp);
         let bodies = static_scene.cars.iter().map(|car| {
-            let [near, mid, far] = &car.levels;
-            [near, mid, far, &car.plan, &car.shade].map(&mut add)
+            let CarModel { levels: [near, mid, far], plan, shade, .. } = car;
+            let levels = [near, mid, far, plan, shade];
+            let mut stored: Vec<ModelMesh> = Vec::with_capacity(CAR_LEVELS);
+            for (level, mesh) in levels.iter().enumerate() {
+                // A mesh of several levels is stored once.
+                let same = levels[..level].iter().position(|before| Arc::ptr_eq(before, mesh));
+                stored.push(same.map_or_else(|| add(mesh), |before| stored[before].clone()));
+            }
+            stored.try_into().expect("one for each level")
         });
         let bodies = bodies.collect();
+        let postures = static_scene.cars.iter().map(|car| car.postures).collect();
         let glass = static_scene.cars.iter().map(|car| [0, 1].map(|level| add(&car.glass[level]))).collect();
         let Cockpit { bonnet, shelf, cabin, wheel, resting_wipers, wiper, windscreen, housings } =
             &static_scene.cockpit;
@@ -133,6 +143,7 @@ impl ModelMeshes {
             lamp,
             tuft,
             bodies,
+            postures,
             glass,
             cockpit,
             housings,
@@ -159,7 +170,7 @@ impl ModelMeshes {
         }
     }
 
-    /// Draws bodies of all styles and levels, the ego's bonnet, steering wheel, wipers and mirror housings.
+    /// Draws bodies of all styles and levels but people's, the ego's bonnet, steering wheel, wipers and mirror housings.
     pub fn draw_cars(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         let [bonnet, _, _, wheel, resting, wiper, _] = &self.cockpit;
         let [body, _, steered, at_rest, moving] = &batches.inside;
@@ -178,14 +189,37 @@ impl ModelMeshes {
         windscreen.draw(pass, batches.inside[0].clone());
     }
 
-    /// Draws bodies of all styles and levels.
+    /// Draws bodies of all styles and levels but people's.
     pub fn draw_bodies(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
-        for (model, range) in self.bodies.iter().flatten().zip(batches.bodies.iter().flatten()) {
-            model.draw(pass, range.clone());
+        let vehicles = self.bodies.iter().zip(&batches.bodies).zip(&self.postures).filter(|(_, of)| of.is_none());
+        for ((models, ranges), _) in vehicles {
+            models.iter().zip(ranges).for_each(|(model, range)| model.draw(pass, range.clone()));
         }
     }
 
-    /// Draws the outer shapes of all bodies, in whose mirror images on a wet road nothing smaller is visible.
+    /// Draws people with this pipeline, if there are any, blended between the phases of their gait. Leaves the meshes bound.
+    pub fn draw_people(&self, pass: &mut CountedPass, batches: &InstanceBatches, pipeline: &wgpu::RenderPipeline) {
+        let mut is_first = true;
+        for (style, ranges) in batches.bodies.iter().enumerate() {
+            let Some(postures) = self.postures[style] else { continue };
+            for (level, range) in ranges.iter().enumerate().filter(|(_, range)| !range.is_empty()) {
+                if std::mem::take(&mut is_first) {
+                    pass.set_pipeline(pipeline);
+                }
+                for (slot, style) in [(0, style), (2, postures[0]), (3, postures[1])] {
+                    let first = self.bodies[style][level].first_vertex as u64 * size_of::<Vertex>() as u64;
+                    pass.set_vertex_buffer(slot, self.vertices.slice(first..));
+                }
+                pass.draw_indexed(self.bodies[style][level].indices.clone(), 0, range.clone());
+            }
+        }
+        if !is_first {
+            self.bind(pass);
+        }
+    }
+
+    /// Draws the outer shapes of all bodies, in whose mirror images on a wet road nothing smaller is visible. People are in the last phase of
+    /// their gait.
     pub fn draw_mirrored(&self, pass: &mut CountedPass, batches: &InstanceBatches) {
         for ([_, _, far, plan, _], [near, _, last, coarse, _]) in self.bodies.iter().zip(&batches.bodies) {
             // The instances of the three fine levels follow each other.

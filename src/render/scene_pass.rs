@@ -308,6 +308,7 @@ impl ScenePass {
         models.draw_cars(pass, &batches);
         models.posts.draw(pass, seen);
         models.lamp.draw(pass, batches.lamps.clone());
+        models.draw_people(pass, &batches, &materials.bodies.person);
         for (pipeline, part) in materials.bodies.building.iter().zip(&models.buildings) {
             pass.set_pipeline(pipeline);
             part.draw_nearest_first(pass, frustum.camera.eye, seen);

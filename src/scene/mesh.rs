@@ -29,6 +29,8 @@ impl SurfaceFinish {
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleList {
     triangles: Vec<([Vec3; 3], SurfaceFinish)>,
+    /// True if a quad is cut along its first diagonal, whichever is shorter.
+    cuts_alike: bool,
 }
 
 /// Key of shared corners: position, normal, colour and material.
@@ -46,9 +48,14 @@ impl TriangleList {
         }
     }
 
-    /// Adds a quad of four corners, counter-clockwise, cut along the shorter diagonal.
+    /// Creates a list that cuts all quads along the same diagonal, so that a body has the same triangles in every posture.
+    pub fn cutting_alike() -> Self {
+        Self { cuts_alike: true, ..Self::default() }
+    }
+
+    /// Adds a quad of four corners, counter-clockwise, cut along the shorter diagonal or, in a list that cuts alike, the first one.
     pub fn quad(&mut self, [a, b, c, d]: [Vec3; 4], finish: SurfaceFinish) {
-        if a.distance_squared(c) <= b.distance_squared(d) {
+        if self.cuts_alike || a.distance_squared(c) <= b.distance_squared(d) {
             self.triangle([a, b, c], finish);
             self.triangle([a, c, d], finish);
         } else {
@@ -99,7 +106,8 @@ impl TriangleList {
     /// Returns the mirror image in the plane y = 0.
     pub fn mirrored(&self) -> Self {
         let flip = |p: Vec3| Vec3::new(p.x, -p.y, p.z);
-        Self { triangles: self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect() }
+        let triangles = self.triangles.iter().map(|&([a, b, c], f)| ([flip(a), flip(c), flip(b)], f)).collect();
+        Self { triangles, ..*self }
     }
 
     /// Moves all corners by a map that does not turn the surface inside out.
@@ -209,6 +217,27 @@ impl Mesh {
         let first = self.vertices.len() as u32;
         self.vertices.extend(&other.vertices);
         self.indices.extend(other.indices.iter().map(|i| i + first));
+    }
+
+    /// Returns meshes of a body in several postures, whose triangles correspond, with the same indices: two corners are one vertex if they are one
+    /// in every posture.
+    pub fn with_same_indices(postures: &[Self]) -> Vec<Self> {
+        let corners = postures.first().map_or(0, |mesh| mesh.indices.len());
+        debug_assert!(postures.iter().all(|mesh| mesh.indices.len() == corners), "corresponding triangles");
+        let mut same = vec![Self::default(); postures.len()];
+        let mut numbers: BTreeMap<Vec<u32>, u32> = BTreeMap::new();
+        for corner in 0..corners {
+            let old: Vec<u32> = postures.iter().map(|mesh| mesh.indices[corner]).collect();
+            let next = numbers.len() as u32;
+            let number = *numbers.entry(old).or_insert_with_key(|old| {
+                for ((mesh, posture), &at) in same.iter_mut().zip(postures).zip(old) {
+                    mesh.vertex(posture.vertices[at as usize]);
+                }
+                next
+            });
+            same.iter_mut().for_each(|mesh| mesh.indices.push(number));
+        }
+        same
     }
 
     /// Adds a copy of another mesh, turned about its origin, which is moved to `at`.

@@ -43,6 +43,7 @@ pub use view::view;
 use crate::hud::Palette;
 use crate::snapshot::TaskPicture;
 use glam::{DVec3, Quat, Vec2, Vec3};
+use std::sync::Arc;
 
 /// A corner of a triangle.
 #[repr(C)]
@@ -130,16 +131,19 @@ pub struct TreePlace {
 /// Body style without wheels: x forward, y left, z up, origin on the ground under the centre.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CarModel {
-    /// Meshes by level: near and mid without windows, far with opaque windows.
-    pub levels: [Mesh; 3],
+    /// Meshes by level: near and mid without windows, far with opaque windows. Levels may share a mesh.
+    pub levels: [Arc<Mesh>; 3],
     /// Windows of near and mid, drawn over the scene behind them.
     pub glass: [Mesh; 2],
     /// Body for pictures from above in which a car is a few pixels long, and for shadows in them: with opaque windows, without an
     /// underside. It covers the wheels' places.
-    pub plan: Mesh,
+    pub plan: Arc<Mesh>,
     /// Body for shadows where a texel of the shadow map is too coarse for the far level. It lies inside the far level, so that it
     /// does not shade the body, and has no underside.
-    pub shade: Mesh,
+    pub shade: Arc<Mesh>,
+    /// Styles of the next phase of the gait and of the standing posture of a person, whose meshes have the same triangles at each level. `None` for
+    /// vehicles.
+    pub postures: Option<[usize; 2]>,
 }
 
 /// Static part of the scene.
@@ -198,7 +202,7 @@ pub struct StaticScene {
     /// Height of the highest road, m.
     pub highest_m: f32,
     /// Roads in the local frame, with their heights and signals.
-    pub network: std::sync::Arc<crate::map::network::Network>,
+    pub network: Arc<crate::map::network::Network>,
 }
 
 /// Vehicle in a picture.
@@ -224,7 +228,8 @@ pub struct CarInstance {
     pub spin_rad: f32,
     /// Index of the body style in [`StaticScene::cars`].
     pub style: usize,
-    /// Number on its plates, see [`car::number_plate`].
+    /// Number on its plates, see [`car::number_plate`]; of a person, the shares of [`CarModel::postures`]
+    /// (`shaders/posture.wgsl`).
     pub plate: u16,
     /// True for a car without a driver beside a house: all its lamps are dark.
     pub is_parked: bool,

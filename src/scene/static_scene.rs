@@ -207,7 +207,12 @@ pub(super) mod tests {
                 |car: &'_ CarModel| car.glass.iter().filter(|glass| !glass.indices.is_empty()).cloned().collect();
             let glass: Vec<Vec<crate::scene::Mesh>> = static_scene.cars.iter().map(glass).collect();
             assert_eq!(glass.iter().map(Vec::len).sum::<usize>(), 6, "three styles of cars at two levels");
-            let cars = static_scene.cars.iter().flat_map(|car| &car.levels).chain(glass.iter().flatten());
+            let cars = static_scene
+                .cars
+                .iter()
+                .flat_map(|car| &car.levels)
+                .map(|level| &**level)
+                .chain(glass.iter().flatten());
             let all = [
                 &static_scene.road,
                 &static_scene.land,

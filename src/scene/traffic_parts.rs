@@ -87,9 +87,9 @@ fn traffic_part(
         spin_rad: spin as f32,
         style: shape
             .style
-            .map_or_else(|| style(car.id), |first| first + posture)
+            .map_or_else(|| style(car.id), |first| first + posture.map_or(0, |posture| posture.model))
             .min(static_scene.cars.len().saturating_sub(1)),
-        plate: number_plate::number(car.id.0),
+        plate: posture.map_or_else(|| number_plate::number(car.id.0), |posture| posture.code),
         is_parked: false,
         is_ego: false,
     }

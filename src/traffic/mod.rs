@@ -13,6 +13,7 @@ mod demand_references;
 mod drivers;
 mod engine;
 mod error;
+pub mod gait;
 mod interrupt;
 mod lane_followers;
 mod log;

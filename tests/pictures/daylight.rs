@@ -8,6 +8,7 @@ use codrive::{
 };
 use glam::{Quat, Vec3};
 use image::RgbaImage;
+use std::sync::Arc;
 
 /// Returns the light of a pixel before the tone curve and after exposure: the inverse of `tonemap.wgsl`.
 fn light_of(pixel: [f32; 3]) -> Vec3 {
@@ -139,8 +140,9 @@ fn a_grey_card_has_the_brightness_of_daylight_in_sun_and_shade() {
         let pose = on_lane(40.0, 0.0);
         let body_from_world = Quat::from_rotation_z(-pose.yaw_rad as f32);
         card(&mut cards, Vec3::Z * 1.2 + body_from_world * to_sun * (height / to_sun.z), 1.5, GREY);
+        let cards = Arc::new(cards);
         let levels = [cards.clone(), cards.clone(), cards.clone()];
-        let model = CarModel { levels, glass: Default::default(), plan: cards.clone(), shade: cards };
+        let model = CarModel { levels, glass: Default::default(), plan: cards.clone(), shade: cards, postures: None };
         let static_scene =
             StaticScene { cars: vec![model; static_scene(false).cars.len()], ..static_scene(false).clone() };
         let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Birdseye, &options);

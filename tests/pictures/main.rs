@@ -10,6 +10,7 @@ mod ground;
 mod light;
 mod network;
 mod night;
+mod people;
 mod pixels;
 mod place;
 mod plates;

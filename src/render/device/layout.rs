@@ -114,7 +114,8 @@ pub struct QuadUniform {
 pub struct Instance {
     /// Rows of the transform from mesh to world.
     pub rows: [[f32; 4]; 3],
-    /// Paint or tint, linear; w of a vehicle is the number on its plates plus half of its brake lamps' light (0 to 1), negative for a parked car.
+    /// Paint or tint, linear; w of a vehicle is the number on its plates, or the code of a person's posture, plus half of its brake lamps' light
+    /// (0 to 1), negative for a parked car.
     pub colour_brake: [f32; 4],
 }
 
@@ -137,20 +138,27 @@ impl Instance {
 /// Attributes of [`Vertex`], locations 0 to 4.
 const VERTEX: [wgpu::VertexAttribute; 5] =
     wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x3, 3 => Float32x2, 4 => Uint32];
+/// Position and normal of another [`Vertex`], locations 9 and 10 for the next phase of a person's gait, 11 and 12 for the standing posture.
+const NEXT: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![9 => Float32x3, 10 => Float32x3];
+const STANDING: [wgpu::VertexAttribute; 2] = wgpu::vertex_attr_array![11 => Float32x3, 12 => Float32x3];
 /// Attributes of [`Instance`], locations 5 to 8.
 const INSTANCE: [wgpu::VertexAttribute; 4] =
     wgpu::vertex_attr_array![5 => Float32x4, 6 => Float32x4, 7 => Float32x4, 8 => Float32x4];
 
 /// Returns the buffers of a placed mesh: vertices, then instances.
 pub fn mesh_buffers() -> [Option<wgpu::VertexBufferLayout<'static>>; 2] {
-    [
-        Some(wgpu::VertexBufferLayout {
-            array_stride: size_of::<Vertex>() as u64,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &VERTEX,
-        }),
-        Some(instance_buffer()),
-    ]
+    [Some(vertex_buffer(&VERTEX)), Some(instance_buffer())]
+}
+
+/// Returns the buffers of a placed person: those of a mesh, then the vertices of the next phase of the gait and of the standing posture.
+pub fn person_buffers() -> [Option<wgpu::VertexBufferLayout<'static>>; 4] {
+    let [mesh, instances] = mesh_buffers();
+    [mesh, instances, Some(vertex_buffer(&NEXT)), Some(vertex_buffer(&STANDING))]
+}
+
+fn vertex_buffer(attributes: &'static [wgpu::VertexAttribute]) -> wgpu::VertexBufferLayout<'static> {
+    let step_mode = wgpu::VertexStepMode::Vertex;
+    wgpu::VertexBufferLayout { array_stride: size_of::<Vertex>() as u64, step_mode, attributes }
 }
 
 /// Returns the buffer of instances alone, for shapes that the shader makes itself.
@@ -232,6 +240,12 @@ mod tests {
             offset_of!(Vertex, material),
         ];
         assert_eq!(vertex, ours.map(|o| o as u64));
+        for posture in [NEXT, STANDING] {
+            assert_eq!(
+                posture.map(|a| a.offset),
+                [offset_of!(Vertex, position), offset_of!(Vertex, normal)].map(|o| o as u64)
+            );
+        }
         let instance: Vec<u64> = INSTANCE.iter().map(|a| a.offset).collect();
         assert_eq!(instance, [0, 16, 32, 48]);
         assert_eq!(offset_of!(Instance, colour_brake), 48);

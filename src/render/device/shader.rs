@@ -9,15 +9,17 @@ use wgpu::naga;
 type ShaderProgram = (&'static str, &'static [&'static str]);
 
 /// All programs and their parts. A part is a file in `shaders/` without its extension.
-pub const PROGRAMS: [ShaderProgram; 27] = [
-    ("shadow", &["shadow"]),
+pub const PROGRAMS: [ShaderProgram; 29] = [
+    ("shadow", &["sun_view", "shadow"]),
+    ("person_shadow", &["sun_view", "posture", "person_shadow"]),
     ("leaf_shadow", &["leaf_shadow"]),
     ("root", &["common", "root"]),
     ("sky", &["common", "light", "ray", "sky"]),
-    ("road", &["common", "light", "lamps", "corner", "mesh", "ground", "road"]),
-    ("land", &["common", "light", "lamps", "corner", "mesh", "ground", "land"]),
-    ("car", &["common", "light", "lamps", "corner", "mesh", "car"]),
-    ("building", &["common", "light", "lamps", "corner", "mesh", "ground", "building"]),
+    ("road", &["common", "light", "lamps", "corner", "surface", "mesh", "ground", "road"]),
+    ("land", &["common", "light", "lamps", "corner", "surface", "mesh", "ground", "land"]),
+    ("car", &["common", "light", "lamps", "corner", "surface", "mesh", "car"]),
+    ("person", &["common", "light", "lamps", "corner", "surface", "posture", "person", "car"]),
+    ("building", &["common", "light", "lamps", "corner", "surface", "mesh", "ground", "building"]),
     ("cover", &["common", "fade", "corner", "leaf", "cover", "sample_mask"]),
     ("cover_by_sample", &["common", "fade", "corner", "leaf", "cover", "sample_index"]),
     ("tree", &["common", "light", "lamps", "foliage", "corner", "leaf", "tree"]),
@@ -29,10 +31,10 @@ pub const PROGRAMS: [ShaderProgram; 27] = [
     ("hidden", &["hidden"]),
     ("mirrored_sky", &["common", "light", "ray", "mirrored_sky"]),
     ("streak", &["common", "streak"]),
-    ("depth_alone", &["common", "corner", "mesh", "depth_alone"]),
+    ("depth_alone", &["common", "corner", "surface", "mesh", "depth_alone"]),
     ("rain", &["common", "light", "lamps", "rain"]),
     ("spray", &["common", "light", "lamps", "spray"]),
-    ("windscreen", &["common", "light", "lamps", "corner", "mesh", "windscreen"]),
+    ("windscreen", &["common", "light", "lamps", "corner", "surface", "mesh", "windscreen"]),
     ("bloom", &["bloom"]),
     ("tonemap", &["quad", "edges", "tonemap"]),
     ("soften", &["quad", "edges", "soften"]),
@@ -45,13 +47,18 @@ macro_rules! built_in {
     };
 }
 
-const FILES: [(&str, &str); 40] = built_in![
+const FILES: [(&str, &str); 45] = built_in![
     "common",
     "light",
     "lamps",
     "corner",
+    "surface",
     "mesh",
+    "posture",
+    "person",
+    "sun_view",
     "shadow",
+    "person_shadow",
     "leaf_shadow",
     "root",
     "ray",

@@ -12,7 +12,7 @@ mod cover;
 use super::{
     device::{
         cost::{CountedPass, PassCost},
-        layout::{Light, mesh_buffers},
+        layout::{Light, mesh_buffers, person_buffers},
         pipeline::{DEPTH, PipelineBuilder, PipelineDesc},
         shader::ShaderFault,
         targets::uniform_buffer,
@@ -48,6 +48,7 @@ const LAYERS: u32 = 4;
 #[derive(Debug)]
 pub struct ShadowPipeline {
     solid: wgpu::RenderPipeline,
+    person: wgpu::RenderPipeline,
     /// Pipeline for leaf cards; `None` if trees cast the shadows of solid shapes.
     leaves: Option<wgpu::RenderPipeline>,
 }
@@ -233,7 +234,8 @@ impl ShadowPass {
         };
         let leaves = PipelineDesc { program: "leaf_shadow", cut_out: true, ..desc.clone() };
         let leaves = if self.fine { Some(builder.pipeline(&leaves)?) } else { None };
-        Ok(ShadowPipeline { solid: builder.pipeline(&desc)?, leaves })
+        let person = PipelineDesc { program: "person_shadow", buffers: &person_buffers(), ..desc.clone() };
+        Ok(ShadowPipeline { solid: builder.pipeline(&desc)?, person: builder.pipeline(&person)?, leaves })
     }
 
     /// Returns all maps, for binding.
@@ -425,6 +427,7 @@ impl ShadowLayer {
             meshes.models.buildings.iter().for_each(|part| part.draw(&mut pass, touches));
         }
         meshes.models.draw_tree_shades(&mut pass, &batches.trees);
+        meshes.models.draw_people(&mut pass, batches, &pipeline.person);
         if let Some(leaves) = &pipeline.leaves {
             pass.set_pipeline(leaves);
             meshes.models.draw_trees(&mut pass, &batches.trees);

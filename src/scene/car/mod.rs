@@ -23,6 +23,7 @@ use super::{
 };
 use glam::Vec3;
 use rayon::prelude::*;
+use std::sync::Arc;
 
 /// Returns the hubs in the body's frame at rest, metres: front left, front right, rear left, rear right.
 pub fn hubs() -> [Vec3; 4] {
@@ -45,7 +46,8 @@ pub fn models() -> Vec<CarModel> {
         });
         let far = far.whole();
         let (plan, shade) = (coarse(&far, PLAN_M, KeptCorner::Outermost), coarse(&far, SHADE_M, KeptCorner::Innermost));
-        CarModel { plan, shade, levels: [near.open(), mid.open(), far], glass }
+        let [plan, shade] = [plan, shade].map(Arc::new);
+        CarModel { plan, shade, levels: [near.open(), mid.open(), far].map(Arc::new), glass, postures: None }
     };
     parts.chunks(3).map(model).collect()
 }

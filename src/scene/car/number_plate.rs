@@ -1,6 +1,6 @@
 //! Lettering of number plates. In: the instrument's strokes ([`crate::hud::lettering`]). Out: for each place on a plate every
 //! sign that may stand there, as flat triangles in the body's frame, metres. The car's shader draws only the signs of the car's
-//! number (`mesh.wgsl`), so that one body serves all cars at no cost per pixel.
+//! number (`surface.wgsl`), so that one body serves all cars at no cost per pixel.
 //!
 //! A sign's texture coordinates state when it is shown. `u` is the divisor; `v` is 16 times the number of signs for the place
 //! plus the sign's index. The sign is shown if `number / u` modulo that number of signs equals its index.

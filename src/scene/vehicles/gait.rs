@@ -4,11 +4,10 @@
 //! Lengths of limbs are shares of the height, and the walk has the usual proportions of a cycle (docs/references.md: walkers). The ball of a
 //! foot on the ground goes back as fast as the body goes forward, so that no foot slides.
 
+use crate::traffic::gait::CYCLE;
 use glam::{Vec2, Vec3, vec2};
 use std::f32::consts::{PI, TAU};
 
-/// Length of a cycle of two steps over the height.
-pub(super) const CYCLE: f32 = 0.76;
 /// Share of the cycle in which a foot is on the ground.
 const STANCE: f32 = 0.62;
 /// Share of the cycle after which the heel leaves the ground.

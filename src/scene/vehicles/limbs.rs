@@ -17,8 +17,8 @@ pub(super) const fn matt(colour: [f32; 3]) -> SurfaceFinish {
     SurfaceFinish::new(Material::Matt, colour)
 }
 
-/// Sides of limbs near, farther away and far: a body with fewer than ten sides is darker, which would be seen where a person is a hundred pixels high.
-pub(super) const SIDES: [Sides; 3] = [10, 10, 6];
+/// Sides of limbs near and far: a body with fewer than ten sides is darker, which would be seen where a person is a hundred pixels high.
+pub(super) const SIDES: [Sides; 2] = [10, 6];
 
 /// Detail of a body: sides of a limb.
 pub(super) type Sides = usize;

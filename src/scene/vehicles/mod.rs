@@ -16,12 +16,15 @@ use super::{CarModel, Mesh, car::materials::WHEEL_RADIUS_M};
 use crate::traffic::{VehicleBody, VehicleKind};
 use glam::Vec3;
 use model::Model;
+use std::sync::Arc;
 
 /// Number of body styles of cars: models of other kinds follow them in [`StaticScene::cars`](super::StaticScene::cars).
 const CAR_STYLES: usize = 3;
 
 /// Index of the first model of people on foot among those of all kinds but the car.
-const FIRST_WALKER: usize = 8 + cycles::BICYCLES;
+const FIRST_WALKER: usize = FIRST_BICYCLE + cycles::BICYCLES;
+/// Index of the first model of a bicycle, likewise.
+const FIRST_BICYCLE: usize = 8;
 
 /// Model of a vehicle and its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +61,25 @@ pub(super) fn models() -> Vec<CarModel> {
         boxes::bus_rear(),
         cycles::motorcycle(),
     ];
-    let built = built.map(|Model { triangles, shape }| {
-        let body = stored(Model { triangles, shape });
-        [body.clone(), body.clone(), body]
-    });
-    let people = cycles::bicycles().chain(walkers::walkers()).map(|levels| levels.map(stored));
-    built.into_iter().chain(people).map(model).collect()
+    let mut models = Vec::from(built.map(|built| {
+        let body = Arc::new(stored(built));
+        model([body.clone(), body], None)
+    }));
+    for postures in std::iter::once(cycles::bicycles().collect()).chain(walkers::walkers()) {
+        models.extend(models_of_person(postures, CAR_STYLES + models.len()));
+    }
+    models
+}
+
+/// Returns the models of a person, standing and at the phases of a cycle, of which the first one has this style.
+fn models_of_person(postures: Vec<[Model; 2]>, first_style: usize) -> impl Iterator<Item = CarModel> {
+    let phases = postures.len() - 1;
+    let (near, far): (Vec<Mesh>, Vec<Mesh>) = postures.into_iter().map(|levels| levels.map(stored).into()).unzip();
+    let [near, far] = [near, far].map(|postures| Mesh::with_same_indices(&postures).into_iter().map(Arc::new));
+    near.zip(far).enumerate().map(move |(k, (near, far))| {
+        let next = if k == 0 { 0 } else { 1 + k % phases };
+        model([near, far], Some([first_style + next, first_style]))
+    })
 }
 
 /// Returns a model's mesh at the size of a car.
@@ -78,18 +94,41 @@ fn stored(Model { triangles, shape }: Model) -> Mesh {
     body
 }
 
-fn model([near, mid, far]: [Mesh; 3]) -> CarModel {
+/// Returns a model that is the same near and a little farther away, and the same from far and in shadows.
+fn model([near, far]: [Arc<Mesh>; 2], postures: Option<[usize; 2]>) -> CarModel {
     let glass = [Mesh::default(), Mesh::default()];
-    CarModel { plan: far.clone(), shade: far.clone(), levels: [near, mid, far], glass }
+    CarModel { plan: far.clone(), shade: far.clone(), levels: [near.clone(), near, far], glass, postures }
 }
 
-/// Returns how many models after the first of its kind the one is that shows a cyclist or a person on foot in the posture after `moved_m`; 0 for
-/// other kinds.
-pub(super) fn posture(kind: VehicleKind, number: u32, moved_m: f64, speed_mps: f64) -> usize {
+/// Posture of a cyclist or a person on foot, blended from those of three models: one of the cycle, the next one, and standing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct DrawnPosture {
+    /// Index of the model after the first one of its kind.
+    pub model: usize,
+    /// Share of the next phase, plus 256 times the share of standing, both 0 to 255 (`shaders/posture.wgsl`).
+    pub code: u16,
+}
+
+impl DrawnPosture {
+    /// Returns the posture after this number of cycles of `phases` models; `moving` is 0 or less for a person who stands, 1 or more for one who makes
+    /// whole steps.
+    fn new(cycles: f64, phases: usize, moving: f32) -> Self {
+        if moving <= 0.0 {
+            return Self { model: 0, code: 0 };
+        }
+        let at = cycles.rem_euclid(1.0) * phases as f64;
+        let phase = (at as usize).min(phases - 1);
+        let code = |share: f32| (255.0 * share.clamp(0.0, 1.0)).round() as u16;
+        Self { model: 1 + phase, code: code((at - phase as f64) as f32) + 256 * code(1.0 - moving) }
+    }
+}
+
+/// Returns the posture of a cyclist or a person on foot after `moved_m`; `None` for other kinds.
+pub(super) fn posture(kind: VehicleKind, number: u32, moved_m: f64, speed_mps: f64) -> Option<DrawnPosture> {
     match kind {
-        VehicleKind::Bicycle => cycles::model_of(moved_m, speed_mps),
-        VehicleKind::Pedestrian => walkers::model_of(number, moved_m, speed_mps),
-        _ => 0,
+        VehicleKind::Bicycle => Some(cycles::posture_of(moved_m, speed_mps)),
+        VehicleKind::Pedestrian => Some(walkers::posture_of(number, moved_m, speed_mps)),
+        _ => None,
     }
 }
 
@@ -115,7 +154,7 @@ pub(super) fn shape(body: &VehicleBody, part: usize, length_m: f64, car_hubs: &[
         VehicleKind::Bus if body.joint_m().is_none() => 4,
         VehicleKind::Bus => 5 + part,
         VehicleKind::Motorcycle => 7,
-        VehicleKind::Bicycle => 8,
+        VehicleKind::Bicycle => FIRST_BICYCLE,
         VehicleKind::Pedestrian => FIRST_WALKER,
     };
     let boxes = [
@@ -151,12 +190,30 @@ pub(super) fn shape(body: &VehicleBody, part: usize, length_m: f64, car_hubs: &[
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::{
         scene::{car, mesh::tests::check},
         space::Pose,
     };
+
+    /// Returns the vertices of a person's near body in the picture, in metres and without the body's own way. `first` is the first model of the kind.
+    /// The blending is that of `shaders/posture.wgsl`.
+    pub fn drawn(models: &[CarModel], first: usize, DrawnPosture { model, code }: DrawnPosture) -> Vec<Vec3> {
+        let this = &models[first + model];
+        let others = this.postures.expect("a person").map(|style| &models[style - CAR_STYLES]);
+        let size = if first == FIRST_WALKER { walkers::WALKER.size } else { cycles::BICYCLE.size };
+        let [at, next, standing] = [this, others[0], others[1]]
+            .map(|model| move |i: usize| Vec3::from(model.levels[0].vertices[i].position) * size / car_size());
+        let [share, upright] = [code % 256, code / 256].map(|share| f32::from(share) / 255.0);
+        (0..this.levels[0].vertices.len()).map(|i| at(i).lerp(next(i), share).lerp(standing(i), upright)).collect()
+    }
+
+    /// Returns the longest way of a point of a body between two postures, while the body moves `way_m` forwards.
+    pub fn farthest_m(models: &[CarModel], first: usize, postures: [DrawnPosture; 2], way_m: f32) -> f32 {
+        let [before, after] = postures.map(|posture| drawn(models, first, posture));
+        before.iter().zip(after).map(|(a, b)| (b + Vec3::X * way_m).distance(*a)).fold(0.0, f32::max)
+    }
 
     fn body(kind: VehicleKind, length_m: f64, width_m: f64, height_m: f64) -> VehicleBody {
         VehicleBody { kind, length_m, width_m, height_m }
@@ -182,7 +239,8 @@ mod tests {
         };
         for number in 0..4 {
             let [standing, walking] = [0.0, 1.4]
-                .map(|speed_mps| of(&models[first + posture(VehicleKind::Pedestrian, number, 0.0, speed_mps)]));
+                .map(|speed_mps| posture(VehicleKind::Pedestrian, number, 0.0, speed_mps).expect("a person's").model)
+                .map(|model| of(&models[first + model]));
             assert!((1.6..1.85).contains(&standing.z) && (0.4..0.7).contains(&standing.y), "{standing}");
             assert!(walking.x > standing.x && standing.x < 0.45, "{standing} {walking}");
         }
