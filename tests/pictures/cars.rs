@@ -4,11 +4,13 @@ use crate::{pixels::*, place::*};
 use codrive::{
     render::{OFFSCREEN, Quality, Renderer, dial::DialPlace, post::tonemap::mirror_rect, view_projection::ViewFrustum},
     scenario::CockpitView,
-    scene::{self, BONNET_EDGE, Camera, Lens, Mesh, StaticScene, ViewKind, ViewOptions},
+    scene::{self, BONNET_EDGE, Camera, CarModel, Lens, Mesh, StaticScene, ViewKind, ViewOptions},
     space::Pose,
     traffic::EGO,
 };
 use glam::{Vec2, Vec3};
+use image::RgbaImage;
+use std::{collections::BTreeMap, sync::Arc};
 
 const SIZE: [u32; 2] = [320, 180];
 const ASPECT: f32 = 320.0 / 180.0;
@@ -167,13 +169,14 @@ fn every_level_of_quality_shows_a_car_at_the_same_place() {
     // The size is large enough for the low level to draw a smaller picture and scale it up.
     let size = [960, 540];
     assert!(Quality::LOW.drawn_size(size, false)[0] < size[0]);
+    let mut renderers = levels.map(|quality| renderer(false, quality));
     for (gap_m, left_m) in [(8.0, 0.0), (25.0, 0.7)] {
         let leader = on_lane(gap_m + 5.0, left_m);
         let mut view = view(&snapshot(vec![car(1, leader)]), ViewKind::Driver, &marked());
         // The bonnet is left out: its red paint looks magenta where it mirrors the blue sky.
         view.seat = None;
-        let places = levels.map(|quality| {
-            let image = draw_with(&mut renderer(false, quality), &view, size);
+        let places = renderers.each_mut().map(|renderer| {
+            let image = draw_with(renderer, &view, size);
             // Weights by the share of magenta in a pixel. A threshold would favour the sunny side of the car.
             let magenta = |p| {
                 let [r, g, b] = rgb(p).map(|v| v * v);
@@ -191,8 +194,16 @@ fn every_level_of_quality_shows_a_car_at_the_same_place() {
     }
 }
 
+/// Returns the styles whose colours are compared: all vehicles, and people in three postures: standing, at the first phase, and at the fourth, with the
+/// limbs of the other side in front.
+fn compared_styles(cars: &[CarModel]) -> Vec<usize> {
+    let is_compared =
+        |style: &usize| cars[*style].postures.is_none_or(|[_, standing]| [0, 1, 4].contains(&(style - standing)));
+    (0..cars.len()).filter(is_compared).collect()
+}
+
 /// Returns the mean colour of the pixels that differ by a car: red, green and blue from 0 to 1, as on the screen.
-fn mean_colour(with: &image::RgbaImage, without: &image::RgbaImage) -> Vec3 {
+fn mean_colour(with: &RgbaImage, without: &RgbaImage) -> Vec3 {
     let (mut count, mut sum) = (0.0, Vec3::ZERO);
     for (a, _) in with.pixels().zip(without.pixels()).filter(|(a, b)| difference(a, b) > 3) {
         count += 1.0;
@@ -215,10 +226,14 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
     let mut drawing = Renderer::new(gpu(), &bare, OFFSCREEN, Quality { msaa: 4, fine: true, ..Quality::LOW });
     let pose = on_lane(40.0, 0.0);
     let mut worst = [0.0f32; 2];
-    for style in 0..bare.cars.len() {
+    let mut empty: BTreeMap<(u32, usize), RgbaImage> = BTreeMap::new();
+    for style in compared_styles(&bare.cars) {
         // Near to mid and mid to far (`FITTED_PX` and `MID_PX` in `level_of_detail.rs`), from six directions, with brake lamps lit and
         // unlit.
-        for (switch_px, k) in [100.0, 36.0].into_iter().flat_map(|px| (0..6).map(move |k| (px, k))) {
+        let [near, mid, far] = &bare.cars[style].levels;
+        // Bodies of people and of other vehicles than cars are the same on both sides of a switch, or of both.
+        let switches = [(100.0, near, mid), (36.0, mid, far)].into_iter().filter(|(_, a, b)| !Arc::ptr_eq(a, b));
+        for (switch_px, k) in switches.flat_map(|(px, ..)| (0..6).map(move |k| (px, k))) {
             let paint = [[0.72, 0.72, 0.70], [0.479, 0.008, 0.006], [0.115, 0.120, 0.130]][k % 3];
             let (sin, cos) = (std::f32::consts::TAU * (k as f32 + 0.3) / 6.0).sin_cos();
             let forward = Vec3::new(cos, sin, -0.10 - 0.03 * k as f32).normalize();
@@ -236,9 +251,13 @@ fn a_body_has_one_colour_on_both_sides_of_a_switch_of_detail() {
                 let at_1_m = ViewFrustum::new(&camera(1.0), SIZE).pixels(at, 1.9);
                 view.camera = camera(at_1_m / radius_px);
                 (view.cars[0].style, view.cars[0].colour, view.cars[0].brake) = (style, paint, (k % 2) as f32);
+                // A person is in the posture of its model alone.
+                view.cars[0].plate = if bare.cars[style].postures.is_some() { 0 } else { view.cars[0].plate };
                 let with = draw_with(&mut drawing, &view, SIZE);
                 view.cars.clear();
-                mean_colour(&with, &draw_with(&mut drawing, &view, SIZE))
+                let without =
+                    empty.entry((radius_px.to_bits(), k)).or_insert_with(|| draw_with(&mut drawing, &view, SIZE));
+                mean_colour(&with, without)
             };
             let (finer, coarser) = (colour(switch_px * 1.01), colour(switch_px * 0.99));
             let step = (finer - coarser).abs().max_element();

@@ -87,14 +87,16 @@ fn plate_at(drawing: &mut Renderer, distance_m: f32) -> (f32, f32, f32) {
 }
 
 fn plate_beside(drawing: &mut Renderer, distance_m: f32, off_px: f32) -> (f32, f32, f32) {
-    const SIZE: [u32; 2] = [320, 180];
+    // The middle of a picture of 320 pixels with a lens of 10 degrees: at 12 m the plate has 79 pixels.
+    const SIZE: [u32; 2] = [96, 54];
+    let half_width = 5f32.to_radians().tan() * SIZE[0] as f32 / 320.0;
     let pose = on_lane(40.0, 0.0);
     let mut view = view(&snapshot(vec![car(1, pose)]), ViewKind::Chase, &Default::default());
     view.cars.retain(|car| !car.is_ego);
     let along = pose.forward().as_vec2().extend(0.0);
     let middle = pose.position.as_vec2().extend(0.692) - along * 2.47;
-    let lens = Lens::Perspective { fov_x_rad: 10f32.to_radians() };
-    let pixel_m = 2.0 * distance_m * 5f32.to_radians().tan() / SIZE[0] as f32;
+    let lens = Lens::Perspective { fov_x_rad: 2.0 * half_width.atan() };
+    let pixel_m = 2.0 * distance_m * half_width / SIZE[0] as f32;
     // To the left and up, so that the plate appears to the right and below.
     let aside = (Vec3::Z.cross(along) + Vec3::Z) * (off_px * pixel_m);
     view.camera = Camera { eye: middle - along * distance_m + aside, forward: along, up: Vec3::Z, lens };
