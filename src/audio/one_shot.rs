@@ -1,7 +1,7 @@
-//! Sounds that begin and end: horn, contact, tone. In: the state of the horn, the strength of a contact, the start of a
-//! tone. Out: samples. Each sound has an envelope of its own without corners.
+//! Sounds that begin and end: horn, contact, tone, footstep. In: the state of the horn, the strength of a contact, the start of a
+//! tone, the number of steps. Out: samples. Each sound has an envelope of its own without corners.
 
-use super::smoothing::SmoothedValue;
+use super::{filtered_noise::FilteredNoise, smoothing::SmoothedValue};
 use std::f32::consts::{PI, TAU};
 
 /// The horn: two notes, a major third apart, with few partials.
@@ -120,5 +120,45 @@ impl Tone {
         let swell = (PI * (t_s / Self::LENGTH_S).min(1.0).sqrt()).sin().powi(2);
         let turn = TAU * (self.note_hz * t_s).fract();
         Self::LEVEL * swell * (turn.sin() + 0.18 * (2.0 * turn).sin())
+    }
+}
+
+/// A heel that touches the ground: a short burst of noise.
+pub struct Footstep {
+    rate_hz: f32,
+    noise: FilteredNoise,
+    /// Number of steps that have been heard; `None` before the first one of a person.
+    heard: Option<u32>,
+    /// Samples since the last step, and its level.
+    at: Option<u32>,
+    level: f32,
+}
+
+impl Footstep {
+    const NOTE_HZ: f32 = 700.0;
+    const RISE_S: f32 = 0.001;
+    const DECAY_S: f32 = 0.025;
+    const LENGTH_S: f32 = 0.18;
+    /// Amplitude of the noise at 1 m.
+    const LEVEL: f32 = 0.016;
+
+    /// Creates a silent source.
+    pub fn new(seed: u64, rate_hz: f32) -> Self {
+        Self { rate_hz, noise: FilteredNoise::around(seed, rate_hz), heard: None, at: None, level: 0.0 }
+    }
+
+    /// Returns the next sample; `steps` are the number of steps of a person so far and their level, 1 at 1 m. A number that changes begins a step.
+    pub fn next(&mut self, steps: Option<(u32, f32)>) -> f32 {
+        let heard = std::mem::replace(&mut self.heard, steps.map(|(count, _)| count));
+        if let (Some(before), Some((now, level))) = (heard, steps)
+            && before != now
+        {
+            (self.at, self.level) = (Some(0), Self::LEVEL * level);
+        }
+        let Some(at) = self.at else { return 0.0 };
+        let t_s = at as f32 / self.rate_hz;
+        self.at = (t_s < Self::LENGTH_S).then_some(at + 1);
+        let envelope = (1.0 - (-t_s / Self::RISE_S).exp()) * (-t_s / Self::DECAY_S).exp();
+        self.level * envelope * self.noise.next(Self::NOTE_HZ)
     }
 }

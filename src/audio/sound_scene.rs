@@ -7,30 +7,94 @@ use crate::{
     scenario::Scenario,
     sim::{Event, EventKind, Snapshot},
     snapshot::ToneSeries,
+    snapshot::VehicleSnapshot,
     time::Tick,
-    traffic::VehicleId,
+    traffic::{VehicleId, VehicleKind, gait},
 };
 
 /// Number of other vehicles that can be heard at once.
 pub const NEAR: usize = 8;
-/// Number of nearest vehicles that get a place; a vehicle with a place keeps it while it is among the nearest [`NEAR`].
+/// Number of nearest vehicles and persons that get a place; one with a place keeps it while it is among the nearest [`NEAR`].
 const NEAREST: usize = 6;
 /// Ticks for which a place stays empty before another vehicle gets it: the old sound fades out first.
 const EMPTY_TICKS: u32 = 30;
-/// Distance from which a vehicle is not heard, m.
-const FAR_M: f64 = 70.0;
 /// Difference of advised speeds below which no tone sounds, m/s: a quarter of a mile per hour.
 const SAME_ADVICE_MPS: f64 = 0.11;
 
-/// Another vehicle, in the ego's axes.
+/// Source of the sound of another vehicle or person.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SoundSource {
+    /// Engine and tyres.
+    #[default]
+    Motor,
+    /// Footsteps.
+    Feet,
+    /// Tyres of a bicycle.
+    Bicycle,
+}
+
+impl SoundSource {
+    const ALL: [Self; 3] = [Self::Motor, Self::Feet, Self::Bicycle];
+
+    fn of(kind: VehicleKind) -> Self {
+        match kind {
+            VehicleKind::Pedestrian => Self::Feet,
+            VehicleKind::Bicycle => Self::Bicycle,
+            _ => Self::Motor,
+        }
+    }
+
+    /// Returns the distance from which the source is not heard, m. Of two sources, the one at the smaller share of it counts as the nearer one.
+    pub fn range_m(self) -> f64 {
+        match self {
+            Self::Motor => 70.0,
+            Self::Feet => 20.0,
+            Self::Bicycle => 35.0,
+        }
+    }
+}
+
+/// Another vehicle or a person, in the ego's axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NearbyVehicle {
+    /// Source of the sound.
+    pub source: SoundSource,
     /// Distance ahead, m; negative behind.
     pub ahead_m: f32,
     /// Distance to the left, m; negative to the right.
     pub left_m: f32,
     /// Speed of the vehicle, m/s.
     pub speed_mps: f32,
+    /// Number of times that a foot of a person has touched the ground since the start of their way.
+    pub steps: u32,
+}
+
+impl NearbyVehicle {
+    /// Number of values for the transfer to another thread.
+    const WORDS: usize = 5;
+
+    /// Returns a vehicle or person from their snapshot and the way from the ego to them, in the ego's axes.
+    fn of(car: &VehicleSnapshot, ahead_m: f64, left_m: f64) -> Self {
+        let source = SoundSource::of(car.body.kind);
+        let cycles = if source == SoundSource::Feet { gait::cycles(car.id.0, car.odometer_m) } else { 0.0 };
+        Self {
+            source,
+            ahead_m: ahead_m as f32,
+            left_m: left_m as f32,
+            speed_mps: car.speed_mps as f32,
+            steps: (2.0 * cycles) as u32,
+        }
+    }
+
+    fn to_words(self) -> [f32; Self::WORDS] {
+        [self.ahead_m, self.left_m, self.speed_mps, f32::from(self.source as u8), self.steps as f32]
+    }
+
+    fn from_words(words: &[f32]) -> Self {
+        let &[ahead_m, left_m, speed_mps, source, steps] = words else { unreachable!("five words a vehicle") };
+        let source = SoundSource::ALL[(source as usize).min(2)];
+        Self { source, ahead_m, left_m, speed_mps, steps: steps as u32 }
+    }
 }
 
 /// All audible state at one moment.
@@ -50,7 +114,7 @@ pub struct SoundScene {
     pub rain_mmph: f32,
     /// True while the horn is pressed.
     pub horn: bool,
-    /// Vehicles nearby; each keeps its place as long as it is heard.
+    /// Vehicles and persons nearby; each keeps its place as long as it is heard.
     pub near: [Option<NearbyVehicle>; NEAR],
     /// Number of contacts so far.
     pub contacts: u32,
@@ -63,7 +127,7 @@ pub struct SoundScene {
 }
 
 /// Length of a [`SoundScene`] as a row of numbers, for the transfer to another thread.
-pub(super) const WORDS: usize = SINGLE + 3 * NEAR;
+pub(super) const WORDS: usize = SINGLE + NearbyVehicle::WORDS * NEAR;
 /// Number of values that are not about another vehicle.
 const SINGLE: usize = 11;
 
@@ -85,9 +149,9 @@ impl SoundScene {
             self.advices as f32,
             self.questions as f32,
         ]);
-        for (words, near) in words[SINGLE..].chunks_mut(3).zip(self.near) {
+        for (words, near) in words[SINGLE..].chunks_mut(NearbyVehicle::WORDS).zip(self.near) {
             if let Some(near) = near {
-                words.copy_from_slice(&[near.ahead_m, near.left_m, near.speed_mps]);
+                words.copy_from_slice(&near.to_words());
             }
         }
         words
@@ -96,9 +160,9 @@ impl SoundScene {
     /// Converts a row of numbers back to a scene.
     pub(super) fn from_words(words: &[f32; WORDS]) -> Self {
         let near = |at: usize| {
-            let car = &words[SINGLE + 3 * at..][..3];
+            let car = &words[SINGLE + NearbyVehicle::WORDS * at..][..NearbyVehicle::WORDS];
             let there = car.iter().all(|number| number.is_finite());
-            there.then(|| NearbyVehicle { ahead_m: car[0], left_m: car[1], speed_mps: car[2] })
+            there.then(|| NearbyVehicle::from_words(car))
         };
         Self {
             running: words[0] > 0.5,
@@ -196,21 +260,16 @@ impl Listener {
         }
     }
 
-    /// Updates the nearest vehicles. A vehicle heard before keeps its place, so that none jumps from ear to ear.
+    /// Updates the nearest vehicles and persons. One heard before keeps its place, so that none jumps from ear to ear.
     fn hear_cars(&mut self, snapshot: &Snapshot) {
         let pose = snapshot.ego.pose();
-        let mut near: Vec<(f64, VehicleId, NearbyVehicle)> = snapshot
-            .vehicles()
-            .filter_map(|car| {
-                let way = car.pose.position - pose.position;
-                let place = NearbyVehicle {
-                    ahead_m: way.dot(pose.forward()) as f32,
-                    left_m: way.dot(pose.left()) as f32,
-                    speed_mps: car.speed_mps as f32,
-                };
-                (way.length() < FAR_M).then_some((way.length(), car.id, place))
-            })
-            .collect();
+        let heard = snapshot.cars.iter().filter_map(|car| {
+            let way = car.pose.position - pose.position;
+            let share = way.length() / SoundSource::of(car.body.kind).range_m();
+            let near = || NearbyVehicle::of(car, way.dot(pose.forward()), way.dot(pose.left()));
+            (share < 1.0).then(|| (share, car.id, near()))
+        });
+        let mut near: Vec<(f64, VehicleId, NearbyVehicle)> = heard.collect();
         near.sort_by(|a, b| a.0.total_cmp(&b.0));
         near.truncate(NEAR);
         for place in &mut self.places {

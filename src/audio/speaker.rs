@@ -225,7 +225,10 @@ fn put<T: SizedSample + FromSample<f32>>(frame: &mut [T], [left, right]: [f32; 2
 
 #[cfg(test)]
 mod tests {
-    use super::{super::NearbyVehicle, *};
+    use super::{
+        super::{NearbyVehicle, SoundSource},
+        *,
+    };
 
     #[test]
     fn a_scene_reaches_the_other_thread_unchanged() {
@@ -234,7 +237,10 @@ mod tests {
         let mut sound_scene =
             SoundScene { running: true, speed_mps: -1.5, engine_rpm: 2100.0, contacts: 3, ..SoundScene::default() };
         sound_scene.horn = true;
-        sound_scene.near[4] = Some(NearbyVehicle { ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0 });
+        for (at, source) in [(4, SoundSource::Motor), (5, SoundSource::Feet), (7, SoundSource::Bicycle)] {
+            sound_scene.near[at] =
+                Some(NearbyVehicle { source, ahead_m: -7.0, left_m: 2.0, speed_mps: 5.0, steps: 1_000_001 });
+        }
         board.put(&sound_scene);
         assert_eq!(board.get(), sound_scene);
     }

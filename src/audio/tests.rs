@@ -10,10 +10,10 @@ use crate::{
 };
 use std::f64::consts::{PI, TAU};
 
-const RATE: f32 = 48_000.0;
+pub(super) const RATE: f32 = 48_000.0;
 
 /// Returns levels with everything silent except what `set` changes.
-fn only(set: impl Fn(&mut SoundLevels)) -> SoundLevels {
+pub(super) fn only(set: impl Fn(&mut SoundLevels)) -> SoundLevels {
     let s = SILENT_DB;
     let mut levels =
         SoundLevels { master_db: 0.0, engine_db: s, road_db: s, wind_db: s, others_db: s, horn_db: s, tone_db: s };
@@ -21,29 +21,29 @@ fn only(set: impl Fn(&mut SoundLevels)) -> SoundLevels {
     levels
 }
 
-fn driving(speed_mps: f32, engine_rpm: f32) -> SoundScene {
+pub(super) fn driving(speed_mps: f32, engine_rpm: f32) -> SoundScene {
     SoundScene { running: true, speed_mps, engine_rpm, throttle: 0.3, ..SoundScene::default() }
 }
 
 /// Returns the samples of this many seconds of a constant scene, after its first 0.3 s.
-fn steady(levels: &SoundLevels, sound_scene: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
+pub(super) fn steady(levels: &SoundLevels, sound_scene: &SoundScene, seconds: f32) -> Vec<[f32; 2]> {
     let mut mixer = Mixer::new(levels, RATE);
     let mut out = vec![[0.0; 2]; ((0.3 + seconds) * RATE) as usize];
     mixer.render(sound_scene, &mut out);
     out.split_off((0.3 * RATE) as usize)
 }
 
-fn left(samples: &[[f32; 2]]) -> Vec<f64> {
+pub(super) fn left(samples: &[[f32; 2]]) -> Vec<f64> {
     samples.iter().map(|sample| sample[0].into()).collect()
 }
 
 /// Returns the RMS value.
-fn level(samples: &[f64]) -> f64 {
+pub(super) fn level(samples: &[f64]) -> f64 {
     (samples.iter().map(|s| s * s).sum::<f64>() / samples.len() as f64).sqrt()
 }
 
 /// Returns the amplitude at a frequency, by Goertzel with a Hann window.
-fn amplitude(samples: &[f64], frequency_hz: f64) -> f64 {
+pub(super) fn amplitude(samples: &[f64], frequency_hz: f64) -> f64 {
     let (step, n) = (TAU * frequency_hz / f64::from(RATE), samples.len() as f64);
     let (mut a, mut b) = (0.0, 0.0);
     for (i, sample) in samples.iter().enumerate() {
@@ -160,7 +160,7 @@ fn a_vehicle_is_heard_on_its_side_and_louder_if_near_or_fast() {
     let others = only(|l| l.others_db = 0.0);
     let ears = |ahead_m, left_m, speed_mps| {
         let mut sound_scene = driving(0.0, 0.0);
-        sound_scene.near[2] = Some(NearbyVehicle { ahead_m, left_m, speed_mps });
+        sound_scene.near[2] = Some(NearbyVehicle { ahead_m, left_m, speed_mps, ..Default::default() });
         let samples = steady(&others, &sound_scene, 0.5);
         [0, 1].map(|side| level(&samples.iter().map(|s| s[side].into()).collect::<Vec<f64>>()))
     };
@@ -211,7 +211,10 @@ fn wild(levels: &SoundLevels, seconds: u32) -> Vec<[f32; 2]> {
         };
         for (i, near) in sound_scene.near.iter_mut().enumerate() {
             let there = !(tick / 20 + i as u32).is_multiple_of(3);
-            *near = there.then_some(NearbyVehicle { ahead_m: 3.0 - i as f32, left_m: 3.0, speed_mps: 30.0 });
+            // A car, a person who makes a step in each half second, a bicycle, and so on.
+            let source = [SoundSource::Motor, SoundSource::Feet, SoundSource::Bicycle][i % 3];
+            let (ahead_m, left_m, steps) = (3.0 - i as f32, 3.0, tick / 50);
+            *near = there.then_some(NearbyVehicle { source, ahead_m, left_m, speed_mps: 30.0, steps });
         }
         mixer.render(&sound_scene, &mut chunk);
         all.extend_from_slice(&chunk);
