@@ -25,7 +25,7 @@ pub(super) const WALKER: Shape = Shape {
 };
 
 /// Number of phases of the walk that have a model of their own. Blended between two of them, no point is farther than 2.5 cm from its place.
-const PHASES: usize = 10;
+const PHASES: usize = 16;
 /// Speed from which a person makes whole steps, m/s; the posture of a slower one is blended with that of standing.
 const WALKS_MPS: f64 = 0.3;
 
