@@ -140,7 +140,7 @@ impl Footstep {
     const DECAY_S: f32 = 0.025;
     const LENGTH_S: f32 = 0.18;
     /// Amplitude of the noise at 1 m.
-    const LEVEL: f32 = 0.016;
+    const LEVEL: f32 = 0.0075;
 
     /// Creates a silent source.
     pub fn new(seed: u64, rate_hz: f32) -> Self {

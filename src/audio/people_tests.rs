@@ -47,11 +47,11 @@ fn a_walker_is_heard_once_at_each_step_of_the_gait() {
     // 23 have sounded.
     let steps = (2.0 * (4.0 * 0.37 + 14.0 / (0.76 * 1.79_f64))).floor() - (2.0 * 4.0 * 0.37_f64).floor();
     assert_eq!(steps, 21.0);
-    assert_eq!(bursts(&samples, 5e-4), steps as usize);
+    assert_eq!(bursts(&samples, 2.5e-4), steps as usize);
     // The one after the next is a cycle later: 0.97 s at 1.4 m/s, of which the begin is known to 20 ms.
     let begins: Vec<usize> = {
         let levels: Vec<f64> = samples.chunks(RATE as usize / 50).map(level).collect();
-        (1..levels.len()).filter(|k| levels[k - 1] < 5e-5 && levels[*k] > 5e-4).collect()
+        (1..levels.len()).filter(|k| levels[k - 1] < 2.5e-5 && levels[*k] > 2.5e-4).collect()
     };
     for pair in begins.windows(3) {
         let cycle_s = (pair[2] - pair[0]) as f64 / 50.0;
@@ -90,5 +90,5 @@ fn a_cyclist_has_no_engine_and_is_far_quieter_than_a_passing_car() {
     // The loudest 125 ms, which is the time constant "fast" of a sound level meter.
     let walking = heard(VehicleKind::Pedestrian, 1.0, 1.4, 4);
     let loudest = walking.chunks(RATE as usize / 8).map(level).fold(0.0, f64::max);
-    assert!((riding_db + 16.0).abs() < 2.0 && (db(loudest) + 20.0).abs() < 2.0, "{riding_db} dB, {} dB", db(loudest));
+    assert!((riding_db + 16.0).abs() < 2.0 && (db(loudest) + 20.0).abs() < 3.0, "{riding_db} dB, {} dB", db(loudest));
 }

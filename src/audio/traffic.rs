@@ -13,7 +13,7 @@ const NEAR_PERSON_M: f32 = 1.0;
 /// Largest share of the panning, below 1: the head muffles the sound at the far ear but does not block it.
 const WIDTH: f32 = 0.85;
 /// Amplitude of a bicycle's tyres at 1 m and at its usual speed, and that speed, m/s.
-const BICYCLE: f32 = 0.010;
+const BICYCLE: f32 = 0.0037;
 const BICYCLE_MPS: f32 = 5.0;
 /// Middle of the noise of a bicycle's tyres, Hz.
 const BICYCLE_HZ: f32 = 1600.0;
