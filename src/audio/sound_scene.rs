@@ -24,10 +24,10 @@ const SAME_ADVICE_MPS: f64 = 0.11;
 /// Source of the sound of another vehicle or person.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SoundSource {
-    /// Engine and tyres.
+    /// Engine and tyres of a motor vehicle.
     #[default]
     Motor,
-    /// Footsteps.
+    /// Footsteps of a person.
     Feet,
     /// Tyres of a bicycle.
     Bicycle,

@@ -8,7 +8,7 @@ use super::{
 
 /// Distance up to which a vehicle has its full level, m; beyond it the level is inversely proportional to the distance.
 const NEAR_M: f32 = 3.0;
-/// The same of a person on foot or on a bicycle, who is smaller, m.
+/// Distance up to which a person on foot or on a bicycle has the full level, m.
 const NEAR_PERSON_M: f32 = 1.0;
 /// Largest share of the panning, below 1: the head muffles the sound at the far ear but does not block it.
 const WIDTH: f32 = 0.85;
