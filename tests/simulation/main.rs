@@ -4,6 +4,7 @@
 mod agents;
 mod agents_network;
 mod automation;
+mod crossings;
 mod driver;
 mod ego;
 mod episode;

@@ -9,7 +9,7 @@ use codrive::{
 use std::{fs, path::Path};
 
 /// Returns a drive on a network of `tests/data/networks` along a path, with this demand.
-fn scenario(folder: &Path, net: &str, path: &str, text: &str) -> Scenario {
+pub(super) fn scenario(folder: &Path, net: &str, path: &str, text: &str) -> Scenario {
     let file = folder.join("demand.rou.xml");
     fs::write(&file, text).expect("written");
     Scenario {

@@ -99,7 +99,7 @@ impl People {
                 let accel =
                     model.acceleration(from_mps, leader_mps, gap_m, limit_mps).clamp(-HARDEST_MPS2, HARDEST_MPS2);
                 let wanted_mps = chosen_mps(from_mps, accel, self.step_s);
-                commands.push(Command::WantedSpeed(wanted_mps).encode(*id));
+                commands.push(Command::WantedSpeed(Some(wanted_mps)).encode(*id));
             }
         }
         Ok(())

@@ -28,8 +28,9 @@ pub(super) enum Command {
     ImposedSpeed(Option<f64>),
     /// Highest speed from now on, m/s.
     MaxSpeed(f64),
-    /// Speed that the vehicle's driver wants in the next step, m/s: the vehicle takes it as far as others and signals allow.
-    WantedSpeed(f64),
+    /// Speed that the vehicle's driver wants until further notice, m/s: the vehicle takes it as far as others and signals allow. `None` is the one of
+    /// its model.
+    WantedSpeed(Option<f64>),
     /// SUMO's bits of lamps.
     Lamps(u32),
 }
@@ -57,7 +58,7 @@ impl Command {
             // A negative speed ends the order.
             Self::ImposedSpeed(speed_mps) => (2, -1, [speed_mps.unwrap_or(-1.0), 0.0, 0.0]),
             Self::MaxSpeed(speed_mps) => (3, -1, [speed_mps, 0.0, 0.0]),
-            Self::WantedSpeed(speed_mps) => (5, -1, [speed_mps, 0.0, 0.0]),
+            Self::WantedSpeed(speed_mps) => (5, -1, [speed_mps.unwrap_or(-1.0), 0.0, 0.0]),
             Self::Lamps(bits) => (4, -1, [bits.into(), 0.0, 0.0]),
         };
         RawCommand { vehicle: vehicle.0, kind, lane, a, b, c }

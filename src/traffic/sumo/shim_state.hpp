@@ -107,6 +107,7 @@ void obey(const Command& c) {
             sim::Vehicle::setSpeed(id, c.a);
             break;
         case MAX_SPEED: sim::Vehicle::setMaxSpeed(id, c.a); break;
+        // A negative speed ends the order.
         case WANTED_SPEED: sim::Vehicle::setSpeed(id, c.a); break;
         case LAMPS: sim::Vehicle::setSignals(id, static_cast<int>(c.a)); break;
         default: throw std::invalid_argument("unknown command");

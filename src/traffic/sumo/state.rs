@@ -37,6 +37,8 @@ pub(super) struct TrafficState {
     pub vehicles: Vec<VehicleState>,
     /// Vehicles at the end of the step before.
     before: Vec<VehicleState>,
+    /// Vehicles whose speeds were not their model's in the last step.
+    driven: Vec<VehicleId>,
     pub changes: VehicleChanges,
     /// States of all signals, one after the other, and where each begins; one more at the end.
     pub signals: Vec<u8>,
@@ -113,12 +115,19 @@ impl TrafficState {
         self.signal_starts.extend_from_slice(step.signal_starts);
     }
 
-    /// Adds the commands for vehicles whose pedals are not SUMO's. A vehicle that is not there has none.
-    pub fn command(&self, motions: &[LaneMotion], commands: &mut Vec<RawCommand>) {
+    /// Adds the commands for vehicles whose pedals are not SUMO's, and gives those back that have no motion any more. A vehicle that is not there has
+    /// none.
+    pub fn command(&mut self, motions: &[LaneMotion], commands: &mut Vec<RawCommand>) {
+        let is_there = |id: &VehicleId| self.vehicles.binary_search_by_key(id, |vehicle| vehicle.id).is_ok();
+        let is_driven = |id: &VehicleId| motions.binary_search_by_key(id, |motion| motion.id).is_ok();
+        let ended = self.driven.iter().filter(|id| is_there(id) && !is_driven(id));
+        commands.extend(ended.map(|id| Command::WantedSpeed(None).encode(*id)));
+        self.driven.clear();
+        self.driven.extend(motions.iter().map(|motion| motion.id));
         for motion in motions {
             if let Ok(at) = self.vehicles.binary_search_by_key(&motion.id, |vehicle| vehicle.id) {
                 commands.push(Command::PreviousSpeed(self.vehicles[at].speed_mps).encode(motion.id));
-                commands.push(Command::WantedSpeed(motion.mean_mps).encode(motion.id));
+                commands.push(Command::WantedSpeed(Some(motion.mean_mps)).encode(motion.id));
             }
         }
     }
