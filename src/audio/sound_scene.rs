@@ -6,7 +6,6 @@ use crate::{
     metrics::QuestionChange,
     scenario::Scenario,
     sim::{Event, EventKind, Snapshot},
-    snapshot::ToneSeries,
     snapshot::VehicleSnapshot,
     time::Tick,
     traffic::{VehicleId, VehicleKind, gait},
@@ -239,8 +238,7 @@ impl Listener {
     fn hear_tones(&mut self, snapshot: &Snapshot) {
         let (automation, now) = (&snapshot.automation, snapshot.tick);
         self.request = automation.mode.asks().then(|| self.request.unwrap_or(now));
-        let series = if automation.is_urgent { ToneSeries::Urgent } else { ToneSeries::Gentle };
-        let request = self.request.map(|first| (series, first));
+        let request = self.request.map(|first| (automation.series(), first));
         let of_events = snapshot.stimuli.iter().flat_map(|stimuli| stimuli.tones.iter().copied());
         let mut all = of_events.chain(request);
         if all.any(|(series, first)| series.begins_tone(now.0 - first.0)) {

@@ -118,13 +118,14 @@ impl LiveDrive {
         let ego = &world.snapshot().ego;
         let automation = &world.snapshot().automation;
         let driven = automation.driven.filter(|_| automation.steers_now());
+        let of_events = world.snapshot().stimuli.as_ref().map_or(0.0, |stimuli| stimuli.wheel_pulse);
         let on_grass = ego.wheels[..2].iter().filter(|wheel| wheel.surface == GroundSurface::Grass).count();
         ForceInput {
             aligning_nm: ego.steering_torque_nm.into(),
             speed_mps: ego.speed_mps,
             grass: on_grass as f64 / 2.0,
             contact: self.contacts.jolt().strength,
-            pulse: world.snapshot().stimuli.as_ref().map_or(0.0, |stimuli| stimuli.wheel_pulse),
+            pulse: of_events.max(automation.wheel_pulse(world.snapshot().tick)),
             held_rad: driven.map(|driven| driven.steering_wheel_rad.into()),
             running: self.running(),
         }

@@ -1,6 +1,11 @@
 //! State of the automation at a tick. In: nothing. Out: an [`AutomationState`], which the dial shows and the driver sees.
 
-use crate::controls::Controls;
+use super::ToneSeries;
+use crate::{controls::Controls, time::Tick};
+
+/// Strength of the wheel's pulses in a takeover request, as a share of the strongest one, and the length of each, ticks.
+const PULSE: f64 = 0.5;
+const PULSE_TICKS: u64 = 30;
 
 /// Time gaps that the button sets in turn, s (docs/references.md: automation).
 pub const TIME_GAPS_S: [f64; 3] = [1.0, 1.5, 2.0];
@@ -69,6 +74,17 @@ impl AutomationState {
         }
     }
 
+    /// Returns the series of tones and pulses of a takeover request at this urgency.
+    pub fn series(&self) -> ToneSeries {
+        if self.is_urgent { ToneSeries::Urgent } else { ToneSeries::Gentle }
+    }
+
+    /// Returns the strength of the wheel's pulse at a tick, 0 to 1: while the participant is asked to take over, 0.3 s as often as tones sound.
+    pub fn wheel_pulse(&self, now: Tick) -> f64 {
+        let is_on = self.mode.asks() && now.0 % self.series().every_ticks() < PULSE_TICKS;
+        if is_on { PULSE } else { 0.0 }
+    }
+
     /// Returns the number of bars that show the time gap, 1 to 3: one for each setting up to it. Returns 0 without a time gap.
     pub fn gap_bars(&self) -> u8 {
         let bars = |gap_s: f64| TIME_GAPS_S.iter().filter(|setting_s| **setting_s <= gap_s).count().max(1) as u8;
@@ -96,5 +112,17 @@ mod tests {
         // Between two settings a gap has the bars of the shorter one.
         let shown = [0.8, 1.0, 1.4, 1.5, 1.9, 2.0, 4.0].map(|gap_s| bars(Some(gap_s)));
         assert_eq!((shown, bars(None)), ([1, 1, 1, 2, 2, 3, 3], 0));
+    }
+
+    #[test]
+    fn the_wheel_pulses_while_asked_to_take_over_and_more_often_when_urgent() {
+        let felt = |mode: AutomationMode, is_urgent: bool| {
+            let state = AutomationState { mode, is_urgent, ..AutomationState::default() };
+            (0..600).filter(|tick| state.wheel_pulse(Tick(*tick)) > 0.0).count()
+        };
+        // In 6 s: three pulses of 0.3 s, ten when it is urgent.
+        assert_eq!(felt(AutomationMode::TakeoverRequest, false), 3 * 30);
+        assert_eq!(felt(AutomationMode::TakeoverRequest, true), 10 * 30);
+        assert_eq!([AutomationMode::On, AutomationMode::Off].map(|mode| felt(mode, false)), [0, 0]);
     }
 }

@@ -58,11 +58,15 @@ pub enum ToneSeries {
 impl ToneSeries {
     /// Returns true if a tone begins this number of ticks after the first one.
     pub fn begins_tone(self, passed_ticks: u64) -> bool {
-        let every_ticks = match self {
+        passed_ticks.is_multiple_of(self.every_ticks())
+    }
+
+    /// Returns the time from one tone to the next, ticks.
+    pub(super) fn every_ticks(self) -> u64 {
+        match self {
             Self::Gentle => 200,
             Self::Urgent => 60,
-        };
-        passed_ticks.is_multiple_of(every_ticks)
+        }
     }
 }
 

@@ -200,7 +200,7 @@ fn each_input_of_the_driver_triggers_its_event() {
 
 #[test]
 fn an_event_begins_at_each_new_advice() {
-    let text = RING.replace("policy = \"none\"", "policy = \"follower-stopper\"")
+    let text = RING.replace("policy = \"none\"", "policy = \"ring-250-speed\"")
         + "[[event]]\nname = \"new\"\ntrigger = \"advice_changes\"\nrepeats = true\nactions = []\n";
     let mut targets = Vec::new();
     let stages =

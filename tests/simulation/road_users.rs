@@ -169,7 +169,7 @@ fn road_users_that_cannot_be_are_faults_with_line_and_remedy() {
         (user.to_owned() + "speed_mps = 71\n", ["trial.toml:8", "speed_mps is 71; allowed: 0 to 70"]),
         (event("{ speed = { vehicle = \"vam\", to_mps = 3 } }"), ["trial.toml:11", "did you mean van"]),
         (event("{ speed = { vehicle = \"van\", like = \"leader\" } }"), ["trial.toml:11", "allowed: ego, van"]),
-        (event("{ cut_in = { vehicle = \"van\", gap_m = 9 } }"), ["trial.toml:11", "remedy: synchronise"]),
+        (event("{ cut_in = { vehicle = \"van\", gap_m = 0 } }"), ["trial.toml:11", "gap_m is 0; allowed: 0.5 to 200"]),
         (event("{ signal = { name = \"5\", light = \"red\" } }"), ["the network has no signal \"5\"", "event \"a\""]),
     ] {
         let fault = fault(&text);

@@ -72,7 +72,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "",
         "questions of events (`ask`) that were answered or had their whole time; empty in drives without questions",
     ),
-    ego("questions_unanswered", "Questions without an answer", "", "those of these questions that were not answered in their time"),
+    ego("questions_unanswered", "Questions without an answer", "", "questions of events without an answer in their time"),
     ego(
         "question_correct",
         "Share of right answers",

@@ -1,6 +1,9 @@
 //! Question that an event puts to the participant while they drive. In: the action `ask`. Out: a checked [`Ask`], and the answer that a button chooses.
 
-use super::{LATEST_S, action::check_text, within};
+use super::{
+    action::check_text,
+    values::{LATEST_S, within},
+};
 use crate::controls::TaskButton;
 use serde::{Deserialize, Serialize};
 

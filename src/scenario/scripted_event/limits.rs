@@ -1,7 +1,7 @@
 //! Limits of triggers: a value below or above a bound, and the distance or the time to a vehicle ahead. In: tables of a trigger. Out: checked limits, and
 //! whether a value meets them. Seconds, metres, m/s.
 
-use super::{EGO_NAME, FARTHEST_M, VehicleName, check_ahead, check_subject, within};
+use super::values::{EGO_NAME, FARTHEST_M, VehicleName, check_ahead, check_subject, within};
 use serde::{Deserialize, Serialize};
 
 /// Distance to a vehicle ahead, on one side of a limit.

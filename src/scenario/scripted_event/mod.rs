@@ -7,6 +7,7 @@ mod limits;
 mod motion;
 mod people;
 mod trigger;
+mod values;
 
 use super::RoadUser;
 use crate::toml_text::did_you_mean;
@@ -17,6 +18,9 @@ pub use motion::{ChangeShape, LaneChange, Meeting, OffsetChange, SpeedChange, Te
 pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
 pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
+pub use values::{EGO_NAME, FOLLOWER, LEADER, LEFT_LEADER, PLACES, RIGHT_LEADER, VehicleName};
+pub(super) use values::{FARTHEST_M, FASTEST_MPS, within};
+use values::{LATEST_S, check_vehicle};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -29,28 +33,6 @@ const MOST_EVENTS: usize = 200;
 const MOST_ACTIONS: usize = 20;
 /// Longest name, letters.
 const NAME_LETTERS: usize = 40;
-/// Latest time and longest duration, s, and farthest place, m.
-const LATEST_S: f64 = 604_800.0;
-pub(super) const FARTHEST_M: f64 = 1_000_000.0;
-/// Highest speed, m/s.
-pub(super) const FASTEST_MPS: f64 = 70.0;
-
-/// Name of a vehicle of the traffic: its place beside the ego when the event begins, such as `leader`, a number, or its name in the demand.
-pub type VehicleName = String;
-
-/// Name of the participant's vehicle.
-pub const EGO_NAME: &str = "ego";
-/// Vehicle ahead of the ego.
-pub const LEADER: &str = "leader";
-/// Vehicle behind the ego.
-pub const FOLLOWER: &str = "follower";
-/// Next vehicle ahead on the lane to the ego's left.
-pub const LEFT_LEADER: &str = "left_leader";
-/// Next vehicle ahead on the lane to the ego's right.
-pub const RIGHT_LEADER: &str = "right_leader";
-/// Names of vehicles by their places beside the ego.
-pub const PLACES: [&str; 4] = [LEADER, FOLLOWER, LEFT_LEADER, RIGHT_LEADER];
-
 /// An event of a scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -259,36 +241,6 @@ fn check_road_user(action: &Action, users: &[RoadUser]) -> Result<(), String> {
     match action.others().filter(|other| *other != EGO_NAME && !names.contains(&other.as_str())) {
         Some(other) => fault(other, "ego, ", ""),
         None => Ok(()),
-    }
-}
-
-/// Checks that a value lies within its bounds.
-pub(super) fn within(what: &str, value: f64, [low, high]: [f64; 2]) -> Result<(), String> {
-    match (low..=high).contains(&value) {
-        true => Ok(()),
-        false => Err(format!("{what} is {value}; allowed: {low} to {high}")),
-    }
-}
-
-fn check_vehicle(what: &str, name: &str) -> Result<(), String> {
-    match name.trim().is_empty() || name.parse() == Ok(crate::traffic::EGO.0) {
-        true => Err(format!(
-            "{what} is \"{name}\"; allowed: {}, the number of another vehicle, or its name in the demand",
-            PLACES.join(", ")
-        )),
-        false => Ok(()),
-    }
-}
-
-/// Checks the name of a vehicle, which may be the participant's.
-fn check_subject(what: &str, name: &str) -> Result<(), String> {
-    if name == EGO_NAME { Ok(()) } else { check_vehicle(what, name) }
-}
-
-fn check_ahead(to: &str) -> Result<(), String> {
-    match to {
-        FOLLOWER => Err(format!("to is \"{FOLLOWER}\"; allowed: a vehicle that can be ahead, such as {LEADER}")),
-        _ => check_vehicle("to", to),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Motions of road users by a scenario's events: changes of speed and lane with a shape, meetings, ways on foot. In: an action's table. Out: checked
 //! settings; the words and the shapes are those of OpenSCENARIO XML. Seconds, metres, m/s.
 
-use super::{EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject, within};
+use super::values::{EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject, within};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 

@@ -2,9 +2,8 @@
 //! m/s.
 
 use super::{
-    FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject,
     limits::{DistanceAhead, TimeAhead, check_limit, limit_in_words},
-    within,
+    values::{FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject, within},
 };
 use crate::{
     controls::{Controls, Indicator, PEDAL_PRESSED, TaskButton},

@@ -209,7 +209,6 @@ mod tests {
                 let off_m: Vec<f32> = corners.map(|(&index, corner)| points[index as usize].distance(corner)).collect();
                 let most_m = off_m.iter().copied().fold(0.0, f32::max);
                 let mean_m = off_m.iter().sum::<f32>() / off_m.len() as f32;
-                println!("build {number}, phase {phase}: {most_m:.4} {mean_m:.4}");
                 assert!(most_m < 0.025 && mean_m < 0.010, "build {number}, phase {phase}: {most_m} m, {mean_m} m");
             }
         }
