@@ -89,22 +89,23 @@ fn samples(table: &TableReader, columns: [(&str, bool); 2], size: [u32; 2]) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::streams::{OFFSET, STAMP, StreamColumn, StreamJournal, StreamValues, TIME};
+    use crate::record::streams::{CLOCK, OFFSET, STAMP, StreamColumn, StreamJournal, StreamValues, TIME};
     use serde_json::json;
 
-    /// Writes a stream with the time of the drive, as a recorder does, and reads its gaze in a picture of 1000 by 500 pixels.
+    /// Writes a stream as a recorder does, whose clock is that of the drive, and reads its gaze in a picture of 1000 by 500 pixels.
     fn gaze_of(content: &str, channels: [(&str, &str); 2], rows: &[[f64; 3]]) -> Vec<[f64; 2]> {
         let folder = tempfile::tempdir().expect("a folder");
-        let mut columns = vec![
-            StreamColumn::number(STAMP, "s", ""),
-            StreamColumn::number(OFFSET, "s", ""),
-            StreamColumn::number(TIME, "s", ""),
-        ];
-        columns.extend(channels.map(|(label, unit)| StreamColumn::number(label, unit, "")));
-        let mut journal = StreamJournal::begin(folder.path(), "eyes", &columns).expect("a stream");
+        let number = |(name, unit): (&str, &str)| StreamColumn::number(name, unit, "");
+        let begin = |name: &str, columns: &[(&str, &str)]| {
+            let columns: Vec<StreamColumn> = columns.iter().copied().map(number).collect();
+            StreamJournal::begin(folder.path(), name, &columns).expect("a stream")
+        };
+        let pair = || StreamValues::Numbers(vec![0.0, 10.0]);
+        begin(CLOCK, &[(STAMP, "s"), (TIME, "s")]).append(vec![pair(), pair()]).expect("rows");
+        let mut journal = begin("eyes", &[(STAMP, "s"), (OFFSET, "s"), channels[0], channels[1]]);
         let column = |k: usize| StreamValues::Numbers(rows.iter().map(|row| row[k]).collect());
-        let stamps = || StreamValues::Numbers(vec![0.0; rows.len()]);
-        journal.append(vec![stamps(), stamps(), column(0), column(1), column(2)]).expect("rows");
+        let none = StreamValues::Numbers(vec![0.0; rows.len()]);
+        journal.append(vec![column(0), none, column(1), column(2)]).expect("rows");
         let labels = channels.map(|(label, unit)| json!({ "label": label, "unit": unit }));
         let text = json!({ "stream": { "type": content, "channels": labels } });
         journal.describe("json", &text.to_string()).expect("a description");

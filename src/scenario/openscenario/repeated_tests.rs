@@ -134,7 +134,7 @@ fn conditions_on_parameters_wait_for_the_events_that_set_them() {
     assert_eq!(trigger("equalTo", "11.0").0, begun("more"));
     // An action at the start gives it another value.
     let init = "<GlobalAction><ParameterAction parameterRef=\"count\"><SetAction value=\"7\"/></ParameterAction></GlobalAction>";
-    let at_once = condition(0.0, &on("equalTo", "7")).replace("\"rising\"", "\"risingOrFalling\"");
+    let at_once = condition(0.0, &on("equalTo", "7")).replace("\"rising\"", "\"none\"");
     let text = maneuver(&event("e", &brakes(), &group(&at_once)));
     let text = Scene { group: &text, init, ..Scene::default() }.text();
     let text = text.replace("<CatalogLocations>", &format!("{declared}<CatalogLocations>"));
