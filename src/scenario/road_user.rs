@@ -3,7 +3,7 @@
 //!
 //! A road user has no driver model: it keeps its speed and its lane until an event changes them, as an entity of OpenSCENARIO does.
 
-use super::scripted_event::{DrivenRoad, EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, PLACES, within};
+use super::scripted_event::{DrivenRoad, EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, MOST_LANES, PLACES, within};
 use crate::traffic::{VehicleBody, VehicleKind};
 use serde::{Deserialize, Serialize};
 
@@ -138,7 +138,7 @@ impl RoadUser {
             }
             let values = [
                 ("place_m", user.place_m, [0.0, FARTHEST_M]),
-                ("lanes_left", f64::from(user.lanes_left), [-20.0, 20.0]),
+                ("lanes_left", f64::from(user.lanes_left), [-f64::from(MOST_LANES), MOST_LANES.into()]),
                 ("offset_m", user.offset_m, [-50.0, 50.0]),
                 ("speed_mps", user.speed_mps, [0.0, FASTEST_MPS]),
                 ("rear_axle_m", user.rear_axle_m(), [0.0, user.body().length_m]),

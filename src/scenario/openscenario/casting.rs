@@ -12,7 +12,7 @@ use super::{
 use crate::{
     scenario::{
         RoadUser,
-        scripted_event::{EGO_NAME, PLACES},
+        scripted_event::{EGO_NAME, MOST_LANES, PLACES},
     },
     toml_text::did_you_mean,
 };
@@ -20,8 +20,6 @@ use std::collections::BTreeMap;
 
 /// Longest name of a road user or an event, letters.
 const NAME_LETTERS: usize = 40;
-/// Largest number of lanes to one side.
-const MOST_LANES: i32 = 20;
 
 /// Entity with its name in the scenario.
 #[derive(Clone, Debug)]

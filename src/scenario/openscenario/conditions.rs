@@ -161,7 +161,7 @@ pub(super) const VALUE_RULES: [(&str, ValueRule); 6] = [
     ("notEqualTo", ValueRule { allowed: UNEQUAL }),
 ];
 /// Speed below which an entity stands, m/s.
-const STANDING_MPS: f64 = 0.05;
+pub(super) const STANDING_MPS: f64 = 0.05;
 
 impl Condition {
     /// Returns the time for which the condition has to be true, s.

@@ -3,7 +3,9 @@
 
 use super::{
     casting::{Role, rounded},
-    conditions::{Ahead, Condition, Demand, EntityDemand, Part, Rule, State, Trigger as StoryTrigger, ValueRule},
+    conditions::{
+        Ahead, Condition, Demand, EntityDemand, Part, Rule, STANDING_MPS, State, Trigger as StoryTrigger, ValueRule,
+    },
     document::Place,
     fault::OpenScenarioError,
     positions::Placement,
@@ -14,8 +16,6 @@ use crate::{
     toml_text::did_you_mean,
 };
 
-/// Speed below which a vehicle stands, m/s.
-const STANDING_MPS: f64 = 0.05;
 /// Difference of accelerations up to which they are equal, m/s2.
 const SAME_MPS2: f64 = 0.001;
 /// Distance before the path's end from which a vehicle is at its end, m.

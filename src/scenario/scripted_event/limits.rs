@@ -1,7 +1,7 @@
 //! Limits of triggers: a value below or above a bound, and the distance or the time to a vehicle ahead. In: tables of a trigger. Out: checked limits, and
 //! whether a value meets them. Seconds, metres, m/s.
 
-use super::values::{EGO_NAME, FARTHEST_M, VehicleName, check_ahead, check_subject, within};
+use super::values::{EGO_NAME, FARTHEST_M, VehicleName, check_ahead, check_subject, is_zero, within};
 use serde::{Deserialize, Serialize};
 
 /// Distance to a vehicle ahead, on one side of a limit.
@@ -48,10 +48,6 @@ pub(super) fn ego_name() -> VehicleName {
 
 pub(super) fn is_ego(name: &VehicleName) -> bool {
     name == EGO_NAME
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// Limit on one side: a value has to be below the first, or above the second.

@@ -19,8 +19,8 @@ pub use people::{CyclistRide, PedestrianCrossing};
 use serde::{Deserialize, Serialize};
 pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
 pub use values::{EGO_NAME, FOLLOWER, LEADER, LEFT_LEADER, PLACES, RIGHT_LEADER, VehicleName};
-pub(super) use values::{FARTHEST_M, FASTEST_MPS, within};
-use values::{LATEST_S, check_vehicle};
+pub(super) use values::{FARTHEST_M, FASTEST_MPS, MOST_LANES, within};
+use values::{LATEST_S, check_vehicle, is_zero};
 
 /// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
 pub type EventFault = (String, String);
@@ -42,10 +42,10 @@ pub struct ScriptedEvent {
     /// Condition at which the event begins.
     pub trigger: Trigger,
     /// Time for which the trigger has to be true before the event begins, s.
-    #[serde(default, skip_serializing_if = "is_at_once")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub holds_s: f64,
     /// Time from its trigger to its begin, after that for which it has to be true, s.
-    #[serde(default, skip_serializing_if = "is_at_once")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub delay_s: f64,
     /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
     #[serde(default = "certain", skip_serializing_if = "is_certain")]
@@ -68,10 +68,6 @@ fn is_certain(probability: &f64) -> bool {
     *probability >= 1.0
 }
 
-fn is_at_once(delay_s: &f64) -> bool {
-    *delay_s == 0.0
-}
-
 impl ScriptedEvent {
     /// Returns the event in words: name, trigger and actions, and its chance if it is not certain.
     pub fn in_words(&self) -> String {
@@ -86,8 +82,8 @@ impl ScriptedEvent {
             (true, None) => ", each time".into(),
             (true, Some(most)) => format!(", at most {most} times"),
         };
-        let holds = if is_at_once(&self.holds_s) { String::new() } else { format!(" for {} s", self.holds_s) };
-        let delay = if is_at_once(&self.delay_s) { String::new() } else { format!(", {} s later", self.delay_s) };
+        let holds = if is_zero(&self.holds_s) { String::new() } else { format!(" for {} s", self.holds_s) };
+        let delay = if is_zero(&self.delay_s) { String::new() } else { format!(", {} s later", self.delay_s) };
         let actions = if actions.is_empty() { "a mark".into() } else { actions.join(" and ") };
         format!("\"{}\" {}{holds}{delay}{repeats}{chance}: {actions}", self.name, self.trigger.in_words())
     }

@@ -1,7 +1,9 @@
 //! Motions of road users by a scenario's events: changes of speed and lane with a shape, meetings, ways on foot. In: an action's table. Out: checked
 //! settings; the words and the shapes are those of OpenSCENARIO XML. Seconds, metres, m/s.
 
-use super::values::{EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, VehicleName, check_subject, within};
+use super::values::{
+    EGO_NAME, FARTHEST_M, FASTEST_MPS, LATEST_S, MOST_LANES, VehicleName, check_subject, is_zero, within,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
@@ -9,8 +11,6 @@ use std::f64::consts::PI;
 const FASTEST_CHANGE_MPS2: f64 = 100.0;
 /// Farthest place beside the path, m.
 const BESIDE_M: f64 = 100.0;
-/// Largest number of lanes to one side.
-const MOST_LANES: f64 = 20.0;
 /// Largest number of points of a way.
 const MOST_POINTS: usize = 1000;
 
@@ -176,10 +176,6 @@ fn is_once(value: &f64) -> bool {
     *value == 1.0
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
 fn usual_change_s() -> f64 {
     5.0
 }
@@ -263,7 +259,7 @@ impl Teleport {
     /// Checks the values of the action.
     pub(super) fn check(&self) -> Result<(), String> {
         within("place_m", self.place_m, [0.0, FARTHEST_M])?;
-        within("lanes_left", f64::from(self.lanes_left), [-MOST_LANES, MOST_LANES])?;
+        within("lanes_left", f64::from(self.lanes_left), [-f64::from(MOST_LANES), MOST_LANES.into()])?;
         within("offset_m", self.offset_m, [-BESIDE_M, BESIDE_M])
     }
 }

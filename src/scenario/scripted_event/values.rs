@@ -6,6 +6,9 @@ pub(in crate::scenario) const FARTHEST_M: f64 = 1_000_000.0;
 /// Highest speed, m/s.
 pub(in crate::scenario) const FASTEST_MPS: f64 = 70.0;
 
+/// Largest number of lanes to one side.
+pub(in crate::scenario) const MOST_LANES: i32 = 20;
+
 /// Name of a vehicle of the traffic: its place beside the ego when the event begins, such as `leader`, a number, or its name in the demand.
 pub type VehicleName = String;
 
@@ -52,4 +55,9 @@ pub(super) fn check_ahead(to: &str) -> Result<(), String> {
         FOLLOWER => Err(format!("to is \"{FOLLOWER}\"; allowed: a vehicle that can be ahead, such as {LEADER}")),
         _ => check_vehicle("to", to),
     }
+}
+
+/// Returns true for a value that a file need not state.
+pub(super) fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
