@@ -16,7 +16,7 @@ import argparse
 import time
 from typing import Any
 
-import codrive
+import codrive_sim
 import gymnasium
 import numpy as np
 import ray
@@ -89,11 +89,11 @@ class NextStep(gymnasium.vector.VectorWrapper):
 
 def rings(config: dict[str, Any]) -> gymnasium.vector.VectorEnv:
     """Makes the rings of one env runner. RLlib seeds them with the number of the runner."""
-    return NextStep(codrive.make_vec("ring-250", config["num_envs"], **RING))
+    return NextStep(codrive_sim.make_vec("ring-250", config["num_envs"], **RING))
 
 
 def layers(weights: dict[str, np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Returns the policy network, for ``codrive.save_policy``, with the mean as its only output."""
+    """Returns the policy network, for ``codrive_sim.save_policy``, with the mean as its only output."""
     parts = [weights[name] for name in weights if name.startswith(("encoder.actor_encoder.net.", "pi.net."))]
     return [(weight.T, bias) for weight, bias in zip(parts[::2], parts[1::2], strict=True)]
 
@@ -112,7 +112,7 @@ def main() -> int:
     given = parser.parse_args()
     ray.init(address=given.address, log_to_driver=False, logging_level="error", runtime_env={"env_vars": {"RAYON_NUM_THREADS": "1"}})
     register_env("codrive-ring-250", rings)
-    one = codrive.make("ring-250", **RING)
+    one = codrive_sim.make("ring-250", **RING)
     batch = HOLDS * given.runners * given.envs
     model = DefaultModelConfig(fcnet_hiddens=HIDDEN, fcnet_activation="tanh", vf_share_layers=False, head_fcnet_hiddens=[], free_log_std=True)
     config = (
@@ -147,13 +147,13 @@ def main() -> int:
     for update in range(1, given.updates + 1):
         algorithm.train()
         if update % given.every == 0 or update == given.updates:
-            table = codrive.evaluate(algorithm, over=20, **RING)
+            table = codrive_sim.evaluate(algorithm, over=20, **RING)
             speed_mps = float(table.mean_speed_mps.mean())
             elapsed_s, holds = time.perf_counter() - start, update * batch
             print(f"{elapsed_s:.0f} s: {holds:,} holds, {speed_mps:.2f} m/s, {int(table.crashed.sum())} crashes", flush=True)
             if speed_mps >= given.goal:
                 break
-    codrive.save_policy(given.out, layers(algorithm.get_module().get_state(inference_only=True)), one)
+    codrive_sim.save_policy(given.out, layers(algorithm.get_module().get_state(inference_only=True)), one)
     print(f"{given.out}: codrive drive --policy {given.out}")
     algorithm.stop()
     ray.shutdown()

@@ -23,8 +23,8 @@ import argparse
 import time
 from typing import Any
 
-import codrive
-import codrive.sb3
+import codrive_sim
+import codrive_sim.sb3
 import torch
 from sb3_contrib import TRPO
 from stable_baselines3 import PPO
@@ -64,7 +64,7 @@ class UntilFastEnough(BaseCallback):
 
     def _on_rollout_start(self) -> None:
         if self._updates and self._updates % self.every == 0:
-            table = codrive.evaluate(self.model, over=20, **RING)
+            table = codrive_sim.evaluate(self.model, over=20, **RING)
             self.speed_mps = float(table.mean_speed_mps.mean())
             print(f"{self.elapsed}: {self.num_timesteps:,} steps, {self.speed_mps:.2f} m/s, {int(table.crashed.sum())} crashes", flush=True)
         self._updates += 1
@@ -101,14 +101,14 @@ def main() -> int:
     parser.add_argument("--out", default="mine.onnx", help="file of the policy, NAME.onnx or NAME.toml [default: mine.onnx]")
     given = parser.parse_args()
     torch.set_num_threads(1)
-    rings = codrive.sb3.VecEnv("ring-250", num_envs=given.envs, **RING)
+    rings = codrive_sim.sb3.VecEnv("ring-250", num_envs=given.envs, **RING)
     model = learner(given.algorithm, VecNormalize(rings, norm_obs=False, gamma=GAMMA), given.seed)
     judge = UntilFastEnough(given.goal, given.limit, given.every)
     # The callback ends training.
     model.learn(10**12, callback=judge)
     is_reached = judge.speed_mps >= given.goal
     print(f"{given.algorithm}, {given.envs} rings: {judge.speed_mps:.2f} m/s after {judge.elapsed}")
-    codrive.save_policy(given.out, codrive.sb3.layers(model), rings)
+    codrive_sim.save_policy(given.out, codrive_sim.sb3.layers(model), rings)
     print(f"{given.out}: codrive drive --policy {given.out}")
     return 0 if is_reached else 1
 

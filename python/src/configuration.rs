@@ -20,8 +20,8 @@ use std::path::{Path, PathBuf};
 /// Name of the drivers of training: with a reaction time, an error and a bias that differ from episode to episode.
 const LATE: &str = "late";
 
-/// Checked settings of rings. See `codrive.make` for the arguments.
-#[pyclass(frozen, module = "codrive._codrive")]
+/// Checked settings of rings. See `codrive_sim.make` for the arguments.
+#[pyclass(frozen, module = "codrive_sim._codrive")]
 pub struct Configuration {
     pub config: TrainConfig,
     /// Advice that the policy corrects, if any.

@@ -1,5 +1,5 @@
 //! Whole drives for Python: physics, pedals and traffic of either engine, advised hold by hold. In: settings, a seed, actions. Out: the
-//! observations, rewards and endings of advised vehicles, as numpy arrays. `codrive._drive` wraps this.
+//! observations, rewards and endings of advised vehicles, as numpy arrays. `codrive_sim._drive` wraps this.
 
 #[cfg(feature = "desktop")]
 use crate::picture::Shot;
@@ -54,8 +54,8 @@ type Numbers<'py, T> = Bound<'py, PyArray1<T>>;
 /// Lane: id, width, m, and centre line, float64, `(points, 2)`.
 type LaneLine<'py> = (String, f64, Bound<'py, PyArray2<f64>>);
 
-/// Environment that holds one drive at a time. `codrive._drive` wraps this.
-#[pyclass(frozen, module = "codrive._codrive")]
+/// Environment that holds one drive at a time. `codrive_sim._drive` wraps this.
+#[pyclass(frozen, module = "codrive_sim._codrive")]
 pub struct Drive {
     config: EpisodeConfig,
     /// Number of inputs of an observation.

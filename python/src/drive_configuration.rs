@@ -30,8 +30,8 @@ const DEMAND: &str = "demand";
 /// Name of the setting that chooses the engine of the traffic.
 const TRAFFIC: &str = "traffic";
 
-/// Checked settings of whole drives. See `codrive.make` for the arguments.
-#[pyclass(frozen, module = "codrive._codrive")]
+/// Checked settings of whole drives. See `codrive_sim.make` for the arguments.
+#[pyclass(frozen, module = "codrive_sim._codrive")]
 pub struct DriveConfiguration {
     pub config: EpisodeConfig,
     is_open: bool,

@@ -25,7 +25,7 @@ use std::sync::{
 };
 
 /// Drives of one evaluation, which differ by their seed.
-#[pyclass(frozen, module = "codrive._codrive")]
+#[pyclass(frozen, module = "codrive_sim._codrive")]
 pub struct EvaluationDrive {
     drive: PlannedDrive,
     learning: TrainConfig,

@@ -1,4 +1,4 @@
-//! Native part of codrive for Python: `codrive._codrive`. In: settings and actions of Python. Out: observations and rewards in numpy's
+//! Native part of codrive for Python: `codrive_sim._codrive`. In: settings and actions of Python. Out: observations and rewards in numpy's
 //! memory, tables of evaluations. The Python files beside it turn these into environments; docs/python.md describes their use.
 //!
 //! * [`configuration`] reads settings.
@@ -27,7 +27,7 @@ mod traffic_columns;
 
 use pyo3::prelude::*;
 
-/// Native part of codrive. Use the package `codrive`.
+/// Native part of codrive. Use the package `codrive_sim`.
 #[pymodule]
 mod _codrive {
     #[pymodule_export]

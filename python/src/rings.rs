@@ -219,8 +219,8 @@ pub fn scale_rows(inputs: &[NetworkInput], seen: &[Observation], rows: &mut [f32
     rows.chunks_exact_mut(inputs.len()).zip(seen).for_each(|(row, seen)| scale(inputs, seen, row));
 }
 
-/// Rings whose steps are written into numpy arrays that are made once. `codrive._ring` wraps this.
-#[pyclass(module = "codrive._codrive")]
+/// Rings whose steps are written into numpy arrays that are made once. `codrive_sim._ring` wraps this.
+#[pyclass(module = "codrive_sim._codrive")]
 pub struct Rings {
     batch: RingBatch,
     levels: u32,

@@ -14,7 +14,7 @@ use pyo3::{
 use std::path::PathBuf;
 
 /// Runs of a plan, in its order.
-#[pyclass(frozen, module = "codrive._codrive")]
+#[pyclass(frozen, module = "codrive_sim._codrive")]
 pub struct Plan(SweepPlan);
 
 #[pymethods]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box
 
-import codrive
+import codrive_sim
 
 SHORT = {"warm_up_s": 5.0, "horizon_s": 6.0}
 #: Numbers of four of 22 vehicles, spread evenly: 5.5 apart, rounded down.
@@ -16,7 +16,7 @@ FOUR = [0, 5, 11, 16]
 
 
 def rings(advised, num_envs=3, **settings):
-    return codrive.make_vec("ring-250", num_envs, advised=advised, advice="speed", **{**SHORT, **settings})
+    return codrive_sim.make_vec("ring-250", num_envs, advised=advised, advice="speed", **{**SHORT, **settings})
 
 
 def advice(envs, value=0.2):
@@ -41,7 +41,7 @@ def test_agents_of_many_rings_are_rows_ring_after_ring():
 
 def test_one_advised_vehicle_is_the_environment_without_the_setting():
     def driven(**settings):
-        envs = codrive.make_vec("ring-250", 20, driver="late", **settings, **SHORT)
+        envs = codrive_sim.make_vec("ring-250", 20, driver="late", **settings, **SHORT)
         given = [envs.reset(seed=5)[0].tobytes()]
         for k in range(8):
             given += [part.tobytes() for part in envs.step(np.full((20, 1), 0.2 * k - 0.5, np.float32))[:4]]
@@ -157,13 +157,13 @@ def test_own_rewards_and_observations_are_of_agents():
 )
 def test_wrong_numbers_of_advised_vehicles_are_refused(settings, error, words):
     with pytest.raises(error, match=words):
-        codrive.make_vec("ring-250", 2, **settings)
+        codrive_sim.make_vec("ring-250", 2, **settings)
 
 
 def test_a_single_environment_has_one_agent():
-    with pytest.raises(ValueError, match="advised is '4'; allowed: 1, the ego; codrive.make_vec has several"):
-        codrive.make("ring-250", advised=4)
-    assert codrive.make("ring-250", advised=1, **SHORT).reset(seed=1)[0].shape == (4,)
+    with pytest.raises(ValueError, match="advised is '4'; allowed: 1, the ego; codrive_sim.make_vec has several"):
+        codrive_sim.make("ring-250", advised=4)
+    assert codrive_sim.make("ring-250", advised=1, **SHORT).reset(seed=1)[0].shape == (4,)
 
 
 def test_an_evaluation_asks_for_every_agent():
@@ -173,11 +173,11 @@ def test_an_evaluation_asks_for_every_agent():
         assert seen.shape == (12, 4)
         return np.full(12, -0.5, np.float32)
 
-    own = codrive.evaluate(four, advised=4, **asked)
-    named = codrive.evaluate("constant", policy_speed=2.5, advised=4, **asked)
+    own = codrive_sim.evaluate(four, advised=4, **asked)
+    named = codrive_sim.evaluate("constant", policy_speed=2.5, advised=4, **asked)
     assert list(own.mean_speed_mps) == list(named.mean_speed_mps)
     assert list(own.advised_vehicles) == [4] * 3 and own.advised_share[0] == pytest.approx(4 / 22)
-    one = codrive.evaluate("constant", policy_speed=2.5, **asked)
+    one = codrive_sim.evaluate("constant", policy_speed=2.5, **asked)
     assert list(one.advised_vehicles) == [1] * 3 and list(one.mean_speed_mps) != list(own.mean_speed_mps)
 
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import codrive
-from codrive._codrive import Configuration, Rings
+import codrive_sim
+from codrive_sim._codrive import Configuration, Rings
 
 SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
 
@@ -52,7 +52,7 @@ SHORT = {"warm_up_s": 1.0, "horizon_s": 3.0}
     ],
 )
 def test_what_make_refuses(arguments, error, words):
-    for make in (codrive.make, codrive.make_vec):
+    for make in (codrive_sim.make, codrive_sim.make_vec):
         with pytest.raises(error, match=words):
             make(**arguments)
 
@@ -96,21 +96,21 @@ def test_what_make_refuses(arguments, error, words):
     ],
 )
 def test_what_makers_of_whole_drives_refuse(arguments, error, words):
-    for make in (codrive.make, codrive.make_vec):
+    for make in (codrive_sim.make, codrive_sim.make_vec):
         with pytest.raises(error, match=words):
             make(**{"traffic": "native", **arguments})
 
 
 def test_a_single_environment_has_one_advised_vehicle():
     with pytest.raises(ValueError, match="advised is 3; allowed: 1.*make_parallel"):
-        codrive.make(traffic="native", advised=3)
+        codrive_sim.make(traffic="native", advised=3)
 
 
 @pytest.mark.parametrize("count", [0, -1, 65_537, 2**70, 1.5, "4", None, True])
 def test_numbers_of_environments_that_cannot_be(count):
     for traffic in ("ring", "native"):
         with pytest.raises(ValueError, match="num_envs"):
-            codrive.make_vec(num_envs=count, traffic=traffic)
+            codrive_sim.make_vec(num_envs=count, traffic=traffic)
 
 
 BAD_ACTIONS = [
@@ -131,7 +131,7 @@ BAD_ACTIONS = [
 
 @pytest.mark.parametrize("traffic", ["ring", "native"])
 def test_actions_that_cannot_be(traffic):
-    envs, again = (codrive.make_vec(num_envs=4, traffic=traffic, **SHORT) for _ in range(2))
+    envs, again = (codrive_sim.make_vec(num_envs=4, traffic=traffic, **SHORT) for _ in range(2))
     for one in (envs, again):
         one.reset(seed=1)
     for actions, error, words in BAD_ACTIONS:
@@ -160,15 +160,15 @@ def test_the_native_part_takes_no_arrays_of_another_length():
 )
 def test_levels_that_are_not_there(action, error, words):
     for traffic in ("ring", "native"):
-        env = codrive.make(levels=3, traffic=traffic, **SHORT)
+        env = codrive_sim.make(levels=3, traffic=traffic, **SHORT)
         env.reset(seed=1)
         with pytest.raises(error, match=words):
             env.step(action)
 
 
 def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
-    one, many = codrive.make(**SHORT), codrive.make_vec(num_envs=2, **SHORT)
-    drive, drives = codrive.make(traffic="native", **SHORT), codrive.make_vec(num_envs=2, traffic="native", **SHORT)
+    one, many = codrive_sim.make(**SHORT), codrive_sim.make_vec(num_envs=2, **SHORT)
+    drive, drives = codrive_sim.make(traffic="native", **SHORT), codrive_sim.make_vec(num_envs=2, traffic="native", **SHORT)
     for env, action in ((one, np.zeros(1)), (many, np.zeros((2, 1))), (drive, np.zeros(1)), (drives, np.zeros((2, 1)))):
         with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
             env.step(action)
@@ -185,14 +185,14 @@ def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
 def test_seeds_that_cannot_be(seed):
     for traffic in ("ring", "native"):
         with pytest.raises(TypeError, match="seed"):
-            codrive.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(seed=seed)
+            codrive_sim.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(seed=seed)
 
 
 @pytest.mark.parametrize("mask", [np.ones(3, bool), np.ones(2), "yes", np.ones((2, 1), bool)])
 def test_masks_that_cannot_be(mask):
     for traffic in ("ring", "native"):
         with pytest.raises(ValueError, match="reset_mask"):
-            codrive.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(options={"reset_mask": mask})
+            codrive_sim.make_vec(num_envs=2, traffic=traffic, **SHORT).reset(options={"reset_mask": mask})
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_masks_that_cannot_be(mask):
         ({"policy": 3}, TypeError, "policy is 3; allowed"),
         ({"policy": "pi", "name": None}, TypeError, "name is None; allowed: a text"),
         ({"policy": "pi", "name": "practice", "traffic": "ring"}, ValueError, r"no ring \"practice\"(?s:.*)remedy: traffic='sumo'"),
-        ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive.evaluate has over, the number of rings"),
+        ({"policy": "pi", "num_envs": 4}, TypeError, "num_envs: .*codrive_sim.evaluate has over, the number of rings"),
         ({"policy": "pi", "hold": -1}, ValueError, "^hold is -1"),
         ({"policy": "pi", "policy_speed": "fast"}, TypeError, "policy_speed is 'fast'; allowed: a number"),
         ({"policy": "none", "over": 0}, ValueError, "over is 0"),
@@ -218,7 +218,7 @@ def test_masks_that_cannot_be(mask):
 )
 def test_what_evaluate_refuses(arguments, error, words):
     with pytest.raises(error, match=words):
-        codrive.evaluate(**{"over": 2, "driver": "exact", **SHORT, **arguments})
+        codrive_sim.evaluate(**{"over": 2, "driver": "exact", **SHORT, **arguments})
 
 
 def test_a_table_that_holds_itself_is_refused():
@@ -226,9 +226,9 @@ def test_a_table_that_holds_itself_is_refused():
     endless["v0"] = endless
     for traffic in ("ring", "native"):
         with pytest.raises(TypeError, match="v0 is nested too deeply"):
-            codrive.make(traffic=traffic, idm=endless)
+            codrive_sim.make(traffic=traffic, idm=endless)
     with pytest.raises(ValueError, match="demand"):
-        codrive.make("merge", demand={"flows": [{"from": "a", "to": ["b"], "per_hour": 1.0}]})
+        codrive_sim.make("merge", demand={"flows": [{"from": "a", "to": ["b"], "per_hour": 1.0}]})
 
 
 _numbers = st.one_of(
@@ -241,7 +241,7 @@ _numbers = st.one_of(
     st.dictionaries(st.text(max_size=4), st.floats(), max_size=2),
     st.binary(max_size=3),
 )
-_names = st.one_of(st.sampled_from([*codrive.settings(), "hold", "advice", "name", "traffic"]), st.text(max_size=12))
+_names = st.one_of(st.sampled_from([*codrive_sim.settings(), "hold", "advice", "name", "traffic"]), st.text(max_size=12))
 #: All failures raise one of these.
 ALLOWED = (TypeError, ValueError, OverflowError, gymnasium.error.Error, gymnasium.error.ClosedEnvironmentError)
 
@@ -253,7 +253,7 @@ def test_any_settings_make_an_environment_or_an_error(arguments):
     if isinstance(arguments.get("warm_up_s"), float) and arguments["warm_up_s"] > 100.0:
         arguments["warm_up_s"] = 100.0
     try:
-        env = codrive.make(**arguments)
+        env = codrive_sim.make(**arguments)
         env.reset(seed=1)
         env.step(env.action_space.sample())
     except ALLOWED as error:
@@ -275,7 +275,7 @@ _calls = st.lists(
 @settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(_calls)
 def test_any_order_of_calls_gives_numbers_or_an_error(calls):
-    envs = codrive.make_vec(num_envs=3, **SHORT)
+    envs = codrive_sim.make_vec(num_envs=3, **SHORT)
     for call, value in calls:
         try:
             if call == "reset":
@@ -293,7 +293,7 @@ def test_any_order_of_calls_gives_numbers_or_an_error(calls):
 
 
 _drive_names = st.one_of(
-    st.sampled_from([*codrive.settings(traffic="native"), "hold", "advice", "name", "traffic", "advised", "view", "size"]), st.text(max_size=12)
+    st.sampled_from([*codrive_sim.settings(traffic="native"), "hold", "advice", "name", "traffic", "advised", "view", "size"]), st.text(max_size=12)
 )
 #: Upper bounds of settings that would take long.
 DEAR = {"warm_up_s": 20.0, "vehicles": 40, "wave_wait_s": 20.0, "horizon_s": 100.0, "trees": 100}
@@ -307,7 +307,7 @@ def test_any_settings_make_a_drive_or_an_error(arguments):
         if isinstance(arguments.get(key), (int, float)):
             arguments[key] = min(arguments[key], most)
     try:
-        env = codrive.make(**arguments)
+        env = codrive_sim.make(**arguments)
         env.reset(seed=1)
         env.step(env.action_space.sample())
     # A drive with such settings may fail with a message.
@@ -318,8 +318,8 @@ def test_any_settings_make_a_drive_or_an_error(arguments):
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(_calls)
 def test_any_order_of_calls_of_a_drive_gives_numbers_or_an_error(calls):
-    env = codrive.make(traffic="native", **SHORT)
-    several = codrive.make_parallel(traffic="native", advised=3, **SHORT)
+    env = codrive_sim.make(traffic="native", **SHORT)
+    several = codrive_sim.make_parallel(traffic="native", advised=3, **SHORT)
     for call, value in calls:
         try:
             if call == "reset":

@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 
-import codrive
-from codrive import _bench_scaling, bench
-from codrive._numpy_ring import NumpyRing
+import codrive_sim
+from codrive_sim import _bench_scaling, bench
+from codrive_sim._numpy_ring import NumpyRing
 
 
 def test_the_ring_of_numpy_drives_as_that_of_the_engine():
     # Without noise, from evenly spaced vehicles at rest: the same model, in float32 in another order.
-    env = codrive.make(
+    env = codrive_sim.make(
         hold=0.1, idm={"noise": 0.0}, bunched_share=0.0, warm_up_s=0.0, sees="speed,leader_speed,gap", horizon_s=100.0
     )
     ring = NumpyRing(1, seed=1, noise=0.0)
@@ -34,7 +34,7 @@ def test_the_driver_of_numpy_drives_as_that_of_the_engine():
     # Without randomness: a driver who reacts late to advice and leader, drives too fast, and is held up by the wave at the end.
     driver = {"random_driver": False, "reaction_s": 0.8, "leader_reaction_s": 0.6, "error_mps": 0.0, "speed_bias_mps": 0.3, "deadband_mps": 0.2}
     fixed = {"idm": {"noise": 0.0}, "bunched_share": 0.0, "warm_up_s": 0.0, "sees": "speed,leader_speed,gap", "horizon_s": 100.0}
-    env = codrive.make(hold=0.1, driver="late", **driver, **fixed)
+    env = codrive_sim.make(hold=0.1, driver="late", **driver, **fixed)
     ring = NumpyRing(1, seed=1, noise=0.0, driver=driver)
     env.reset(seed=1)
     for step in range(600):
@@ -49,7 +49,7 @@ def test_the_driver_of_numpy_drives_as_that_of_the_engine():
 
 def test_the_benchmark_measures_all_ratios():
     done = subprocess.run(
-        [sys.executable, "-m", "codrive.bench", "--num-envs", "32", "--seconds", "0.05", "--json"],
+        [sys.executable, "-m", "codrive_sim.bench", "--num-envs", "32", "--seconds", "0.05", "--json"],
         capture_output=True,
         text=True,
         check=True,
@@ -70,7 +70,7 @@ def test_without_sumo_the_benchmark_says_what_brings_it(monkeypatch):
 
 def test_the_benchmark_of_drives_measures_each_of_them():
     done = subprocess.run(
-        [sys.executable, "-m", "codrive.bench", "--drives", "--seconds", "0.001", "--json"], capture_output=True, text=True, check=True
+        [sys.executable, "-m", "codrive_sim.bench", "--drives", "--seconds", "0.001", "--json"], capture_output=True, text=True, check=True
     )
     rates = json.loads(done.stdout)
     roads = ["ring", "merge", "grid", "traffic"]

@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import codrive  # noqa: F401  (registers the benchmarks)
-from codrive._traffic_env import Timing, TrafficEnv, have_collided
-from codrive._traffic import Vehicles
-from codrive.benchmarks import BENCHMARKS, FlowBottleneck, FlowFigureEight, FlowGrid, FlowMerge, SharedPolicy, WuLabBottleneck
-from codrive.benchmarks import train as training
-from codrive.benchmarks._command import main
-from codrive.benchmarks._flow import NETWORKS, demand, desired_speed, idm
-from codrive.benchmarks.train import train
+import codrive_sim  # noqa: F401  (registers the benchmarks)
+from codrive_sim._traffic_env import Timing, TrafficEnv, have_collided
+from codrive_sim._traffic import Vehicles
+from codrive_sim.benchmarks import BENCHMARKS, FlowBottleneck, FlowFigureEight, FlowGrid, FlowMerge, SharedPolicy, WuLabBottleneck
+from codrive_sim.benchmarks import train as training
+from codrive_sim.benchmarks._command import main
+from codrive_sim.benchmarks._flow import NETWORKS, demand, desired_speed, idm
+from codrive_sim.benchmarks.train import train
 
 #: Sizes of observation and action that Flow's benchmarks state; of the Wu lab's those of its definitions.
 SIZES = {
@@ -233,7 +233,7 @@ def test_wrong_arguments_name_the_allowed_ones(make, message):
 
 
 def table(*arguments):
-    run = subprocess.run([sys.executable, "-m", "codrive.benchmarks", *arguments], capture_output=True, text=True, timeout=120)
+    run = subprocess.run([sys.executable, "-m", "codrive_sim.benchmarks", *arguments], capture_output=True, text=True, timeout=120)
     return run.returncode, run.stdout, run.stderr
 
 
@@ -320,7 +320,7 @@ def test_a_training_has_the_bits_of_cma_with_its_seed(episodes):
 
 
 def test_ctrl_c_keeps_the_checkpoints_of_trainings_and_the_command_goes_on(tmp_path):
-    command = [sys.executable, "-m", "codrive.benchmarks", "train", "Flow-Merge-v0", "--episodes", "30", "--actions", "20", "--out"]
+    command = [sys.executable, "-m", "codrive_sim.benchmarks", "train", "Flow-Merge-v0", "--episodes", "30", "--actions", "20", "--out"]
     begun = subprocess.Popen([*command, tmp_path / "a"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     while not list(tmp_path.glob("a/checkpoints/[!.]*")):
         assert begun.poll() is None, begun.communicate()
@@ -345,7 +345,7 @@ def test_ctrl_c_keeps_the_checkpoints_of_trainings_and_the_command_goes_on(tmp_p
 def test_a_training_without_its_library_says_how_to_install_it(monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "cma", None)
     assert main(["train", "Flow-Merge-v0", "--out", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == "codrive: trainings of the benchmarks need the package cma: pip install './python[benchmarks]'\n"
+    assert capsys.readouterr().err == "codrive_sim: trainings of the benchmarks need the package cma: pip install './python[benchmarks]'\n"
 
 
 @pytest.mark.parametrize(

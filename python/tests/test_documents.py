@@ -8,7 +8,7 @@ import pytest
 ROOT = pathlib.Path(__file__).parents[2]
 EXAMPLES = re.findall(r"^```python\n((?:.*\n)*?)```$", (ROOT / "docs/python.md").read_text(encoding="utf-8"), re.MULTILINE)
 #: Examples that test_sb3, test_policy_file, test_read and test_sweep cover.
-ELSEWHERE = re.compile(r"\bmodel\b|codrive\.read\(|codrive\.sweep")
+ELSEWHERE = re.compile(r"\bmodel\b|codrive_sim\.read\(|codrive_sim\.sweep")
 
 
 def test_the_page_has_examples_that_can_run_alone():
@@ -22,7 +22,7 @@ def test_examples_do_what_is_written(example, tmp_path, monkeypatch):
     (tmp_path / "leader.csv").write_text(f"time_s,speed_mps\n{rows}")
     monkeypatch.chdir(tmp_path)
     made = {}
-    exec(compile(f"import codrive\n{example}", "docs/python.md", "exec"), made)
+    exec(compile(f"import codrive_sim\n{example}", "docs/python.md", "exec"), made)
     for env in (made.get("env"), made.get("envs")):
         if env is not None:
             env.reset(seed=1)

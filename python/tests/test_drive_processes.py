@@ -16,9 +16,9 @@ import gymnasium
 import numpy as np
 import pytest
 
-import codrive
-from codrive import _settings
-from codrive._workers import _GRACE_S, WorkerDrive
+import codrive_sim
+from codrive_sim import _settings
+from codrive_sim._workers import _GRACE_S, WorkerDrive
 
 SHORT = {"warm_up_s": 1.0, "horizon_s": 5.0}
 STILL = np.zeros(1)
@@ -50,7 +50,7 @@ def nobody_is_left():
 def begun(**arguments):
     """Returns an environment in a process, and the process."""
     before = children()
-    env = codrive.make("ring-250", traffic="sumo", **{**SHORT, **arguments})
+    env = codrive_sim.make("ring-250", traffic="sumo", **{**SHORT, **arguments})
     env.reset(seed=1)
     (process,) = children() - before
     return env, process
@@ -64,7 +64,7 @@ def test_its_end_ends_the_process():
     del env
     gc.collect()
     assert process not in children()
-    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
+    envs = codrive_sim.make_vec("ring-250", 3, traffic="native", **SHORT)
     before = children()
     envs.reset(seed=1)
     assert len(children() - before) == 3
@@ -92,7 +92,7 @@ def test_libraries_of_graphics_find_a_private_folder_for_their_sockets(tmp_path,
 
 
 def test_that_folder_goes_with_the_python_that_made_it():
-    program = "from codrive._runtime_folder import runtime_variables as v; print(v()['XDG_RUNTIME_DIR'], v() == v())"
+    program = "from codrive_sim._runtime_folder import runtime_variables as v; print(v()['XDG_RUNTIME_DIR'], v() == v())"
     variables = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
     done = subprocess.run([sys.executable, "-c", program], env=variables, capture_output=True, text=True, check=True)
     folder, is_one = done.stdout.split()
@@ -101,8 +101,8 @@ def test_that_folder_goes_with_the_python_that_made_it():
 
 def test_the_end_of_python_ends_the_process():
     program = """if True:
-        import codrive
-        env = codrive.make("ring-250", traffic="sumo", warm_up_s=1.0)
+        import codrive_sim
+        env = codrive_sim.make("ring-250", traffic="sumo", warm_up_s=1.0)
         env.reset(seed=1)
         print(env._series._drive.pid)
     """
@@ -149,7 +149,7 @@ def test_a_process_that_is_gone_is_said_and_reset_starts_another(fatal):
 
 def test_one_of_many_that_is_gone_is_named_and_reset_begins_all_anew():
     before = children()
-    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
+    envs = codrive_sim.make_vec("ring-250", 3, traffic="native", **SHORT)
     first = envs.reset(seed=1)[0]
     processes = sorted(children() - before)
     os.kill(processes[1], signal.SIGKILL)
@@ -188,7 +188,7 @@ def interrupt_reset(env, after_s):
 def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
     before = children()
     long = {"traffic": "sumo", **ENDLESS}
-    env = codrive.make_vec("ring-641", 2, **long) if many else codrive.make("ring-641", **long)
+    env = codrive_sim.make_vec("ring-641", 2, **long) if many else codrive_sim.make("ring-641", **long)
     took_s = interrupt_reset(env, 2.0)
     # The process is killed, without a wait for its own end.
     assert children() == before and took_s < _GRACE_S
@@ -198,7 +198,7 @@ def test_ctrl_c_stops_a_drive_and_ends_its_process(many):
 
 
 def test_ctrl_c_ends_the_warm_up_of_a_drive_in_this_process_within_a_second():
-    env = codrive.make("ring-641", traffic="native", **ENDLESS)
+    env = codrive_sim.make("ring-641", traffic="native", **ENDLESS)
     assert interrupt_reset(env, 1.0) < 1.0
     env.close()
 
@@ -256,7 +256,7 @@ def test_paths_are_those_of_the_folder_where_it_was_made(tmp_path, monkeypatch):
     (tmp_path / "here.net.xml").write_bytes(network.read_bytes())
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path)
-    env = codrive.make("here.net.xml", horizon_s=2.0)
+    env = codrive_sim.make("here.net.xml", horizon_s=2.0)
     monkeypatch.chdir(tmp_path / "elsewhere")
     env.reset(seed=1)
     env.step(STILL)
@@ -264,10 +264,10 @@ def test_paths_are_those_of_the_folder_where_it_was_made(tmp_path, monkeypatch):
 
 def test_without_sumo_it_is_said_what_to_install_and_the_native_engine_drives(tmp_path, monkeypatch):
     monkeypatch.setenv("CODRIVE_SUMO_HOME", str(tmp_path))
-    for make in (codrive.make, codrive.make_vec):
+    for make in (codrive_sim.make, codrive_sim.make_vec):
         with pytest.raises(gymnasium.error.DependencyNotInstalled, match="pip install eclipse-sumo==1.28.0"):
             make("ring-250", traffic="sumo")
-    env = codrive.make("ring-250", traffic="native", **SHORT)
+    env = codrive_sim.make("ring-250", traffic="native", **SHORT)
     env.reset(seed=1)
     env.step(STILL)
 

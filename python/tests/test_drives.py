@@ -10,8 +10,8 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-import codrive
-from codrive._codrive import HAS_DESKTOP
+import codrive_sim
+from codrive_sim._codrive import HAS_DESKTOP
 
 NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
 #: Settings of episodes that take seconds.
@@ -19,7 +19,7 @@ SHORT = {"warm_up_s": 2.0, "horizon_s": 4.0}
 
 
 def made(traffic, **arguments):
-    return codrive.make("ring-250", traffic=traffic, **{**SHORT, **arguments})
+    return codrive_sim.make("ring-250", traffic=traffic, **{**SHORT, **arguments})
 
 
 def random_drive(env, holds, seed):
@@ -48,24 +48,24 @@ def test_gymnasiums_checker_passes(traffic):
 
 
 def test_what_moves_the_cars_is_as_asked_or_as_the_name_says():
-    assert isinstance(codrive.make("ring-250"), codrive.RingEnv)
-    assert isinstance(codrive.make_vec("ring-641", 2), codrive.RingVectorEnv)
+    assert isinstance(codrive_sim.make("ring-250"), codrive_sim.RingEnv)
+    assert isinstance(codrive_sim.make_vec("ring-641", 2), codrive_sim.RingVectorEnv)
     for name, asked, traffic in (("ring-250", "native", "native"), ("ring-250", "sumo", "sumo"), ("practice", None, "sumo")):
-        env = codrive.make(name, traffic=asked)
-        assert isinstance(env, codrive.DriveEnv) and json.loads(env.settings.json())["traffic"] == traffic
+        env = codrive_sim.make(name, traffic=asked)
+        assert isinstance(env, codrive_sim.DriveEnv) and json.loads(env.settings.json())["traffic"] == traffic
     envs = gymnasium.make_vec("codrive/Drive-v0", num_envs=2, vectorization_mode="vector_entry_point", traffic="native")
-    assert isinstance(envs.unwrapped, codrive.DriveVectorEnv)
+    assert isinstance(envs.unwrapped, codrive_sim.DriveVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
 
 
 def test_the_settings_are_those_that_were_asked_for():
-    settings = codrive.settings("merge", hold=2.0, advice="speed", idm={"v0": 20.0})
+    settings = codrive_sim.settings("merge", hold=2.0, advice="speed", idm={"v0": 20.0})
     assert (settings["traffic"], settings["hold_s"], settings["action"], settings["idm"]["v0"]) == ("sumo", 2.0, "speed", 20.0)
-    assert codrive.settings("ring-250", traffic="native", driver="people")["driver"] == "people"
+    assert codrive_sim.settings("ring-250", traffic="native", driver="people")["driver"] == "people"
     # make takes all of them.
-    for name, asked in (("merge", settings), ("ring-250", codrive.settings("ring-250", traffic="native", driver="people"))):
-        assert codrive.settings(name, **asked) == asked
-        codrive.make(name, **asked)
+    for name, asked in (("merge", settings), ("ring-250", codrive_sim.settings("ring-250", traffic="native", driver="people"))):
+        assert codrive_sim.settings(name, **asked) == asked
+        codrive_sim.make(name, **asked)
 
 
 @pytest.mark.parametrize("traffic", ["native", "sumo"])
@@ -100,7 +100,7 @@ def test_an_episode_ends_at_its_horizon(traffic):
 
 def test_the_end_of_the_path_terminates():
     # The path is 1300.3 m long; at its speeds the end is reached within half a minute.
-    env = codrive.make(str(NETWORKS / "ramps.net.xml"), path_start_m=1200.0, horizon_s=60.0)
+    env = codrive_sim.make(str(NETWORKS / "ramps.net.xml"), path_start_m=1200.0, horizon_s=60.0)
     env.reset(seed=1)
     for _ in range(60):
         _, _, terminated, truncated, _ = env.step(np.ones(1))
@@ -111,7 +111,7 @@ def test_the_end_of_the_path_terminates():
 
 @pytest.mark.parametrize("name", ["merge", "practice", "grid-signals.net.xml"])
 def test_any_map_is_driven(name):
-    env = codrive.make(str(NETWORKS / name) if name.endswith(".xml") else name, horizon_s=3.0)
+    env = codrive_sim.make(str(NETWORKS / name) if name.endswith(".xml") else name, horizon_s=3.0)
     seen, _ = env.reset(seed=1)
     while True:
         assert seen in env.observation_space and np.isfinite(seen).all()
@@ -125,7 +125,7 @@ def test_any_map_is_driven(name):
 @pytest.mark.parametrize("traffic", ["native", "sumo"])
 def test_many_drives_are_the_same_as_one_by_one(traffic):
     # One of the processes drives the same drive as here, to the bit; endings are in the same step.
-    envs = codrive.make_vec("ring-250", 3, traffic=traffic, **SHORT)
+    envs = codrive_sim.make_vec("ring-250", 3, traffic=traffic, **SHORT)
     singles = [made(traffic) for _ in range(3)]
     seen, _ = envs.reset(seed=8)
     assert seen.shape == (3, len(envs.inputs)) and seen.dtype == np.float32
@@ -148,7 +148,7 @@ def test_many_drives_are_the_same_as_one_by_one(traffic):
 
 
 def test_a_mask_resets_those_alone():
-    envs = codrive.make_vec("ring-250", 3, traffic="native", **SHORT)
+    envs = codrive_sim.make_vec("ring-250", 3, traffic="native", **SHORT)
     before = envs.reset(seed=1)[0]
     after = envs.reset(options={"reset_mask": np.array([False, True, False])})[0]
     assert list((after != before).any(axis=1)) == [False, True, False]
@@ -166,7 +166,7 @@ def test_two_environments_with_sumo_are_driven_in_turns():
 def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
     arguments = {"render_mode": "rgb_array", "size": (160, 90), "view": "birdseye", **SHORT}
     if not HAS_DESKTOP:
-        for make in (codrive.make, codrive.make_vec):
+        for make in (codrive_sim.make, codrive_sim.make_vec):
             with pytest.raises(gymnasium.error.DependencyNotInstalled, match="features desktop"):
                 make("ring-250", traffic="native", **arguments)
         env = made("native")
@@ -174,7 +174,7 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
         assert env.render() is None
         return
     for traffic in ("native", "sumo"):
-        env = codrive.make("ring-250", traffic=traffic, **arguments)
+        env = codrive_sim.make("ring-250", traffic=traffic, **arguments)
         with pytest.raises(gymnasium.error.ResetNeeded):
             env.render()
         env.reset(seed=1)
@@ -182,7 +182,7 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
         assert first.shape == (90, 160, 3) and first.dtype == np.uint8 and first.std() > 5.0
         env.step(np.ones(1))
         assert not np.array_equal(env.render(), first)
-    pictures = codrive.make_vec("ring-250", 2, traffic="native", **arguments)
+    pictures = codrive_sim.make_vec("ring-250", 2, traffic="native", **arguments)
     pictures.reset(seed=1)
     assert [picture.shape for picture in pictures.render()] == [(90, 160, 3)] * 2
 
@@ -190,7 +190,7 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
 @pytest.mark.parametrize("traffic", ["native", "sumo"])
 def test_an_ego_without_a_participant_has_a_light_body_and_drives_alike(traffic):
     arguments = {"traffic": traffic, "driver": "perfect", "advice": "speed", "warm_up_s": 60.0, "horizon_s": 60.0}
-    full, light = codrive.make("ring-250", **arguments), codrive.make("ring-250", participant=False, own_process=traffic == "native", **arguments)
+    full, light = codrive_sim.make("ring-250", **arguments), codrive_sim.make("ring-250", participant=False, own_process=traffic == "native", **arguments)
     starts = [env.reset(seed=5)[0] for env in (full, light)]
     assert np.array_equal(*starts)
     assert len(light.vehicles.car) == 22 and light.vehicles.car[light.vehicles.is_advised].tolist() == [0]

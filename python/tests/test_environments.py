@@ -14,7 +14,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
-import codrive
+import codrive_sim
 
 #: Settings of episodes that take seconds.
 SHORT = {"warm_up_s": 5.0, "horizon_s": 4.0}
@@ -44,11 +44,11 @@ def test_gymnasiums_checker_passes_for_levels_too():
 
 
 def test_the_ids_make_one_and_many():
-    assert isinstance(gymnasium.make("codrive/Ring250-v0", hold=2.0).unwrapped, codrive.RingEnv)
+    assert isinstance(gymnasium.make("codrive/Ring250-v0", hold=2.0).unwrapped, codrive_sim.RingEnv)
     envs = gymnasium.make_vec(
         "codrive/Ring641-v0", num_envs=3, vectorization_mode="vector_entry_point", advice="speed", **SHORT
     )
-    assert isinstance(envs.unwrapped, codrive.RingVectorEnv)
+    assert isinstance(envs.unwrapped, codrive_sim.RingVectorEnv)
     assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
     assert envs.reset(seed=1)[0].shape == (3, 4)
 
@@ -91,17 +91,17 @@ def test_wrappers_of_training_loops_take_the_ids():
 
 
 def test_rings_are_drawn_side_by_side_up_to_sixty_four():
-    envs = codrive.make_vec("ring-250", num_envs=2, render_mode="rgb_array", size=(320, 200), **SHORT)
+    envs = codrive_sim.make_vec("ring-250", num_envs=2, render_mode="rgb_array", size=(320, 200), **SHORT)
     envs.reset(seed=1)
     first, second = envs.render()
     assert first.shape == (200, 320, 3) and not np.array_equal(first, second)
-    assert codrive.make_vec("ring-250", num_envs=2, **SHORT).render() is None
+    assert codrive_sim.make_vec("ring-250", num_envs=2, **SHORT).render() is None
     with pytest.raises(ValueError, match="num_envs is 65; allowed with a render_mode: 1 to 64"):
-        codrive.make_vec("ring-250", num_envs=65, render_mode="rgb_array")
+        codrive_sim.make_vec("ring-250", num_envs=65, render_mode="rgb_array")
     with pytest.raises(ValueError, match="render_mode is 'human'; allowed: None, 'rgb_array'"):
-        codrive.make_vec("ring-250", num_envs=2, render_mode="human")
+        codrive_sim.make_vec("ring-250", num_envs=2, render_mode="human")
     with pytest.raises(ValueError, match="view is 'chase'; allowed: schematic"):
-        codrive.make("ring-250", render_mode="rgb_array", view="chase")
+        codrive_sim.make("ring-250", render_mode="rgb_array", view="chase")
 
 
 def test_a_window_without_a_display_is_refused_with_the_remedy(monkeypatch):
@@ -110,16 +110,16 @@ def test_a_window_without_a_display_is_refused_with_the_remedy(monkeypatch):
     # Libraries that ask for a window take a TypeError as "without".
     for kind in (gymnasium.error.DependencyNotInstalled, TypeError):
         with pytest.raises(kind, match="remedy: render_mode='rgb_array'"):
-            codrive.make("ring-250", render_mode="human")
+            codrive_sim.make("ring-250", render_mode="human")
 
 
 @pytest.mark.parametrize(
     "make",
     [
-        lambda: codrive.make("ring-641", hold=2.0, **SHORT),
-        lambda: codrive.make_vec(num_envs=20, driver="people", **SHORT),
-        lambda: codrive.make(traffic="native", **SHORT),
-        lambda: codrive.make_vec(num_envs=2, traffic="native", **SHORT),
+        lambda: codrive_sim.make("ring-641", hold=2.0, **SHORT),
+        lambda: codrive_sim.make_vec(num_envs=20, driver="people", **SHORT),
+        lambda: codrive_sim.make(traffic="native", **SHORT),
+        lambda: codrive_sim.make_vec(num_envs=2, traffic="native", **SHORT),
     ],
     ids=["ring", "rings", "drive", "drives"],
 )
@@ -141,7 +141,7 @@ def test_environments_are_pickled_and_copied_as_their_arguments(make):
 
 
 def test_seeds_too_large_are_refused_because_they_would_coincide():
-    for env in (codrive.make(**SHORT), codrive.make(traffic="native", **SHORT)):
+    for env in (codrive_sim.make(**SHORT), codrive_sim.make(traffic="native", **SHORT)):
         env.reset(seed=2**53 - 1)
         with pytest.raises(ValueError, match="seed is 9007199254740992; allowed: a whole number from 0 to 9007199254740991"):
             env.reset(seed=2**53)
@@ -152,7 +152,7 @@ def test_seeds_too_large_are_refused_because_they_would_coincide():
 def test_ctrl_c_ends_the_beginning_of_many_episodes_within_a_second(waits):
     # In a reset the warm-ups take many minutes. In a step they take seconds: a hold ends each episode and begins the next one. Ctrl-C after half
     # a second must find the first step at work, on a fast machine, too.
-    envs = codrive.make_vec(num_envs=16384, warm_up_s=3600.0 if waits == "reset" else 120.0, horizon_s=1.0)
+    envs = codrive_sim.make_vec(num_envs=16384, warm_up_s=3600.0 if waits == "reset" else 120.0, horizon_s=1.0)
     still = np.zeros((envs.num_envs, 1), np.float32)
     if waits == "step":
         envs.reset(seed=1)
@@ -172,7 +172,7 @@ def test_ctrl_c_ends_the_beginning_of_many_episodes_within_a_second(waits):
 
 
 def test_one_environment_is_the_first_of_a_vector_of_one():
-    env, envs = codrive.make(**SHORT), codrive.make_vec(num_envs=1, **SHORT)
+    env, envs = codrive_sim.make(**SHORT), codrive_sim.make_vec(num_envs=1, **SHORT)
     one, many = env.reset(seed=5)[0], envs.reset(seed=5)[0]
     assert np.array_equal(one, many[0])
     for hold in range(10):
@@ -187,22 +187,22 @@ def test_one_environment_is_the_first_of_a_vector_of_one():
 
 
 def test_a_seed_makes_the_same_episodes_again_and_another_seed_others():
-    envs = codrive.make_vec(num_envs=37, **SHORT)
+    envs = codrive_sim.make_vec(num_envs=37, **SHORT)
     first = random_drive(envs, 9, seed=3)
     assert random_drive(envs, 9, seed=3) == first
-    assert random_drive(codrive.make_vec(num_envs=37, **SHORT), 9, seed=3) == first
+    assert random_drive(codrive_sim.make_vec(num_envs=37, **SHORT), 9, seed=3) == first
     assert random_drive(envs, 9, seed=4) != first
 
 
 def test_the_setting_seed_is_that_of_the_first_reset():
-    own = codrive.make(seed=12, **SHORT).reset()[0]
-    assert np.array_equal(own, codrive.make(**SHORT).reset(seed=12)[0])
-    assert not np.array_equal(own, codrive.make(seed=13, **SHORT).reset()[0])
+    own = codrive_sim.make(seed=12, **SHORT).reset()[0]
+    assert np.array_equal(own, codrive_sim.make(**SHORT).reset(seed=12)[0])
+    assert not np.array_equal(own, codrive_sim.make(seed=13, **SHORT).reset()[0])
 
 
 def test_an_episode_ends_at_its_horizon_in_the_same_step():
     # Four holds of 1 s in 4 s; the model itself prevents collisions.
-    envs = codrive.make_vec(num_envs=5, driver="guarded", **SHORT)
+    envs = codrive_sim.make_vec(num_envs=5, driver="guarded", **SHORT)
     envs.reset(seed=1)
     still = np.zeros((5, 1), np.float32)
     for hold in range(1, 9):
@@ -217,7 +217,7 @@ def test_an_episode_ends_at_its_horizon_in_the_same_step():
 
 
 def test_the_last_observation_is_what_would_have_been_seen_without_the_horizon():
-    ended, going = (codrive.make_vec(num_envs=20, warm_up_s=5.0, horizon_s=horizon_s) for horizon_s in (3.0, 4.0))
+    ended, going = (codrive_sim.make_vec(num_envs=20, warm_up_s=5.0, horizon_s=horizon_s) for horizon_s in (3.0, 4.0))
     for envs in (ended, going):
         envs.reset(seed=6)
     for hold in range(3):
@@ -230,7 +230,7 @@ def test_the_last_observation_is_what_would_have_been_seen_without_the_horizon()
 
 def test_a_crash_terminates_and_costs_the_penalty():
     # The advice is followed exactly at full acceleration: 0.5 m/s2 closes any gap of 250 m in a minute.
-    env = codrive.make(driver="exact", collision_penalty=100.0, horizon_s=100.0, warm_up_s=5.0)
+    env = codrive_sim.make(driver="exact", collision_penalty=100.0, horizon_s=100.0, warm_up_s=5.0)
     env.reset(seed=1)
     for _ in range(100):
         _, reward, terminated, truncated, info = env.step(np.ones(1, np.float32))
@@ -245,7 +245,7 @@ def test_a_crash_terminates_and_costs_the_penalty():
 def test_an_action_is_a_share_of_its_limits():
     # One hold of 1 s, followed exactly: the speed changes by the acceleration, 0.5 m/s2 at 1 and none at 0. Scaled speed 1 is 10 m/s.
     for action, change_mps in ((1.0, 0.5), (0.0, 0.0), (-0.4, -0.2), (7.0, 0.5)):
-        env = codrive.make(warm_up_s=60.0)
+        env = codrive_sim.make(warm_up_s=60.0)
         assert env.action_limits == (-0.5, 0.5) and env.inputs[0] == ("speed", 0.0, 10.0)
         before = env.reset(seed=2)[0][0]
         after = env.step(np.array([action], np.float32))[0][0]
@@ -254,15 +254,15 @@ def test_an_action_is_a_share_of_its_limits():
 
 def test_levels_lie_evenly_between_the_limits():
     for level, change_mps in ((0, -0.5), (1, 0.0), (2, 0.5)):
-        env = codrive.make(levels=3, warm_up_s=60.0)
+        env = codrive_sim.make(levels=3, warm_up_s=60.0)
         before = env.reset(seed=2)[0][0]
         assert (env.step(level)[0][0] - before) * 5.0 == pytest.approx(change_mps, abs=1e-4)
-    assert codrive.make_vec(num_envs=2, levels=3).action_space == gymnasium.spaces.MultiDiscrete([3, 3])
+    assert codrive_sim.make_vec(num_envs=2, levels=3).action_space == gymnasium.spaces.MultiDiscrete([3, 3])
 
 
 def test_arrays_are_the_callers_own_unless_copy_is_false():
     for copy in (True, False):
-        envs = codrive.make_vec(num_envs=4, copy=copy, **SHORT)
+        envs = codrive_sim.make_vec(num_envs=4, copy=copy, **SHORT)
         envs.reset(seed=1)
         first = envs.step(np.zeros((4, 1), np.float32))
         kept = [part.copy() for part in first[:4]]
@@ -273,7 +273,7 @@ def test_arrays_are_the_callers_own_unless_copy_is_false():
 
 
 def test_a_mask_resets_those_alone():
-    envs = codrive.make_vec(num_envs=20, **SHORT)
+    envs = codrive_sim.make_vec(num_envs=20, **SHORT)
     before = envs.reset(seed=1)[0]
     mask = np.arange(20) % 7 == 3
     after = envs.reset(options={"reset_mask": mask})[0]
@@ -282,14 +282,14 @@ def test_a_mask_resets_those_alone():
 
 
 def test_the_settings_are_those_that_were_asked_for():
-    settings = codrive.settings("ring-250", hold=2.0, advice="speed", idm={"v0": 20.0}, vehicles_max=24)
+    settings = codrive_sim.settings("ring-250", hold=2.0, advice="speed", idm={"v0": 20.0}, vehicles_max=24)
     assert (settings["hold_s"], settings["action"], settings["idm"]["v0"]) == (2.0, "speed", 20.0)
     assert (settings["vehicles_min"], settings["vehicles_max"], settings["circumference_min_m"]) == (22, 24, 250.0)
-    assert codrive.settings(driver="late")["follow"] == "driver"
-    assert codrive.settings(driver="reaction=2,error=0.1")["reaction_s"] == 2.0
-    assert codrive.settings(driver="people")["population"] == "people"
+    assert codrive_sim.settings(driver="late")["follow"] == "driver"
+    assert codrive_sim.settings(driver="reaction=2,error=0.1")["reaction_s"] == 2.0
+    assert codrive_sim.settings(driver="people")["population"] == "people"
     # Numbers of numpy are accepted.
-    assert codrive.settings(vehicles_max=np.int64(23), horizon_s=np.float32(50.0))["horizon_s"] == 50.0
+    assert codrive_sim.settings(vehicles_max=np.int64(23), horizon_s=np.float32(50.0))["horizon_s"] == 50.0
 
 
 def test_python_goes_on_while_rings_are_warmed_up():
@@ -302,7 +302,7 @@ def test_python_goes_on_while_rings_are_warmed_up():
 
     thread = threading.Thread(target=count)
     thread.start()
-    codrive.make_vec(num_envs=512, warm_up_s=400.0).reset(seed=1)
+    codrive_sim.make_vec(num_envs=512, warm_up_s=400.0).reset(seed=1)
     stop.set()
     thread.join()
     # If the lock were held for the whole warm-up, no other thread would run.
@@ -310,12 +310,12 @@ def test_python_goes_on_while_rings_are_warmed_up():
 
 
 def _child(queue):
-    queue.put(random_drive(codrive.make_vec(num_envs=40, **SHORT), 3, seed=1))
+    queue.put(random_drive(codrive_sim.make_vec(num_envs=40, **SHORT), 3, seed=1))
 
 
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="this system forks no processes")
 def test_a_forked_process_has_threads_of_its_own():
-    here = random_drive(codrive.make_vec(num_envs=40, **SHORT), 3, seed=1)
+    here = random_drive(codrive_sim.make_vec(num_envs=40, **SHORT), 3, seed=1)
     context = multiprocessing.get_context("fork")
     queue = context.Queue()
     with warnings.catch_warnings():

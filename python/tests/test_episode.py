@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-import codrive
+import codrive_sim
 
 EXPECTED = pathlib.Path(__file__).with_name("episode.txt")
 RINGS, HOLDS = 20, 8
@@ -22,7 +22,7 @@ def fnv_1a(data: bytes) -> int:
 
 
 def driven(copy: bool = True) -> str:
-    envs = codrive.make_vec(
+    envs = codrive_sim.make_vec(
         "ring-250", RINGS, hold=1.0, advice="speed", driver="late", warm_up_s=10.0, horizon_s=3.0, copy=copy
     )
     envs.reset(seed=7)

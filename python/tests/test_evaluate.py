@@ -14,7 +14,7 @@ import pandas
 import polars
 import pytest
 
-import codrive
+import codrive_sim
 
 SHORT = {"warm_up_s": 20.0, "horizon_s": 30.0}
 ROOT = pathlib.Path(__file__).parents[2]
@@ -40,7 +40,7 @@ def test_named_policies_have_the_numbers_of_the_program_to_the_bit():
     names = ["follower-stopper", "none", "ring-250-speed"]
     asked = [word for name in names for word in ("--policy", name)]
     told = of_the_program(*asked, "--holds", "1,5", "--driver", "sloppy", "--over", "18", "--seed", "4")
-    own = codrive.evaluate(names, over=18, hold=[1.0, 5.0], driver="sloppy", seed=4, **SHORT)
+    own = codrive_sim.evaluate(names, over=18, hold=[1.0, 5.0], driver="sloppy", seed=4, **SHORT)
     assert len(own) == 3 * 2 * 18 and len(told["rows"]) == 6
     for row in told["rows"]:
         rings = own[(own.policy == row["policy"]) & (own.hold_s == row["hold_s"])]
@@ -53,21 +53,21 @@ def test_named_policies_have_the_numbers_of_the_program_to_the_bit():
 def test_files_and_auto_have_the_numbers_of_the_program_to_the_bit():
     for file in ("assets/policies/ring-250-speed/policy.onnx", "assets/policies/ring-250-personal/policy.toml"):
         told = of_the_program("--policy", file, "--over", "2", "--driver", "people", "--holds", "5")["rows"][0]
-        own = codrive.evaluate(ROOT / file, over=2, driver="people", hold=5.0, **SHORT)
+        own = codrive_sim.evaluate(ROOT / file, over=2, driver="people", hold=5.0, **SHORT)
         assert all(same(ring, result) for (_, ring), result in zip(own.iterrows(), told["rings"], strict=True))
-    own = codrive.evaluate("auto", "ring-641", over=2, hold=5.0, **SHORT)
+    own = codrive_sim.evaluate("auto", "ring-641", over=2, hold=5.0, **SHORT)
     assert set(own.policy) == {"ring-641-speed"}
 
 
 def test_a_callable_drives_as_the_policy_that_it_is():
     # 4.3 m/s on a scale of 0 to 10 is an action of -0.14. The program's constant policy aims at 4.3.
-    constant = codrive.evaluate("constant", over=18, policy_speed=4.3, hold=2.0, **SHORT)
+    constant = codrive_sim.evaluate("constant", over=18, policy_speed=4.3, hold=2.0, **SHORT)
 
     def answer(seen):
         assert seen.shape == (18, 4) and seen.dtype == np.float32
         return np.full((18, 1), 2 * 4.3 / 10.0 - 1.0)
 
-    own = codrive.evaluate(answer, over=18, hold=2.0, advice="speed", **SHORT)
+    own = codrive_sim.evaluate(answer, over=18, hold=2.0, advice="speed", **SHORT)
     assert set(own.policy) == {"answer"}
     # The action is float32, so 4.3 is accurate to 3e-7.
     assert own.mean_speed_mps.to_numpy() == pytest.approx(constant.mean_speed_mps.to_numpy(), abs=1e-5)
@@ -80,9 +80,9 @@ def test_something_with_predict_is_asked_without_noise():
             assert deterministic
             return np.zeros((len(observation), 1), np.float32), None
 
-    own = codrive.evaluate(Model(), over=3, advice="speed", **SHORT)
+    own = codrive_sim.evaluate(Model(), over=3, advice="speed", **SHORT)
     # The middle of 0 to 10 m/s.
-    middle = codrive.evaluate("constant", over=3, policy_speed=5.0, **SHORT)
+    middle = codrive_sim.evaluate("constant", over=3, policy_speed=5.0, **SHORT)
     assert set(own.policy) == {"Model"}
     assert list(own.mean_speed_mps) == list(middle.mean_speed_mps)
 
@@ -97,14 +97,14 @@ def test_a_model_with_memory_is_asked_with_its_state():
             return (2.0 * (state[:, None] + 1.0) / 10.0 - 1.0).astype(np.float32), state + 1.0
 
     model = Counting()
-    first = codrive.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
+    first = codrive_sim.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
     holds = iter(range(1, 7))
-    wanted = codrive.evaluate(
+    wanted = codrive_sim.evaluate(
         lambda seen: np.full((2, 1), 2.0 * next(holds) / 10.0 - 1.0, np.float32), over=2, advice="speed", hold=5.0, **SHORT
     )
     assert list(first.mean_speed_mps) == list(wanted.mean_speed_mps) and next(holds, None) is None
     # Another evaluation begins without memory.
-    again = codrive.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
+    again = codrive_sim.evaluate(model, over=2, advice="speed", hold=5.0, **SHORT)
     assert list(again.mean_speed_mps) == list(first.mean_speed_mps)
 
 
@@ -118,42 +118,42 @@ def test_a_model_brings_the_meaning_of_its_numbers():
             assert observation.shape == (2, 2)
             return np.zeros((len(observation), 1), np.float32), None
 
-    model = Model(codrive.make(advice="speed", hold=3.0, sees="speed,gap", top_speed_mps=8.0))
-    own = codrive.evaluate(model, over=2, **SHORT)
+    model = Model(codrive_sim.make(advice="speed", hold=3.0, sees="speed,gap", top_speed_mps=8.0))
+    own = codrive_sim.evaluate(model, over=2, **SHORT)
     # The middle of 0 to 8 m/s, held 3 s.
-    middle = codrive.evaluate("constant", over=2, policy_speed=4.0, hold=3.0, **SHORT)
+    middle = codrive_sim.evaluate("constant", over=2, policy_speed=4.0, hold=3.0, **SHORT)
     assert set(own.hold_s) == {3.0} and list(own.mean_speed_mps) == list(middle.mean_speed_mps)
-    assert set(codrive.evaluate(model, over=2, hold=5.0, **SHORT).hold_s) == {5.0}
+    assert set(codrive_sim.evaluate(model, over=2, hold=5.0, **SHORT).hold_s) == {5.0}
     said = "advice is 'acceleration', and Model was trained with 'speed'; leave it out"
     with pytest.raises(ValueError, match=said):
-        codrive.evaluate(model, over=2, advice="acceleration", **SHORT)
+        codrive_sim.evaluate(model, over=2, advice="acceleration", **SHORT)
     with pytest.raises(ValueError, match="top_speed_mps is 10.0, and Model was trained with 8.0"):
-        codrive.evaluate(model, over=2, top_speed_mps=10.0, **SHORT)
+        codrive_sim.evaluate(model, over=2, top_speed_mps=10.0, **SHORT)
 
 
 def test_the_table_is_of_pandas_or_of_polars():
-    own = codrive.evaluate("none", over=2, **SHORT)
+    own = codrive_sim.evaluate("none", over=2, **SHORT)
     assert isinstance(own, pandas.DataFrame)
-    other = codrive.evaluate("none", over=2, as_="polars", **SHORT)
+    other = codrive_sim.evaluate("none", over=2, as_="polars", **SHORT)
     assert isinstance(other, polars.DataFrame)
     assert other["mean_speed_mps"].to_list() == list(own.mean_speed_mps)
 
 
 def test_without_a_name_all_built_in_policies_drive():
-    own = codrive.evaluate(over=1, **SHORT)
+    own = codrive_sim.evaluate(over=1, **SHORT)
     assert list(own.policy) == ["none", "constant", "two-phase", "follower-stopper", "pi", "linear-feedback"]
-    assert set(own.policy) < set(codrive.policies()) and "ring-641-acceleration" in codrive.policies()
+    assert set(own.policy) < set(codrive_sim.policies()) and "ring-641-acceleration" in codrive_sim.policies()
 
 
 def test_a_hold_that_a_policy_was_not_trained_for_is_warned_of():
     with pytest.warns(UserWarning, match="trained for holds of"):
-        codrive.evaluate("ring-641-speed", "ring-641", over=1, hold=1.0, **SHORT)
+        codrive_sim.evaluate("ring-641-speed", "ring-641", over=1, hold=1.0, **SHORT)
 
 
 def test_progress_is_said_where_it_is_asked_for(capfd):
-    codrive.evaluate("none", over=1, progress=True, **SHORT)
+    codrive_sim.evaluate("none", over=1, progress=True, **SHORT)
     assert "1 of 1 rings" in capfd.readouterr().err
-    codrive.evaluate("none", over=1, progress=False, **SHORT)
+    codrive_sim.evaluate("none", over=1, progress=False, **SHORT)
     assert capfd.readouterr().err == ""
 
 
@@ -163,10 +163,10 @@ def test_progress_is_said_where_it_is_asked_for(capfd):
 def test_ctrl_c_ends_an_evaluation(policy, horizon_s):
     # The evaluation would take hours; it is stopped once it has begun.
     program = (
-        "import codrive, signal\n"
+        "import codrive_sim, signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "print('begun', flush=True)\n"
-        f"codrive.evaluate({policy}, over=100_000 if isinstance({policy}, str) else 64, horizon_s={horizon_s}, warm_up_s=0.0)\n"
+        f"codrive_sim.evaluate({policy}, over=100_000 if isinstance({policy}, str) else 64, horizon_s={horizon_s}, warm_up_s=0.0)\n"
     )
     with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as done:
         assert done.stdout.readline() == "begun\n"

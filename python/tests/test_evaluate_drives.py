@@ -13,7 +13,7 @@ import numpy as np
 import pandas
 import pytest
 
-import codrive
+import codrive_sim
 
 SHORT = {"warm_up_s": 10.0, "horizon_s": 20.0}
 ROOT = pathlib.Path(__file__).parents[2]
@@ -44,14 +44,14 @@ def test_named_policies_on_a_ring_have_the_numbers_of_the_program():
     asked = ("--traffic", "native", "--over", "3", "--seed", "4", "--driver", "sloppy", "--holds", "2")
     told = json.loads(of_the_program("--json", *asked, "--policy", "pi", "--policy", "ring-250-speed", "--policy", "none"))
     settings = {"traffic": "native", "over": 3, "seed": 4, "driver": "sloppy", "hold": 2.0, **SHORT}
-    own = codrive.evaluate(["pi", "ring-250-speed", "none"], **settings)
+    own = codrive_sim.evaluate(["pi", "ring-250-speed", "none"], **settings)
     assert [row["policy"] for row in told["rows"]] == ["pi", "ring-250-speed", "none"]
     for row in told["rows"]:
         rows = own[own.policy == row["policy"]]
         assert_same(rows, row["rings"])
         assert set(rows.advised_vehicles) == {row["advised_vehicles"]} and set(rows.advised_share) == {row["advised_share"]}
     assert own.mean_speed_mps.nunique() == 9
-    four = codrive.evaluate("pi", advised=4, **settings)
+    four = codrive_sim.evaluate("pi", advised=4, **settings)
     told = advised_rows(of_the_program("--json", *asked, "--policy", "pi", "--advised", "4"), 4 / 22)
     assert_same(four, told["rings"])
     assert set(four.advised_vehicles) == {4} and list(four.mean_speed_mps) != list(own[own.policy == "pi"].mean_speed_mps)
@@ -59,7 +59,7 @@ def test_named_policies_on_a_ring_have_the_numbers_of_the_program():
 
 def test_without_advised_vehicles_the_traffic_drives_alone():
     told = advised_rows(of_the_program("--json", "--traffic", "native", "--over", "2", "--policy", "pi", "--advised", "4"), 0.0)
-    own = codrive.evaluate("pi", traffic="native", advised=0, over=2, **SHORT)
+    own = codrive_sim.evaluate("pi", traffic="native", advised=0, over=2, **SHORT)
     assert_same(own, told["rings"])
     assert set(own.advised_vehicles) == {0} and set(own.policy) == {"pi"}
 
@@ -67,7 +67,7 @@ def test_without_advised_vehicles_the_traffic_drives_alone():
 def test_a_share_on_a_network_in_sumo_has_the_numbers_of_the_program():
     asked = ("--map", "merge", "--traffic", "sumo", "--policy", "constant", "--policy-speed", "8", "--advised", "50%", "--over", "2")
     told = advised_rows(of_the_program("--json", *asked), 0.5)
-    own = codrive.evaluate("constant", "merge", advised="50%", policy_speed=8.0, over=2, **SHORT)
+    own = codrive_sim.evaluate("constant", "merge", advised="50%", policy_speed=8.0, over=2, **SHORT)
     assert_same(own, told["rings"])
     assert list(own.vehicles) == [ring["network"]["vehicles"] for ring in told["rings"]] and (own.advised_vehicles > 0).all()
     assert set(own.traffic) == {"sumo"} and set(own.advised_share) == {0.5}
@@ -77,7 +77,7 @@ def test_a_share_on_a_network_in_sumo_has_the_numbers_of_the_program():
 def test_the_columns_are_those_of_the_program(tmp_path, traffic):
     of_the_program("--traffic", traffic, "--policy", "none", "--over", "2", "--out", str(tmp_path / "out"))
     written = pandas.read_csv(tmp_path / "out" / "rings.csv")
-    own = codrive.evaluate("none", traffic=traffic, over=2, **SHORT)
+    own = codrive_sim.evaluate("none", traffic=traffic, over=2, **SHORT)
     assert list(own.columns) == list(written.columns)
     # The file has true as 1.
     for column in own.columns:
@@ -86,23 +86,23 @@ def test_the_columns_are_those_of_the_program(tmp_path, traffic):
 
 def test_a_callable_drives_as_the_policy_that_it_is():
     asked = {"traffic": "native", "advised": 3, "over": 2, "hold": 2.0, **SHORT}
-    constant = codrive.evaluate("constant", policy_speed=5.0, **asked)
+    constant = codrive_sim.evaluate("constant", policy_speed=5.0, **asked)
 
     def middle(seen):
         assert seen.shape == (1, 4) and seen.dtype == np.float32
         return np.zeros((1, 1), np.float32)
 
     # The middle of 0 to 10 m/s is exact in float32.
-    own = codrive.evaluate(middle, advice="speed", **asked)
+    own = codrive_sim.evaluate(middle, advice="speed", **asked)
     assert set(own.policy) == {"middle"}
     pandas.testing.assert_frame_equal(own.drop(columns="policy"), constant.drop(columns="policy"))
 
 
 def test_a_callable_on_a_network_drives_as_the_policy_that_it_is():
     asked = {"name": "merge", "advised": "50%", "over": 1, **SHORT}
-    constant = codrive.evaluate("constant", policy_speed=8.0, **asked)
+    constant = codrive_sim.evaluate("constant", policy_speed=8.0, **asked)
     # The middle of 0 to 16 m/s.
-    own = codrive.evaluate(lambda seen: np.zeros((1, 1), np.float32), advice="speed", top_speed_mps=16.0, **asked)
+    own = codrive_sim.evaluate(lambda seen: np.zeros((1, 1), np.float32), advice="speed", top_speed_mps=16.0, **asked)
     pandas.testing.assert_frame_equal(own.drop(columns="policy"), constant.drop(columns="policy"))
 
 
@@ -120,10 +120,10 @@ class Counting:
 
 def test_a_model_with_memory_has_a_state_for_each_vehicle_and_drive():
     model = Counting()
-    own = codrive.evaluate(model, traffic="native", advised=2, over=3, advice="speed", hold=5.0, **SHORT)
+    own = codrive_sim.evaluate(model, traffic="native", advised=2, over=3, advice="speed", hold=5.0, **SHORT)
     # 20 s are four holds, of two vehicles in three drives.
     assert sorted(model.counts) == sorted([0, 1, 2, 3] * 6)
-    again = codrive.evaluate(model, traffic="native", advised=2, over=3, advice="speed", hold=5.0, **SHORT)
+    again = codrive_sim.evaluate(model, traffic="native", advised=2, over=3, advice="speed", hold=5.0, **SHORT)
     pandas.testing.assert_frame_equal(own, again)
 
 
@@ -137,19 +137,19 @@ def test_a_model_brings_the_meaning_of_its_numbers():
             return np.zeros((1, 1), np.float32), None
 
     asked = {"traffic": "native", "over": 1, **SHORT}
-    own = codrive.evaluate(Model(codrive.make(advice="speed", hold=4.0, sees="speed,gap", top_speed_mps=8.0)), **asked)
-    middle = codrive.evaluate("constant", policy_speed=4.0, hold=4.0, **asked)
+    own = codrive_sim.evaluate(Model(codrive_sim.make(advice="speed", hold=4.0, sees="speed,gap", top_speed_mps=8.0)), **asked)
+    middle = codrive_sim.evaluate("constant", policy_speed=4.0, hold=4.0, **asked)
     assert list(own.mean_speed_mps) == list(middle.mean_speed_mps) and set(own.hold_s) == {4.0}
-    corrects = Model(codrive.make(advice="speed", sees="speed,gap", residual_over="pi"))
-    with pytest.raises(ValueError, match="residual_over 'pi'(?s:.*)remedy: evaluate the file of codrive.save_policy"):
-        codrive.evaluate(corrects, **asked)
+    corrects = Model(codrive_sim.make(advice="speed", sees="speed,gap", residual_over="pi"))
+    with pytest.raises(ValueError, match="residual_over 'pi'(?s:.*)remedy: evaluate the file of codrive_sim.save_policy"):
+        codrive_sim.evaluate(corrects, **asked)
 
 
 def test_an_exception_of_a_policy_ends_the_evaluation():
     with pytest.raises(ZeroDivisionError):
-        codrive.evaluate(lambda seen: 1 / 0, traffic="native", over=2, **SHORT)
+        codrive_sim.evaluate(lambda seen: 1 / 0, traffic="native", over=2, **SHORT)
     with pytest.raises(ValueError, match="action for observation 0 is nan"):
-        codrive.evaluate(lambda seen: np.full(1, np.nan), traffic="native", over=2, **SHORT)
+        codrive_sim.evaluate(lambda seen: np.full(1, np.nan), traffic="native", over=2, **SHORT)
 
 
 @pytest.mark.parametrize(
@@ -173,7 +173,7 @@ def test_an_exception_of_a_policy_ends_the_evaluation():
 )
 def test_what_is_refused(arguments, error, words):
     with pytest.raises(error, match=words):
-        codrive.evaluate(**{"policy": "pi", "over": 2, **SHORT, **arguments})
+        codrive_sim.evaluate(**{"policy": "pi", "over": 2, **SHORT, **arguments})
 
 
 @pytest.mark.parametrize("network, share", [("merge", "25%"), ("grid", "100%")])
@@ -185,7 +185,7 @@ def test_policies_for_shares_on_networks_are_no_worse_than_none(network, share):
         shares = [tomllib.loads(file.read_text(encoding="utf-8"))["advised_share"] for file in files.values()]
         assert shares == [0.05, 0.1, 0.25, 0.5, 1.0]
         settings = {"driver": "follow", "traffic_drivers": world, "advised": share, "over": 2, "seed": 41, "warm_up_s": 0.0, "horizon_s": 60.0}
-        rows = codrive.evaluate(["none", str(files[share])], network, progress=False, **settings)
+        rows = codrive_sim.evaluate(["none", str(files[share])], network, progress=False, **settings)
         plain, advised = [rows[rows.policy == policy] for policy in rows.policy.unique()]
         assert advised.mean_speed_mps.mean() - plain.mean_speed_mps.mean() > -0.01
         assert advised.outflow_per_h.mean() >= plain.outflow_per_h.mean()
@@ -193,17 +193,17 @@ def test_policies_for_shares_on_networks_are_no_worse_than_none(network, share):
 
 
 def test_progress_counts_the_drives(capfd):
-    codrive.evaluate(["pi", "none"], traffic="native", over=2, progress=True, **SHORT)
+    codrive_sim.evaluate(["pi", "none"], traffic="native", over=2, progress=True, **SHORT)
     assert "4 of 4 drives\n" in capfd.readouterr().err
 
 
 def test_ctrl_c_ends_the_drives_and_their_processes():
     # Each drive would take hours.
     program = (
-        "import codrive, signal\n"
+        "import codrive_sim, signal\n"
         "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "print('begun', flush=True)\n"
-        "codrive.evaluate('pi', traffic='native', advised='100%', over=4, horizon_s=36_000.0, advised_body='full')\n"
+        "codrive_sim.evaluate('pi', traffic='native', advised='100%', over=4, horizon_s=36_000.0, advised_body='full')\n"
     )
     with subprocess.Popen(
         [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_episode import fnv_1a
 
-from codrive._codrive import HAS_DESKTOP, Drive, DriveConfiguration
+from codrive_sim._codrive import HAS_DESKTOP, Drive, DriveConfiguration
 
 EXPECTED = pathlib.Path(__file__).with_name("drive.txt")
 AGENTS, HOLDS = 3, 10

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from gymnasium.spaces import Box, MultiDiscrete
 
-import codrive
-from codrive._bench_drives import MergeTraffic
-from codrive._traffic_env import Timing
+import codrive_sim
+from codrive_sim._bench_drives import MergeTraffic
+from codrive_sim._traffic_env import Timing
 
 NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
 GRID = str(NETWORKS / "grid-signals.net.xml")
@@ -21,12 +21,12 @@ SHORT = {"warm_up_s": 2.0, "horizon_s": 6.0}
 
 
 def native(**arguments):
-    return codrive.make("ring-250", **{"traffic": "native", **SHORT, **arguments})
+    return codrive_sim.make("ring-250", **{"traffic": "native", **SHORT, **arguments})
 
 
 def grid(**arguments):
     settings = {"advised": "100%", "participant": False, "demand": FLOWS, "horizon_s": 60.0, "warm_up_s": 10.0}
-    return codrive.make_parallel(GRID, **{**settings, **arguments})
+    return codrive_sim.make_parallel(GRID, **{**settings, **arguments})
 
 
 def still(env):
@@ -42,7 +42,7 @@ def gaps_m(vehicles, length_m):
 
 @pytest.mark.parametrize("kind", ["drive", "ring"])
 def test_columns_have_all_vehicles_of_a_ring(kind):
-    env = native(hold=0.1) if kind == "drive" else codrive.make("ring-250", hold=0.1, **SHORT)
+    env = native(hold=0.1) if kind == "drive" else codrive_sim.make("ring-250", hold=0.1, **SHORT)
     env.reset(seed=3)
     for _ in range(30):
         info = env.step(np.ones(1, np.float32))[4]
@@ -64,7 +64,7 @@ def test_columns_have_all_vehicles_of_a_ring(kind):
 
 
 def test_columns_of_many_rings_are_those_of_each_ring():
-    envs = codrive.make_vec("ring-250", num_envs=17, vehicles_min=20, vehicles_max=22, **SHORT)
+    envs = codrive_sim.make_vec("ring-250", num_envs=17, vehicles_min=20, vehicles_max=22, **SHORT)
     envs.reset(seed=1)
     envs.step(np.zeros((17, 1), np.float32))
     vehicles = envs.vehicles
@@ -137,7 +137,7 @@ def test_many_rings_and_drives_take_the_same_functions():
         return -hold.after.vehicles.speed_mps.std(axis=-1)
 
     own = {"reward": spread, "observation": slowest, "observation_space": space, **SHORT}
-    for envs in (codrive.make_vec("ring-250", num_envs=3, **own), codrive.make_vec("ring-250", num_envs=3, traffic="native", **own)):
+    for envs in (codrive_sim.make_vec("ring-250", num_envs=3, **own), codrive_sim.make_vec("ring-250", num_envs=3, traffic="native", **own)):
         seen, _ = envs.reset(seed=1)
         assert seen.shape == (3, 1)
         for _ in range(6):
@@ -154,7 +154,7 @@ def test_many_rings_and_drives_take_the_same_functions():
 
 
 def test_a_last_reward_is_of_the_episode_that_has_ended():
-    one, many = native(reward=lambda hold: hold.after.vehicles.speed_mps.max()), codrive.make_vec(
+    one, many = native(reward=lambda hold: hold.after.vehicles.speed_mps.max()), codrive_sim.make_vec(
         "ring-250", num_envs=2, traffic="native", reward=lambda hold: hold.after.vehicles.speed_mps.max(), **SHORT
     )
     one.reset(seed=1)
@@ -163,7 +163,7 @@ def test_a_last_reward_is_of_the_episode_that_has_ended():
         reward, rewards = one.step(np.ones(1, np.float32))[1], many.step(np.ones((2, 1), np.float32))[1]
         assert reward == rewards[0]
     many.close()
-    ring = codrive.make_vec("ring-250", num_envs=2, reward=lambda hold: np.nanmax(hold.after.vehicles.speed_mps, axis=-1), **SHORT)
+    ring = codrive_sim.make_vec("ring-250", num_envs=2, reward=lambda hold: np.nanmax(hold.after.vehicles.speed_mps, axis=-1), **SHORT)
     ring.reset(seed=1)
     given = [ring.step(np.ones((2, 1), np.float32))[1].copy() for _ in range(6)]
     # A new ring after 2 s from a standstill is slower than one after 8 s.
@@ -180,7 +180,7 @@ def test_wrong_functions_are_refused_by_name():
     with pytest.raises(TypeError, match="belong together"):
         native(observation=lambda moment: [])
     with pytest.raises(ValueError, match="allowed: all, ego, mean_speed_mps, or a function"):
-        codrive.make("ring-250", reward="fuel_l_100km")
+        codrive_sim.make("ring-250", reward="fuel_l_100km")
     env = native(reward=lambda hold: [1.0, 2.0])
     env.reset(seed=1)
     with pytest.raises(ValueError, match=r"reward returned shape \(2,\); allowed: \(1,\)"):
@@ -310,7 +310,7 @@ def test_agents_change_lanes_by_their_actions():
     with pytest.raises(ValueError, match="participant=False"):
         grid(lane_changes=True, participant=True)
     with pytest.raises(ValueError, match="a closed route is one lane"):
-        codrive.make_parallel("ring-250", advised=2, lane_changes=True)
+        codrive_sim.make_parallel("ring-250", advised=2, lane_changes=True)
     with pytest.raises(ValueError, match="advised_body='light'"):
         grid(lane_changes=True, advised_body="full")
 
@@ -329,10 +329,10 @@ def test_orders_without_traffic_that_takes_them_are_refused():
 @pytest.mark.parametrize("kind", ["ring", "rings", "native", "natives", "agents"])
 def test_a_state_goes_on_to_the_same_bits(kind, how):
     make = {
-        "ring": lambda: codrive.make("ring-250", driver="late", **SHORT),
-        "rings": lambda: codrive.make_vec("ring-250", num_envs=3, driver="late", **SHORT),
+        "ring": lambda: codrive_sim.make("ring-250", driver="late", **SHORT),
+        "rings": lambda: codrive_sim.make_vec("ring-250", num_envs=3, driver="late", **SHORT),
         "native": lambda: native(driver="late"),
-        "natives": lambda: codrive.make_vec("ring-250", num_envs=2, traffic="native", driver="late", **SHORT),
+        "natives": lambda: codrive_sim.make_vec("ring-250", num_envs=2, traffic="native", driver="late", **SHORT),
         "agents": lambda: grid(horizon_s=30.0, lane_changes=True),
     }[kind]
 

@@ -12,14 +12,14 @@ import pytest
 from pettingzoo import ParallelEnv
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
-import codrive
+import codrive_sim
 
 NETWORKS = pathlib.Path(__file__).parents[2] / "tests/data/networks"
 SHORT = {"warm_up_s": 2.0, "horizon_s": 6.0}
 
 
 def ring(**arguments):
-    return codrive.make_parallel("ring-250", **{"advised": 4, "traffic": "native", **SHORT, **arguments})
+    return codrive_sim.make_parallel("ring-250", **{"advised": 4, "traffic": "native", **SHORT, **arguments})
 
 
 def still(env):
@@ -69,7 +69,7 @@ def test_agents_of_a_ring_are_known_before():
 
 
 def test_an_agent_alone_is_the_environment_of_one():
-    alone, one = ring(advised=1), codrive.make("ring-250", traffic="native", **SHORT)
+    alone, one = ring(advised=1), codrive_sim.make("ring-250", traffic="native", **SHORT)
     assert np.array_equal(alone.reset(seed=4)[0]["ego"], one.reset(seed=4)[0])
     while alone.agents:
         observations, rewards, terminations, truncations, infos = alone.step({"ego": np.full(1, 0.5)})
@@ -105,7 +105,7 @@ def test_all_end_at_the_horizon():
 
 
 def test_agents_come_and_go_on_a_network():
-    env = codrive.make_parallel("merge", advised="30%", participant=False, horizon_s=120.0)
+    env = codrive_sim.make_parallel("merge", advised="30%", participant=False, horizon_s=120.0)
     assert not hasattr(env, "possible_agents")
     observations, _ = env.reset(seed=1)
     gone, seen_once = set(), set(env.agents)
@@ -128,7 +128,7 @@ def test_agents_come_and_go_on_a_network():
 
 def test_pettingzoos_own_test_passes_on_a_network():
     flows = [{"from": start, "to": end, "per_hour": 400.0} for start, end in (("A0B0", "B2C2"), ("C2C1", "A1A0"), ("A2A1", "C0B0"))]
-    env = codrive.make_parallel(str(NETWORKS / "grid-signals.net.xml"), advised="30%", demand={"flows": flows}, horizon_s=60.0)
+    env = codrive_sim.make_parallel(str(NETWORKS / "grid-signals.net.xml"), advised="30%", demand={"flows": flows}, horizon_s=60.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         # The test expects a list of all agents; without one, it reports the end of each episode.
@@ -171,7 +171,7 @@ def test_shares_that_cannot_be(advised, error):
 
 
 def test_the_fast_ring_advises_one_and_says_which_engine_advises_several():
-    with pytest.raises(ValueError, match="traffic is 'ring'; allowed: native, sumo.*codrive.make_vec"):
+    with pytest.raises(ValueError, match="traffic is 'ring'; allowed: native, sumo.*codrive_sim.make_vec"):
         ring(traffic="ring")
 
 
@@ -188,7 +188,7 @@ def test_a_step_comes_after_a_reset_and_nothing_after_the_end():
 
 def test_without_pettingzoo_it_is_said_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pettingzoo", None)
-    monkeypatch.delitem(sys.modules, "codrive._parallel", raising=False)
+    monkeypatch.delitem(sys.modules, "codrive_sim._parallel", raising=False)
     with pytest.raises(ImportError, match="pip install pettingzoo"):
         ring()
 
@@ -196,8 +196,8 @@ def test_without_pettingzoo_it_is_said_what_to_install(monkeypatch):
 @pytest.mark.parametrize("participant", [True, False])
 def test_agents_of_many_drives_are_rows_of_one_vector(participant):
     settings = {"advised": 3, "traffic": "native", "participant": participant, **SHORT}
-    envs = codrive.make_vec("ring-250", num_envs=2, **settings)
-    singles = [codrive.make_parallel("ring-250", **settings) for _ in range(2)]
+    envs = codrive_sim.make_vec("ring-250", num_envs=2, **settings)
+    singles = [codrive_sim.make_parallel("ring-250", **settings) for _ in range(2)]
     assert envs.num_envs == 6 and envs.agents == singles[0].possible_agents
     seen, _ = envs.reset(seed=4)
     own = [single.reset(seed=4 + number)[0] for number, single in enumerate(singles)]
@@ -218,4 +218,4 @@ def test_agents_of_many_drives_are_rows_of_one_vector(participant):
 
 def test_agents_of_a_network_are_no_rows():
     with pytest.raises(ValueError, match="advised is '20%'; allowed: 1 on a network(?s:.*)make_parallel"):
-        codrive.make_vec("merge", num_envs=2, advised="20%")
+        codrive_sim.make_vec("merge", num_envs=2, advised="20%")

@@ -8,7 +8,7 @@ import numpy as np
 import onnxruntime
 import pytest
 
-import codrive
+import codrive_sim
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
@@ -29,27 +29,27 @@ def answer(layers, seen):
 @pytest.mark.parametrize("ending", ["onnx", "toml"])
 @pytest.mark.parametrize("action", [{"advice": "speed"}, {"levels": 5}])
 def test_a_saved_policy_drives_as_its_layers_do(tmp_path, ending, action):
-    envs = codrive.make_vec(num_envs=6, hold=2.0, **action, **SHORT)
+    envs = codrive_sim.make_vec(num_envs=6, hold=2.0, **action, **SHORT)
     layers = random_layers(np.random.default_rng(1), len(envs.inputs), 7, action.get("levels", 1))
-    codrive.save_policy(tmp_path / f"mine.{ending}", layers, envs)
+    codrive_sim.save_policy(tmp_path / f"mine.{ending}", layers, envs)
 
     def by_numpy(seen):
         outputs = answer(layers, seen)
         return np.argmax(outputs, axis=1) if "levels" in action else outputs
 
     asked = {"over": 6, "hold": 2.0, **action, **SHORT}
-    of_file = codrive.evaluate(tmp_path / f"mine.{ending}", **asked)
-    of_layers = codrive.evaluate(by_numpy, **asked)
+    of_file = codrive_sim.evaluate(tmp_path / f"mine.{ending}", **asked)
+    of_layers = codrive_sim.evaluate(by_numpy, **asked)
     # Sums of float32 in another order differ in the last digit, which a traffic jam amplifies; levels hide it.
     assert np.allclose(of_file.mean_speed_mps, of_layers.mean_speed_mps, atol=1e-3)
     # Other policies give other results.
-    assert not np.allclose(of_file.mean_speed_mps, codrive.evaluate("none", **asked).mean_speed_mps, atol=1e-2)
+    assert not np.allclose(of_file.mean_speed_mps, codrive_sim.evaluate("none", **asked).mean_speed_mps, atol=1e-2)
 
 
 def test_another_program_reads_the_onnx_file(tmp_path):
-    envs = codrive.make_vec(num_envs=1)
+    envs = codrive_sim.make_vec(num_envs=1)
     layers = random_layers(np.random.default_rng(2), len(envs.inputs), 5, 4, 1)
-    codrive.save_policy(tmp_path / "mine.onnx", layers, envs)
+    codrive_sim.save_policy(tmp_path / "mine.onnx", layers, envs)
     session = onnxruntime.InferenceSession(tmp_path / "mine.onnx")
     seen = np.random.default_rng(3).normal(size=(9, len(envs.inputs))).astype(np.float32)
     (outputs,) = session.run(None, {session.get_inputs()[0].name: seen})
@@ -63,7 +63,7 @@ def sigmoid(x):
 def random_recurrent(rng, kind, inputs, units):
     gates = {"lstm": 4, "gru": 3}[kind] * units
     shapes = (inputs, gates), gates, (units, gates), gates
-    return codrive.RecurrentLayer(kind, *(rng.normal(size=shape) for shape in shapes))
+    return codrive_sim.RecurrentLayer(kind, *(rng.normal(size=shape) for shape in shapes))
 
 
 def one_hold(layer, seen, states):
@@ -84,11 +84,11 @@ def one_hold(layer, seen, states):
 
 @pytest.mark.parametrize("kind", ["lstm", "gru"])
 def test_a_recurrent_policy_drives_as_its_equations(tmp_path, kind):
-    envs = codrive.make_vec(num_envs=1, hold=2.0, advice="speed", **SHORT)
+    envs = codrive_sim.make_vec(num_envs=1, hold=2.0, advice="speed", **SHORT)
     rng = np.random.default_rng(5)
     # Actions within the limits, 2 to 6 m/s, in which the state shows.
     layers = [random_recurrent(rng, kind, len(envs.inputs), 6), *random_layers(rng, 6, 5), (rng.normal(size=(5, 1)) / 10.0, np.full(1, -0.2))]
-    codrive.save_policy(tmp_path / "mine.onnx", layers, envs)
+    codrive_sim.save_policy(tmp_path / "mine.onnx", layers, envs)
 
     def by_numpy(over):
         states = [np.zeros((over, 6)), np.zeros((over, 6))]
@@ -111,11 +111,11 @@ def test_a_recurrent_policy_drives_as_its_equations(tmp_path, kind):
         # A hundred float32 products: each output has about 20 sums of numbers of about 1, with 24 binary digits; gates forget older ones.
         assert np.allclose(action, ask(seen), rtol=0.0, atol=2e-5)
     asked = {"over": 6, "hold": 2.0, **SHORT}
-    of_file = codrive.evaluate(tmp_path / "mine.onnx", **asked)
-    of_layers = codrive.evaluate(by_numpy(6), advice="speed", **asked)
+    of_file = codrive_sim.evaluate(tmp_path / "mine.onnx", **asked)
+    of_layers = codrive_sim.evaluate(by_numpy(6), advice="speed", **asked)
     # Sums of float32 differ from sums of float64 in the last digit, which a traffic jam amplifies.
     assert np.allclose(of_file.mean_speed_mps, of_layers.mean_speed_mps, rtol=0.0, atol=1e-3)
-    without_state = codrive.evaluate(lambda seen: by_numpy(6)(seen), advice="speed", **asked)
+    without_state = codrive_sim.evaluate(lambda seen: by_numpy(6)(seen), advice="speed", **asked)
     assert not np.allclose(of_file.mean_speed_mps, without_state.mean_speed_mps, rtol=0.0, atol=1e-2)
     # In whole drives each advised vehicle has its own state.
     drive = {"traffic": "native", "advised": 3, "hold": 2.0, "over": 1, **SHORT}
@@ -130,25 +130,25 @@ def test_a_recurrent_policy_drives_as_its_equations(tmp_path, kind):
 
         action_space = envs.single_action_space
 
-    own = codrive.evaluate(Model(), **drive)
+    own = codrive_sim.evaluate(Model(), **drive)
     assert len(engaged) == 3
-    assert np.allclose(codrive.evaluate(tmp_path / "mine.onnx", **drive).mean_speed_mps, own.mean_speed_mps, rtol=0.0, atol=1e-3)
+    assert np.allclose(codrive_sim.evaluate(tmp_path / "mine.onnx", **drive).mean_speed_mps, own.mean_speed_mps, rtol=0.0, atol=1e-3)
 
 
 def test_a_recorded_drive_by_a_recurrent_policy_is_replayed_to_the_bit(tmp_path):
-    envs = codrive.make_vec(num_envs=1, advice="speed")
+    envs = codrive_sim.make_vec(num_envs=1, advice="speed")
     rng = np.random.default_rng(6)
-    codrive.save_policy(tmp_path / "mine.onnx", [random_recurrent(rng, "gru", len(envs.inputs), 4), *random_layers(rng, 4, 1)], envs)
+    codrive_sim.save_policy(tmp_path / "mine.onnx", [random_recurrent(rng, "gru", len(envs.inputs), 4), *random_layers(rng, 4, 1)], envs)
     drive = ["run", "--traffic", "native", "--policy", tmp_path / "mine.onnx", "--advised", "2", "--warm-up", "5", "--duration", "20"]
     subprocess.run([PROGRAM, *drive, "--out", tmp_path / "out"], check=True, capture_output=True)
-    advice = codrive.read(tmp_path / "out")["advice"]
+    advice = codrive_sim.read(tmp_path / "out")["advice"]
     assert advice.target_mps.nunique() > 10
     replayed = subprocess.run([PROGRAM, "replay", tmp_path / "out"], capture_output=True, text=True)
     assert replayed.returncode == 0, replayed.stderr
 
 
 def test_what_cannot_be_a_recurrent_layer_is_refused(tmp_path):
-    envs = codrive.make_vec(num_envs=1)
+    envs = codrive_sim.make_vec(num_envs=1)
     gru = random_recurrent(np.random.default_rng(7), "gru", len(envs.inputs), 3)
     last = (np.zeros((3, 1)), np.zeros(1))
     bad = {
@@ -159,27 +159,27 @@ def test_what_cannot_be_a_recurrent_layer_is_refused(tmp_path):
     }
     for why, layers in bad.items():
         with pytest.raises(ValueError, match=why):
-            codrive.save_policy(tmp_path / "mine.onnx", layers, envs)
+            codrive_sim.save_policy(tmp_path / "mine.onnx", layers, envs)
     with pytest.raises(ValueError, match="no recurrent layers; allowed for these: a name that ends in .onnx"):
-        codrive.save_policy(tmp_path / "mine.toml", [gru, last], envs)
+        codrive_sim.save_policy(tmp_path / "mine.toml", [gru, last], envs)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_description_says_what_the_numbers_mean():
-    envs = codrive.make_vec(num_envs=1, hold=2.0, advice="speed", sees="speed,gap")
-    text = codrive.describe_policy(envs)
+    envs = codrive_sim.make_vec(num_envs=1, hold=2.0, advice="speed", sees="speed,gap")
+    text = codrive_sim.describe_policy(envs)
     low, high = envs.action_limits
     assert 'action = "speed"' in text and f"limits = [{low}, {high}]" in text.replace("\n", " ")
     assert [name in text for name in ("speed", "gap", "leader_speed")] == [True, True, False]
     same = {"hold": 2.0, "advice": "speed", "sees": "speed,gap"}
-    assert text == codrive.describe_policy(codrive.make(**same))
+    assert text == codrive_sim.describe_policy(codrive_sim.make(**same))
     # A policy trained in whole drives on that ring has the same description.
-    assert text == codrive.describe_policy(codrive.make(traffic="native", **same))
-    assert text == codrive.describe_policy(codrive.make_parallel(advised=3, **same))
+    assert text == codrive_sim.describe_policy(codrive_sim.make(traffic="native", **same))
+    assert text == codrive_sim.describe_policy(codrive_sim.make_parallel(advised=3, **same))
 
 
 def test_what_cannot_be_a_policy_is_refused_and_nothing_is_written(tmp_path):
-    envs = codrive.make_vec(num_envs=1)
+    envs = codrive_sim.make_vec(num_envs=1)
     good = random_layers(np.random.default_rng(4), len(envs.inputs), 3, 1)
     bad = {
         "layer 1 .*inputs, outputs": [(np.zeros(3), np.zeros(3))],
@@ -191,11 +191,11 @@ def test_what_cannot_be_a_policy_is_refused_and_nothing_is_written(tmp_path):
     }
     for why, layers in bad.items():
         with pytest.raises(ValueError, match=why):
-            codrive.save_policy(tmp_path / "mine.onnx", layers, envs)
+            codrive_sim.save_policy(tmp_path / "mine.onnx", layers, envs)
     with pytest.raises(ValueError, match=r"\.onnx or \.toml"):
-        codrive.save_policy(tmp_path / "mine.pt", good, envs)
+        codrive_sim.save_policy(tmp_path / "mine.pt", good, envs)
     with pytest.raises(OSError, match="nowhere"):
-        codrive.save_policy(tmp_path / "nowhere/mine.onnx", good, envs)
-    with pytest.raises(TypeError, match="codrive.make"):
-        codrive.save_policy(tmp_path / "mine.onnx", good, "ring-250")
+        codrive_sim.save_policy(tmp_path / "nowhere/mine.onnx", good, envs)
+    with pytest.raises(TypeError, match="codrive_sim.make"):
+        codrive_sim.save_policy(tmp_path / "mine.onnx", good, "ring-250")
     assert list(tmp_path.iterdir()) == []

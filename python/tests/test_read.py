@@ -14,7 +14,7 @@ import polars
 import pyarrow.parquet
 import pytest
 
-import codrive
+import codrive_sim
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
@@ -52,8 +52,8 @@ def folder(tmp_path_factory):
 
 
 def test_a_recording_has_the_tables_that_are_in_its_folder(folder):
-    drive = codrive.read(folder)
-    assert isinstance(drive, codrive.Recording)
+    drive = codrive_sim.read(folder)
+    assert isinstance(drive, codrive_sim.Recording)
     assert drive.tables == sorted(path.stem for path in folder.glob("*.parquet")) and {"ego", "cars"} <= set(drive.tables)
     for name in drive.tables:
         other = pyarrow.parquet.read_table(folder / f"{name}.parquet")
@@ -66,7 +66,7 @@ def test_a_recording_has_the_tables_that_are_in_its_folder(folder):
 
 
 def test_a_recording_knows_how_it_was_set(folder):
-    drive = codrive.read(str(folder))
+    drive = codrive_sim.read(str(folder))
     assert drive.settings["duration_s"] == 15.0 and drive.settings["seed"] == 3 and drive.settings["policy"] == "pi"
     assert drive.manifest == json.loads((folder / "manifest.json").read_text())
     assert drive.baseline is None and drive.levels == {} and "ego" in repr(drive)
@@ -76,14 +76,14 @@ def test_measures_are_those_of_the_report(folder):
     (analysed,) = [path for path in folder.parent.rglob("trials.csv")]
     with open(analysed, encoding="utf-8") as file:
         (told,) = csv.DictReader(file)
-    for row in (codrive.read(folder).measures().iloc[0], codrive.read(folder).measures("polars").row(0, named=True)):
+    for row in (codrive_sim.read(folder).measures().iloc[0], codrive_sim.read(folder).measures("polars").row(0, named=True)):
         for name, value in told.items():
             own = row[name]
             assert own == value if isinstance(own, str) else value == "" and pandas.isna(own) or float(value) == own, name
 
 
 def test_a_notebook_shows_a_picture_of_each_vehicles_way(folder):
-    drive = codrive.read(folder)
+    drive = codrive_sim.read(folder)
     picture = xml.etree.ElementTree.fromstring(drive.space_time())
     assert picture.tag.endswith("svg") and len(picture.findall(".//{*}image") + picture.findall(".//{*}path")) > 0
     assert drive.space_time() in drive._repr_html_() and "ring-250" in drive._repr_html_()
@@ -92,10 +92,10 @@ def test_a_notebook_shows_a_picture_of_each_vehicles_way(folder):
 def test_a_data_set_lists_its_drives_and_measures_all_of_them(tmp_path):
     (tmp_path / "small.toml").write_text(STUDY)
     program("study", "rehearse", tmp_path / "small.toml", "--participants", "1", "--out", tmp_path / "study")
-    data = codrive.read(tmp_path / "study")
+    data = codrive_sim.read(tmp_path / "study")
     before = sorted(path for path in (tmp_path / "study").rglob("*"))
     trials = sorted(path.parent.name for path in (tmp_path / "study").rglob("manifest.json") if not path.parent.name.endswith("-baseline"))
-    assert isinstance(data, codrive.DataSet) and [drive.folder.name for drive in data] == trials
+    assert isinstance(data, codrive_sim.DataSet) and [drive.folder.name for drive in data] == trials
     assert len(data) == len(trials) and data[0].participant == "sub-R01"
     assert all(drive.baseline.folder.name == f"{drive.folder.name}-baseline" for drive in data)
     assert list(data.drives.participant) == ["sub-R01"] * len(data) and "condition" in data.drives
@@ -107,21 +107,21 @@ def test_a_data_set_lists_its_drives_and_measures_all_of_them(tmp_path):
 
 def test_what_cannot_be_read_is_said(folder, tmp_path):
     with pytest.raises(FileNotFoundError, match="no folder .*nowhere"):
-        codrive.read(tmp_path / "nowhere")
+        codrive_sim.read(tmp_path / "nowhere")
     with pytest.raises(ValueError, match=str(tmp_path)):
-        codrive.read(tmp_path)
+        codrive_sim.read(tmp_path)
     with pytest.raises(KeyError, match="no table 'eggo'.*ego"):
-        codrive.read(folder)["eggo"]
+        codrive_sim.read(folder)["eggo"]
     with pytest.raises(ValueError, match="'pandas', 'polars'"):
-        codrive.read(folder).table("ego", "arrow")
+        codrive_sim.read(folder).table("ego", "arrow")
     cut = tmp_path / "cut"
     shutil.copytree(folder, cut)
     (cut / "scenario.toml").write_text("speed = ")
     with pytest.raises(ValueError, match="scenario.toml"):
-        codrive.read(cut).settings
+        codrive_sim.read(cut).settings
     shutil.copy(folder / "scenario.toml", cut)
     (cut / "cars.parquet").write_bytes(b"PAR1")
     with pytest.raises(Exception, match="(?i)parquet"):
-        codrive.read(cut)["cars"]
+        codrive_sim.read(cut)["cars"]
     with pytest.raises(ValueError, match="cars.parquet"):
-        codrive.read(cut).space_time()
+        codrive_sim.read(cut).space_time()

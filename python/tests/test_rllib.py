@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-import codrive
+import codrive_sim
 from not_run import leave_out
 
 SHORT = {"warm_up_s": 5.0, "horizon_s": 20.0, "driver": "perfect"}
@@ -36,7 +36,7 @@ def test_a_recurrent_module_keeps_its_state():
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 
-    env = codrive.make(advice="speed", hold=2.0, **SHORT)
+    env = codrive_sim.make(advice="speed", hold=2.0, **SHORT)
     torch.manual_seed(1)
     module = DefaultPPOTorchRLModule(
         observation_space=env.observation_space,
@@ -56,9 +56,9 @@ def test_a_recurrent_module_keeps_its_state():
             states.append(given["state_out"])
             return given["action_dist_inputs"][:, 0, :1].numpy()
 
-        return list(codrive.evaluate(ask, over=3, advice="speed", hold=2.0, **SHORT).mean_speed_mps)
+        return list(codrive_sim.evaluate(ask, over=3, advice="speed", hold=2.0, **SHORT).mean_speed_mps)
 
-    own = codrive.evaluate(module, over=3, **SHORT)
+    own = codrive_sim.evaluate(module, over=3, **SHORT)
     assert set(own.hold_s) == {2.0} and list(own.mean_speed_mps) == by_hand(True) != by_hand(False)
 
 
@@ -68,7 +68,7 @@ def test_a_module_advises_what_its_network_says_without_exploring(levels):
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 
-    env = codrive.make(levels=levels, **SHORT)
+    env = codrive_sim.make(levels=levels, **SHORT)
     torch.manual_seed(1)
     module = DefaultPPOTorchRLModule(
         observation_space=env.observation_space,
@@ -83,9 +83,9 @@ def test_a_module_advises_what_its_network_says_without_exploring(levels):
         means = np.tanh(seen @ weights[0].T + weights[1]) @ weights[2].T + weights[3]
         return means.argmax(axis=1) if levels else means[:, :1]
 
-    wanted = codrive.evaluate(network, over=4, levels=levels, **SHORT).drop(columns="policy")
+    wanted = codrive_sim.evaluate(network, over=4, levels=levels, **SHORT).drop(columns="policy")
     for policy, name in ((module, "DefaultPPOTorchRLModule"), (Algorithm(module), "Algorithm")):
-        given = codrive.evaluate(policy, over=4, levels=levels, **SHORT)
+        given = codrive_sim.evaluate(policy, over=4, levels=levels, **SHORT)
         assert (given.policy == name).all()
         for column in ("mean_speed_mps", "settled_speed_mps", "min_gap_to_neighbours_m"):
             assert np.allclose(given[column], wanted[column], rtol=0.0, atol=1e-4)
@@ -97,7 +97,7 @@ def test_its_configuration_takes_our_ids():
     from ray.tune.registry import register_env
 
     # Ray's workers do not import what the driver has imported; the environment's maker does.
-    register_env("codrive/Ring250-v0", lambda settings: gymnasium.make("codrive:codrive/Ring250-v0", **settings))
+    register_env("codrive/Ring250-v0", lambda settings: gymnasium.make("codrive_sim:codrive/Ring250-v0", **settings))
     config = PPOConfig().environment("codrive/Ring250-v0", env_config=SHORT).env_runners(num_env_runners=0)
     algorithm = config.training(train_batch_size_per_learner=64, minibatch_size=32, num_epochs=1).build_algo()
     # An episode of 20 holds at 0 to 10 m/s.

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from codrive import _schematic
-from codrive._schematic import RoadShape, Schematic, Scene
-from codrive._show import Window, png
+from codrive_sim import _schematic
+from codrive_sim._schematic import RoadShape, Schematic, Scene
+from codrive_sim._show import Window, png
 
 #: Colours of standstill, of half of the top speed, and of the top speed.
 STANDSTILL, HALF, TOP = (104, 8, 26), (228, 112, 44), (76, 204, 222)

@@ -15,9 +15,9 @@ import ray
 from fsspec.implementations.memory import MemoryFile, MemoryFileSystem
 from ray.cluster_utils import Cluster
 
-import codrive.sweep
-from codrive._run_process import RunProcess
-from codrive._run_store import Checkpoint
+import codrive_sim.sweep
+from codrive_sim._run_process import RunProcess
+from codrive_sim._run_store import Checkpoint
 
 PLAN = """
 [[rings]]
@@ -38,7 +38,7 @@ trees = 0
 seed = "1-2"
 """
 #: Module whose process makes the runs of a plan.
-WORKER = "codrive._sweep_worker"
+WORKER = "codrive_sim._sweep_worker"
 CALM = 'format = "codrive controller 1"\nkind = "constant"\nspeed_mps = 4.0\n'
 
 
@@ -77,8 +77,8 @@ def test_two_nodes_come_to_the_table_of_the_program_to_the_byte(tmp_path, cluste
     program = os.environ["CODRIVE_PROGRAM"]
     subprocess.run([program, "sweep", path, "--out", tmp_path / "local"], check=True, capture_output=True)
     out = tmp_path / "ray"
-    assert codrive.sweep.sweep(str(path), str(out)) == {}
-    assert [table[1:] for table in codrive.sweep.collect(str(path), str(out))] == [(2, 2), (8, 128)]
+    assert codrive_sim.sweep.sweep(str(path), str(out)) == {}
+    assert [table[1:] for table in codrive_sim.sweep.collect(str(path), str(out))] == [(2, 2), (8, 128)]
     assert tables(out) == tables(tmp_path / "local")
     parts = {part.name: part.stat().st_mtime_ns for part in (out / "parts").iterdir()}
     assert len(parts) == 10
@@ -86,7 +86,7 @@ def test_two_nodes_come_to_the_table_of_the_program_to_the_byte(tmp_path, cluste
     # A second start makes only the missing parts.
     lost = sorted(parts)[3]
     (out / "parts" / lost).unlink()
-    assert codrive.sweep.sweep(str(path), str(out)) == {}
+    assert codrive_sim.sweep.sweep(str(path), str(out)) == {}
     again = {part.name: part.stat().st_mtime_ns for part in (out / "parts").iterdir()}
     assert {name for name in parts if again[name] != parts[name]} == {lost}
 
@@ -95,7 +95,7 @@ def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cl
     path = plan(tmp_path, horizon_s=20_000)
     out = tmp_path / "ray"
     runner = subprocess.Popen(
-        [sys.executable, "-m", "codrive.sweep", path, "--out", out, "--address", cluster.address],
+        [sys.executable, "-m", "codrive_sim.sweep", path, "--out", out, "--address", cluster.address],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -110,7 +110,7 @@ def test_a_node_that_is_killed_loses_nothing_and_costs_no_wrong_row(tmp_path, cl
     rows = pyarrow.parquet.read_table(out / "rings.parquet").to_pandas()
     assert len(rows) == 128 and not rows.duplicated(["run", "ring"]).any()
     # The same run made here, without a cluster.
-    runs = codrive.sweep.Plan(str(path))
+    runs = codrive_sim.sweep.Plan(str(path))
     assert runs.execute(0) == (out / "parts" / runs.part_names()[0]).read_bytes()
 
 
@@ -152,18 +152,18 @@ seed = "1-2"
 def test_a_training_goes_on_from_its_checkpoint_when_its_node_is_killed(tmp_path, cluster):
     path, out = tmp_path / "plan.toml", tmp_path / "ray"
     path.write_text(TRAININGS.replace("UPDATES", "600"))
-    runner = begin("codrive.sweep", path, "--out", out, "--address", cluster.address)
+    runner = begin("codrive_sim.sweep", path, "--out", out, "--address", cluster.address)
     errors = replace_the_node_after_a_checkpoint(cluster, runner, out)
     # The first checkpoint follows the first update, the next one a minute later.
     continued = re.search(r"run ([01]), trainings 1: seed [12]: continues from its checkpoint after update \d+ of 600", errors)
     assert continued, errors
-    runs, number = codrive.sweep.Plan(str(path)), int(continued[1])
+    runs, number = codrive_sim.sweep.Plan(str(path)), int(continued[1])
     assert runs.execute(number) == (out / "parts" / runs.part_names()[number]).read_bytes()
 
 
 @pytest.mark.parametrize("head_cores", [0])
 def test_a_training_of_a_benchmark_goes_on_when_its_node_is_killed(tmp_path, cluster):
-    train = ["codrive.benchmarks", "train", "Flow-Merge-v0", "--seeds", "1-2", "--episodes", "80", "--actions", "20", "--out"]
+    train = ["codrive_sim.benchmarks", "train", "Flow-Merge-v0", "--seeds", "1-2", "--episodes", "80", "--actions", "20", "--out"]
     out, alone = tmp_path / "ray", tmp_path / "alone"
     runner = begin(*train, out, "--on", "ray", "--address", cluster.address)
     errors = replace_the_node_after_a_checkpoint(cluster, runner, out)
@@ -180,13 +180,13 @@ def test_a_training_of_a_benchmark_goes_on_when_its_node_is_killed(tmp_path, clu
 def test_what_fails_is_told_with_its_reason_and_the_others_are_kept(tmp_path, cluster, monkeypatch):
     path = plan(tmp_path)
     out = tmp_path / "ray"
-    names = codrive.sweep.Plan(str(path)).part_names()
+    names = codrive_sim.sweep.Plan(str(path)).part_names()
     # A folder has the name of a part.
     (out / "parts" / names[2]).mkdir(parents=True)
     (out / "parts" / names[2] / "x").write_text("")
     files = lambda self: {part.name for part in (out / "parts").iterdir() if part.is_file()}  # noqa: E731
-    monkeypatch.setattr(codrive.sweep.Store, "names", files)
-    failed = codrive.sweep.sweep(str(path), str(out))
+    monkeypatch.setattr(codrive_sim.sweep.Store, "names", files)
+    failed = codrive_sim.sweep.sweep(str(path), str(out))
     assert list(failed) == [2] and names[2] in failed[2], failed
     assert sum(part.is_file() for part in (out / "parts").iterdir()) == 9
 
@@ -207,19 +207,19 @@ def test_a_run_that_hangs_is_ended_at_its_limit_tried_again_and_told(tmp_path, c
     path = tmp_path / "plan.toml"
     path.write_text(HANGING)
     start = time.monotonic()
-    failed = codrive.sweep.sweep(str(path), str(tmp_path / "out"))
+    failed = codrive_sim.sweep.sweep(str(path), str(tmp_path / "out"))
     assert failed == {0: "the run was not done after limit_s, 5 s"}
     # The first attempt and one retry.
     assert time.monotonic() - start >= 10.0
-    runs = codrive.sweep.Plan(str(path))
+    runs = codrive_sim.sweep.Plan(str(path))
     assert [part.name for part in (tmp_path / "out" / "parts").iterdir()] == [runs.part_names()[1]]
 
 
 def test_a_run_that_takes_its_process_along_costs_itself_alone(tmp_path):
     path = tmp_path / "plan.toml"
     path.write_text(HANGING)
-    names = codrive.sweep.Plan(str(path)).part_names()
-    codrive.sweep.Store(str(tmp_path / "out")).names()
+    names = codrive_sim.sweep.Plan(str(path)).part_names()
+    codrive_sim.sweep.Store(str(tmp_path / "out")).names()
     worker = RunProcess(WORKER, str(path), str(tmp_path / "out"))
     with pytest.raises(RuntimeError, match=r"run 1 is .* on the machine that started the sweep\n  remedy: install the same version"):
         worker.run(f"1 {names[0]}")
@@ -236,9 +236,9 @@ def test_a_run_that_takes_its_process_along_costs_itself_alone(tmp_path):
 def test_nothing_goes_on_after_whoever_started_it(tmp_path):
     path = tmp_path / "plan.toml"
     path.write_text(HANGING)
-    name = codrive.sweep.Plan(str(path)).part_names()[0]
+    name = codrive_sim.sweep.Plan(str(path)).part_names()[0]
     text = (
-        "import sys; from codrive._run_process import RunProcess\n"
+        "import sys; from codrive_sim._run_process import RunProcess\n"
         "worker = RunProcess(*sys.argv[1:4])\n"
         "print(worker._process.pid, flush=True)\n"
         "worker.run(f'0 {sys.argv[4]}')\n"
@@ -296,18 +296,18 @@ class ObjectStore(MemoryFileSystem):
 def test_parts_and_tables_in_an_object_store_are_those_of_a_folder(tmp_path):
     fsspec.register_implementation("objects", ObjectStore, clobber=True)
     path = plan(tmp_path)
-    runs, out = codrive.sweep.Plan(str(path)), "objects://study/holds"
-    store, folder = codrive.sweep.Store(out), codrive.sweep.Store(str(tmp_path / "folder"))
+    runs, out = codrive_sim.sweep.Plan(str(path)), "objects://study/holds"
+    store, folder = codrive_sim.sweep.Store(out), codrive_sim.sweep.Store(str(tmp_path / "folder"))
     assert store.folder is None and store.names() == set() == folder.names()
     for number, name in enumerate(runs.part_names()):
         part = runs.execute(number)
         store.put(name, part)
         folder.put(name, part)
     assert store.names() == set(runs.part_names()) == folder.names()
-    told = codrive.sweep.collect(str(path), out)
+    told = codrive_sim.sweep.collect(str(path), out)
     assert not fsspec.filesystem("objects").exists("/study/holds/checkpoints")
     assert [table[0] for table in told] == [f"{out}/drives.parquet", f"{out}/rings.parquet"]
-    codrive.sweep.collect(str(path), str(tmp_path / "folder"))
+    codrive_sim.sweep.collect(str(path), str(tmp_path / "folder"))
     tables_there = {name: fsspec.filesystem("objects").cat_file(f"/study/holds/{name}") for name in ("drives.parquet", "rings.parquet")}
     assert tables_there == tables(tmp_path / "folder")
 
@@ -315,9 +315,9 @@ def test_parts_and_tables_in_an_object_store_are_those_of_a_folder(tmp_path):
 @pytest.mark.parametrize("address", ["objects://study/checkpoints", "FOLDER"])
 def test_a_checkpoint_is_used_or_ignored_aloud_wherever_it_is(tmp_path, address):
     fsspec.register_implementation("objects", ObjectStore, clobber=True)
-    path, store = tmp_path / "plan.toml", codrive.sweep.Store(address.replace("FOLDER", str(tmp_path / "out")))
+    path, store = tmp_path / "plan.toml", codrive_sim.sweep.Store(address.replace("FOLDER", str(tmp_path / "out")))
     path.write_text(TRAININGS.replace("UPDATES", "3"))
-    runs, reports = codrive.sweep.Plan(str(path)), []
+    runs, reports = codrive_sim.sweep.Plan(str(path)), []
     name, part = runs.part_names()[0], runs.execute(0)
     checkpoint = Checkpoint(store, name, reports.append)
     assert runs.execute(0, checkpoint) == part and reports == []
@@ -330,15 +330,15 @@ def test_a_checkpoint_is_used_or_ignored_aloud_wherever_it_is(tmp_path, address)
     ]
     store.put(name, part)
     assert checkpoint.load() is None and store.read(f"parts/{name}") == part
-    assert [table[1:] for table in codrive.sweep.collect(str(path), store.out)] == [(1, 3)]
+    assert [table[1:] for table in codrive_sim.sweep.collect(str(path), store.out)] == [(1, 3)]
     assert b'action = "' in store.read(f"policies/{name.removeprefix('trainings-').removesuffix('.parquet')}.toml")
 
 
 def test_a_wrong_plan_is_refused_before_anything_is_begun(tmp_path, capsys):
     path = tmp_path / "plan.toml"
     path.write_text("[[drives]]\n[drives.each]\nhold = [1]\n")
-    assert codrive.sweep.main([str(path), "--out", str(tmp_path / "out")]) == 2
+    assert codrive_sim.sweep.main([str(path), "--out", str(tmp_path / "out")]) == 2
     assert f"{path}:3:1: unknown key `hold`; did you mean `hold_s`?" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
     with pytest.raises(IndexError, match="allowed: 0 to 9"):
-        codrive.sweep.Plan(str(plan(tmp_path))).execute(10)
+        codrive_sim.sweep.Plan(str(plan(tmp_path))).execute(10)

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 
 /// Module of the Python package that uses Ray.
-const RAY_MODULE: &str = "codrive.sweep";
+const RAY_MODULE: &str = "codrive_sim.sweep";
 
 pub(super) fn command() -> Command {
     Command::new("sweep")

@@ -116,7 +116,7 @@ fn a_driver_with_right_of_way_brakes_for_a_vehicle_within_the_crossing() {
     // On the benchmark's figure-eight one of the 14 starts within the crossing and slowly goes through it, while the ego comes from the side
     // with right of way. The ways around it are drawn shorter than the file declares.
     let folder = tempfile::tempdir().expect("a folder");
-    let benchmark = "python/codrive/benchmarks/networks/flow-figure-eight.net.xml";
+    let benchmark = "python/codrive_sim/benchmarks/networks/flow-figure-eight.net.xml";
     fs::copy(benchmark, folder.path().join("net.xml")).expect("a copy");
     fs::copy("maps/figure-eight/map.toml", folder.path().join("map.toml")).expect("a copy");
     let map = folder.path().to_str().expect("a path").to_owned();

@@ -1,8 +1,0 @@
-"""``python -m codrive.benchmarks``: the table of results of the benchmarks, and trainings of their policies."""
-
-import sys
-
-from codrive.benchmarks._command import main
-
-if __name__ == "__main__":
-    sys.exit(main())
