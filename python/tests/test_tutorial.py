@@ -1,4 +1,4 @@
-"""Test of docs/tutorial.md: runs everything on the page, in order, in an empty folder."""
+"""Tests of docs/tutorial.md and docs/tutorials: run everything on each page, in order, in an empty folder."""
 
 import contextlib
 import io
@@ -9,10 +9,11 @@ import signal
 import subprocess
 import time
 
+import pytest
 
 ROOT = pathlib.Path(__file__).parents[2]
 PROGRAM = pathlib.Path(os.environ.get("CODRIVE_PROGRAM", ROOT / "target/debug/codrive"))
-PAGE = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+PAGES = sorted((ROOT / "docs/tutorials").glob("*.md"))
 BLOCK = re.compile(r"^```(\S+) ?(.*)\n((?:.*\n)*?)```$", re.MULTILINE)
 
 
@@ -64,30 +65,51 @@ def driven_in_a_window(command, environment):
         assert seen and drive.returncode in (0, 130), f"{command}: windows {seen}, exit status {drive.returncode}\n{said}"
 
 
-def test_all_that_is_on_the_page_can_be_done(tmp_path, monkeypatch):
+def shortened(text):
+    """Returns commands with trainings of two updates: what they reach is no promise of a page, and minutes."""
+    return re.sub(r"--iterations \d+", "--iterations 2", text)
+
+
+def done(page, tmp_path, monkeypatch):
+    """Does all that a page says. Returns the names that its Python has made, and its output."""
     assert PROGRAM.is_file(), f"{PROGRAM} is not there: cargo build, or CODRIVE_PROGRAM says where it is"
     monkeypatch.chdir(tmp_path)
     (tmp_path / "bin").mkdir()
     (tmp_path / "bin/codrive").symlink_to(PROGRAM)
     environment = {**os.environ, "PATH": f"{tmp_path / 'bin'}:{os.environ['PATH']}", "CODRIVE_DATA": str(ROOT)}
-    names, said, done = {"__name__": "tutorial"}, io.StringIO(), []
-    for kind, word, text in BLOCK.findall(PAGE):
-        done.append((kind, word))
-        if kind == "toml":
-            (tmp_path / word).write_text(text)
+    text = page.read_text(encoding="utf-8")
+    names, said, blocks = {"__name__": "tutorial"}, io.StringIO(), []
+    for kind, word, block in BLOCK.findall(text):
+        blocks.append((kind, word))
+        if kind == "toml" and word:
+            name, _, add = word.partition(" ")
+            with open(tmp_path / name, "a" if add == "add" else "w", encoding="utf-8") as file:
+                file.write(block)
         elif (kind, word) == ("sh", "window"):
-            driven_in_a_window(text.strip(), environment)
+            driven_in_a_window(block.strip(), environment)
         elif (kind, word) == ("sh", ""):
-            run = subprocess.run(["bash", "-euc", text], env=environment, capture_output=True, text=True)
-            assert run.returncode == 0, f"{text}{run.stdout}{run.stderr}"
+            run = subprocess.run(["bash", "-euc", shortened(block)], env=environment, capture_output=True, text=True)
+            assert run.returncode == 0, f"{block}{run.stdout}{run.stderr}"
         elif (kind, word) == ("python", ""):
             with contextlib.redirect_stdout(said):
-                exec(compile(text, f"block {len(done)} of docs/tutorial.md", "exec"), names)
+                exec(compile(block, f"block {len(blocks)} of {page.name}", "exec"), names)
+        else:
+            assert word == "no-test", f"{page.name}: a block {kind} {word} is of no kind that this test knows"
     # Only parts that are marked so were skipped.
-    assert PAGE.count("\n```") == 2 * len(done) and done.count(("sh", "no-test")) == 1 and len(done) >= 9
+    assert text.count("\n```") == 2 * len(blocks) and blocks.count(("sh", "no-test")) <= 1
+    return names, said.getvalue()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_all_that_is_on_a_page_can_be_done(page, tmp_path, monkeypatch):
+    done(page, tmp_path, monkeypatch)
+
+
+def test_the_python_tutorial_trains_a_policy_that_helps(tmp_path, monkeypatch):
+    names, said = done(ROOT / "docs/tutorial.md", tmp_path, monkeypatch)
     # The page promises a policy that is faster than no advice on unseen rings.
     speeds = names["table"].groupby("policy").mean_speed_mps.mean()
-    assert speeds["my-policy.toml"] > speeds["none"] + 0.3, said.getvalue()
+    assert speeds["my-policy.toml"] > speeds["none"] + 0.3, said
     # The study was rehearsed and analysed with that policy.
     assert (tmp_path / "data/derivatives/codrive/report.html").stat().st_size > 10_000
     measured = names["data"].measures()
