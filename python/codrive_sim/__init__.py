@@ -6,10 +6,13 @@ writes a file for drives and studies. ``read`` opens their recordings. Settings 
 ``codrive run``; ``settings`` lists them.
 """
 
+import warnings
+
 from codrive_sim._drive import DriveEnv
 from codrive_sim._drive_vector import DriveVectorEnv
 from codrive_sim._drives import Leaders
 from codrive_sim._evaluate import evaluate, policies
+from codrive_sim._namesake import namesake_remedy
 from codrive_sim._open_drive import Lane
 from codrive_sim._policy_file import RecurrentLayer, describe_policy, save_policy
 from codrive_sim._read import DataSet, Recording, read
@@ -47,3 +50,6 @@ __all__ = [
 __version__ = "0.1.0"
 
 register()
+_is_old_build, _remedy = namesake_remedy()
+if _is_old_build:
+    warnings.warn(_remedy, stacklevel=2)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from typing import Any, Protocol
 
+from codrive_sim._namesake import namesake_remedy
 from codrive_sim._run_process import end_all
 
 #: Function that makes a run and returns the reports about it.
@@ -92,7 +93,9 @@ class RayCluster:
         try:
             import ray
         except ImportError:
-            raise ImportError("runs on a cluster need Ray: pip install './python[ray]'") from None
+            # The other project's package has no extra of that name, which pip only warns of.
+            remedy = f"\n{namesake_remedy()[1]}".rstrip()
+            raise ImportError(f"runs on a cluster need Ray: pip install './python[ray]'{remedy}") from None
         self._ray = ray
         if not ray.is_initialized():
             ray.init(address=address, log_to_driver=False, logging_level="warning")

@@ -180,9 +180,10 @@ fn make(
 }
 
 /// Python's `-m MODULE ARGUMENTS` without the working folder in the module path: a file ray.py among the user's data must not
-/// be imported.
+/// be imported. The package index has another project under the name codrive, which old texts told users to install.
 const WITHOUT_WORKING_FOLDER: &str = "import sys; sys.path[:] = [p for p in sys.path if p]; del sys.argv[0]; import \
-    importlib.util, runpy; importlib.util.find_spec('codrive') or sys.exit('python3: the package codrive is missing'); \
+    importlib.util, runpy; is_there = importlib.util.find_spec; is_there('codrive_sim') or sys.exit('python3: the package \
+    codrive_sim is missing' + bool(is_there('codrive')) * '; the package codrive there is another project'); \
     runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)";
 
 /// Carries out the plan on a Ray cluster, through the Python package.
@@ -198,7 +199,7 @@ fn on_ray(plan: &Path, matches: &ArgMatches) -> Result<(), CliError> {
     }
     let status = command.status().map_err(|why| {
         CliError::Input(format!(
-            "--on ray needs Python and the package codrive: python3: {why}\n  remedy: pip install './python[ray]'"
+            "--on ray needs Python and the package codrive_sim: python3: {why}\n  remedy: pip install './python[ray]'"
         ))
     })?;
     match status.code() {

@@ -259,7 +259,9 @@ fn hostile(elsewhere: &Elsewhere, victim: &Path) {
         fs::create_dir_all(converter.parent().unwrap()).unwrap();
         fs::write(&converter, format!("#!/bin/sh\n: >'{}'\n", victim.display())).unwrap();
         fs::set_permissions(&converter, fs::Permissions::from_mode(0o755)).unwrap();
-        for module in ["codrive/__init__.py", "codrive/sweep.py", "ray.py", "runpy.py", "json.py"] {
+        for module in
+            ["codrive/__init__.py", "codrive_sim/__init__.py", "codrive_sim/sweep.py", "ray.py", "runpy.py", "json.py"]
+        {
             let place = folder.join(module);
             fs::create_dir_all(place.parent().unwrap()).unwrap();
             fs::write(place, format!("open({:?}, 'w')\n", victim.display().to_string())).unwrap();

@@ -32,6 +32,32 @@ fn parts(out: &Path) -> Vec<(String, std::time::SystemTime)> {
 }
 
 #[test]
+fn a_cluster_without_the_package_names_another_projects_codrive() {
+    let (folder, plan) = plan(PLAN);
+    let venv = folder.path().join("venv");
+    let made = std::process::Command::new("python3").args(["-m", "venv", "--without-pip"]).arg(&venv).status().unwrap();
+    assert!(made.success());
+    let on_ray = || {
+        let out = folder.path().join("out");
+        let mut command = codrive(&["sweep", "--on", "ray", "--out"]);
+        printed(command.arg(out).arg(&plan).env("PATH", venv.join("bin")).env_remove("PYTHONPATH"))
+    };
+    let missing = "python3: the package codrive_sim is missing";
+    let (code, text) = on_ray();
+    assert!(
+        code == 1 && text.starts_with(&format!("{missing}\n")) && text.contains("pip install './python[ray]'"),
+        "{text}"
+    );
+    let packages = fs::read_dir(venv.join("lib")).unwrap().next().unwrap().unwrap().path().join("site-packages");
+    fs::write(packages.join("codrive.py"), "").unwrap();
+    let (code, text) = on_ray();
+    assert!(
+        code == 1 && text.starts_with(&format!("{missing}; the package codrive there is another project\n")),
+        "{text}"
+    );
+}
+
+#[test]
 fn a_plan_gives_the_same_table_at_once_in_parts_and_repeated() {
     let (folder, plan) = plan(PLAN);
     let out = folder.path().join("whole");
