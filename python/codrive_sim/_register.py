@@ -125,9 +125,9 @@ def make(
             have ``"driver"`` (their default), ``"mirror"``, ``"birdseye"`` and ``"chase"``, if the package is built with its renderer.
             ``size=(1280, 720)``, pixels.
         **settings: ``own_process=False`` runs SUMO in this process, which holds one at a time: a step has no messages to wait for, and a
-            crash of SUMO ends Python. ``reward``, ``observation`` and ``observation_space`` of your own (docs/python.md). Any setting of ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes
-            (``codrive_sim.settings(name, traffic=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver``
-            and change it, too.
+            crash of SUMO ends Python. ``reward``, ``observation`` and ``observation_space`` of your own (docs/python.md). Any setting of
+            ``codrive train`` by its own name; for whole drives those of ``codrive run`` and of episodes (``codrive_sim.settings(name,
+            traffic=...)`` lists them). A table is a dict, ``idm={"v0": 20.0}``. They are applied after ``driver`` and change it, too.
 
     Returns:
         A ``RingEnv`` or a ``DriveEnv``.

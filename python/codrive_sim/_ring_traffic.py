@@ -79,8 +79,8 @@ def numbers_of(agents: list[str]) -> NDArray[np.uint32]:
 
 
 def ring_columns(rings: Rings, has_ended: bool, cars: NDArray[np.uint32]) -> Vehicles:
-    """Returns all vehicles, of which those with these numbers are advised, each column ``(rings, vehicles)``, at the end of the last episodes or now. Rings are drawn as circles, the
-    start of the lane in the east."""
+    """Returns all vehicles, of which those with these numbers are advised, each column ``(rings, vehicles)``, at the end of the last
+    episodes or now. Rings are drawn as circles, the start of the lane in the east."""
     s_m, speed_mps = rings.vehicles(has_ended)
     radius_m = (rings.circumferences_m(has_ended) / (2.0 * np.pi))[:, None]
     # A vehicle's place is that of its front, x and y are those of its middle.

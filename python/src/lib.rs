@@ -3,7 +3,8 @@
 //!
 //! * [`configuration`] reads settings.
 //! * [`rings`] moves many environments at once.
-//! * [`drive_configuration`] reads settings of whole drives, [`drive`] runs them; [`traffic_columns`] has their vehicles; `picture` draws them if the build can.
+//! * [`drive_configuration`] reads settings of whole drives, [`drive`] runs them; [`traffic_columns`] has their vehicles; `picture` draws
+//!   them if the build can.
 //! * [`evaluation`] evaluates policies on rings, [`evaluation_drive`] by whole drives, [`policy_file`] writes them.
 //! * [`folders`] reads recordings.
 //! * [`benchmark`] measures the speed of rings without Python.

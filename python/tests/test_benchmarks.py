@@ -345,7 +345,7 @@ def test_ctrl_c_keeps_the_checkpoints_of_trainings_and_the_command_goes_on(tmp_p
 def test_a_training_without_its_library_says_how_to_install_it(monkeypatch, tmp_path, capsys):
     monkeypatch.setitem(sys.modules, "cma", None)
     assert main(["train", "Flow-Merge-v0", "--out", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == "codrive_sim: trainings of the benchmarks need the package cma: pip install './python[benchmarks]'\n"
+    assert capsys.readouterr().err == "codrive: trainings of the benchmarks need the package cma: pip install './python[benchmarks]'\n"
 
 
 @pytest.mark.parametrize(

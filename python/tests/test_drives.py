@@ -190,7 +190,8 @@ def test_pictures_are_drawn_or_refused_with_what_builds_the_renderer():
 @pytest.mark.parametrize("traffic", ["native", "sumo"])
 def test_an_ego_without_a_participant_has_a_light_body_and_drives_alike(traffic):
     arguments = {"traffic": traffic, "driver": "perfect", "advice": "speed", "warm_up_s": 60.0, "horizon_s": 60.0}
-    full, light = codrive_sim.make("ring-250", **arguments), codrive_sim.make("ring-250", participant=False, own_process=traffic == "native", **arguments)
+    full = codrive_sim.make("ring-250", **arguments)
+    light = codrive_sim.make("ring-250", participant=False, own_process=traffic == "native", **arguments)
     starts = [env.reset(seed=5)[0] for env in (full, light)]
     assert np.array_equal(*starts)
     assert len(light.vehicles.car) == 22 and light.vehicles.car[light.vehicles.is_advised].tolist() == [0]
