@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from importlib import metadata
+import importlib.util
 
 
 def namesake_remedy() -> tuple[bool, str]:
     """Returns whether an old build of this package is installed as ``codrive``, and what to do about an installed ``codrive``; an empty text
     without one."""
+    if importlib.util.find_spec("codrive") is None:
+        return False, ""
+    # Takes 20 ms, which the start of each process of a drive should not.
+    from importlib import metadata
+
     try:
         namesake = metadata.distribution("codrive")
     except metadata.PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Tests of the hints about another distribution with the name codrive, by distributions that are only listed."""
+"""Tests of the hints about another distribution with the name codrive, by distributions of empty files."""
 
 import pathlib
 import subprocess
@@ -11,28 +11,28 @@ from codrive_sim._namesake import namesake_remedy
 
 
 def distribution(folder: pathlib.Path, *files: str) -> pathlib.Path:
-    """Writes the list of a distribution codrive with these files, as pip does. Returns the folder to search."""
+    """Writes a distribution codrive with these files, as pip does. Returns the folder to search."""
     listed = folder / "codrive-0.2.1.dist-info"
     listed.mkdir()
     (listed / "METADATA").write_text("Metadata-Version: 2.1\nName: codrive\nVersion: 0.2.1\n")
     (listed / "RECORD").write_text("".join(f"{file},,\n" for file in files))
+    for file in files:
+        (folder / file).parent.mkdir(exist_ok=True)
+        (folder / file).touch()
     return folder
 
 
-def test_without_a_namesake_nothing_is_said():
-    assert namesake_remedy() == (False, "")
-
-
 def test_an_old_build_is_told_from_another_projects_package(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", [str(tmp_path)])
+    assert namesake_remedy() == (False, "")
     for name, files, is_old, text in (
         ("old", ["codrive/__init__.py", "codrive/_codrive.abi3.so"], True, "remedy: pip uninstall codrive"),
         ("theirs", ["codrive/__init__.py", "codrive/motor.py"], False, "is another project; this one is codrive-sim"),
     ):
         (tmp_path / name).mkdir()
         monkeypatch.setattr(sys, "path", [str(distribution(tmp_path / name, *files))])
-        found = namesake_remedy()
-        monkeypatch.undo()
-        assert found[0] is is_old and text in found[1]
+        found_old, remedy = namesake_remedy()
+        assert found_old is is_old and text in remedy
 
 
 def test_an_import_warns_of_an_old_build_only(tmp_path):
