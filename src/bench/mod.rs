@@ -2,6 +2,7 @@
 //! depend on the machine and its load.
 
 mod force;
+mod graphics_card;
 mod learning;
 mod network;
 mod picture;
@@ -9,6 +10,7 @@ mod recording;
 mod simulation;
 
 pub use force::{ForceTimes, force};
+pub use graphics_card::{CARD_SIZES, CardReport, CardTimes, card_times};
 pub use learning::{LearningTimes, learning};
 pub use network::{NetworkLoading, network_loading, network_step};
 pub use picture::{CostGrowth, DrawnDrive, DriveTimes, FrameTimes, SIZES, StartupTimes, growth, startup};

@@ -5,9 +5,9 @@ use super::{TimeStatistics, network, now, present_memory_mb};
 use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     hud::Speedometer,
-    render::{Gpu, OFFSCREEN, Renderer, canvas, quality_for},
+    render::{Gpu, OFFSCREEN, Renderer, canvas, device_times, quality_for},
     scenario::{DisplaySettings, PlannedDrive, QualityLevel, Scenario},
-    scene::{self, StaticScene, ViewKind, view_options},
+    scene::{self, StaticScene, View, ViewKind, view_options},
     sim::WorldError,
     temporary::TemporaryFolder,
     traffic::{EngineChoice, TrafficError},
@@ -69,7 +69,7 @@ pub struct DriveTimes {
 
 /// Drive ready to be drawn.
 pub struct DrawnDrive {
-    gpu: Gpu,
+    pub(super) gpu: Gpu,
     run: OfflineDrive,
     static_scene: StaticScene,
     renderer: Renderer,
@@ -250,20 +250,57 @@ impl DrawnDrive {
         self.gpu.description()
     }
 
-    /// Draws one picture and waits until the device is done, as a window that shows every frame would.
-    fn draw(&mut self, kind: ViewKind, size: [u32; 2]) -> Result<Duration, RunError> {
-        let world = self.run.world();
+    /// Draws at another quality from now on.
+    pub(super) fn set_quality(&mut self, level: QualityLevel) {
+        self.renderer = Renderer::new(&self.gpu, &self.static_scene, OFFSCREEN, quality_for(level, &self.gpu));
+    }
+
+    /// Returns the time of each picture on the graphics card, one step of the drive before each, as many as `limit` allows
+    /// ([`device_times`]).
+    ///
+    /// # Errors
+    /// As in [`DrawnDrive::frames`].
+    pub(super) fn device_times(
+        &mut self,
+        kind: ViewKind,
+        size: [u32; 2],
+        limit: Duration,
+    ) -> Result<Vec<Duration>, RunError> {
+        self.fit(size);
+        let Self { gpu, run, static_scene, renderer, instruments, target } = self;
+        let (target, _) = target.as_ref().expect("just fitted");
+        device_times(gpu, renderer, limit, |renderer| {
+            run.step()?;
+            renderer.draw(&view(run, static_scene, instruments, kind), None, target, size);
+            Ok(())
+        })
+    }
+
+    /// Makes the target of pictures of this size, if it is not there.
+    fn fit(&mut self, size: [u32; 2]) {
         if self.target.as_ref().is_none_or(|(_, old)| *old != size) {
             self.target = Some((canvas(&self.gpu, OFFSCREEN, size), size));
         }
-        let (target, _) = self.target.as_ref().expect("just made");
+    }
+
+    /// Draws one picture and waits until the device is done, as a window that shows every frame would.
+    fn draw(&mut self, kind: ViewKind, size: [u32; 2]) -> Result<Duration, RunError> {
+        self.fit(size);
+        let Self { gpu, run, static_scene, renderer, instruments, target } = self;
+        let (target, _) = target.as_ref().expect("just fitted");
         let begin = now();
-        let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), &self.static_scene);
-        view.dial = kind.has_dial().then(|| self.instruments.read(world.snapshot()));
-        self.renderer.draw(&view, None, target, size);
-        self.gpu.finish()?;
+        renderer.draw(&view(run, static_scene, instruments, kind), None, target, size);
+        gpu.finish()?;
         Ok(begin.elapsed())
     }
+}
+
+/// Returns the present picture of a drive, with the speedometer where the view has one.
+fn view(run: &OfflineDrive, static_scene: &StaticScene, instruments: &mut Speedometer, kind: ViewKind) -> View {
+    let world = run.world();
+    let mut view = scene::view(world.snapshot(), 1.0, kind, &view_options(world.scenario()), static_scene);
+    view.dial = kind.has_dial().then(|| instruments.read(world.snapshot()));
+    view
 }
 
 #[cfg(test)]

@@ -263,6 +263,7 @@ impl CheckWindow {
             encoder: &mut encoder,
             view: &target,
             size,
+            stamps: None,
         };
         self.pass.draw(overlay, &self.ctx, output);
         self.gpu.queue.submit([encoder.finish()]);

@@ -293,7 +293,7 @@ pub fn put_on(
             ..Default::default()
         });
     }
-    pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view, size }, ctx, output);
+    pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view, size, stamps: None }, ctx, output);
     queue.submit([encoder.finish()]);
 }
 

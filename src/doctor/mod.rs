@@ -5,6 +5,7 @@ mod finding;
 mod lab;
 mod machine;
 mod picture;
+mod quality;
 mod wheel;
 
 pub use finding::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
@@ -34,7 +35,8 @@ pub struct DoctorOptions {
 /// Runs all checks. Takes some seconds; each check that uses a device or a library takes at most [`ANSWER`].
 pub fn examine(options: &DoctorOptions) -> Vec<Finding> {
     let (scenario, size, recordings) = (options.scenario.clone(), options.size, options.recordings.clone());
-    let picture = move || picture::examine(&scenario, size);
+    let screen_hz = picture::screen_hz(&options.monitors);
+    let picture = move || picture::examine(&scenario, size, screen_hz);
     let scenario = options.scenario.clone();
     let mut lines = within(ANSWER, "graphics", picture);
     lines.extend(within(ANSWER, "SUMO", move || vec![picture::sumo(&scenario)]));

@@ -1,11 +1,11 @@
 //! Checks of graphics, frame times, SUMO and monitors. In: the scenario to be driven and the size of its picture. Out: [`Finding`]s.
 
-use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown};
+use super::{Finding, FindingGrade, MonitorInfo, MonitorsUnknown, quality};
 use crate::{
     input::TimeStamp,
-    render::{Gpu, GpuError, OFFSCREEN, Quality, Renderer, canvas},
+    render::{Gpu, GpuError, OFFSCREEN, Renderer, canvas, quality_for},
     scenario::{QualityLevel, Scenario},
-    scene::{self, StaticScene, ViewKind, ViewOptions},
+    scene::{self, StaticScene, ViewKind, view_options},
     sim::World,
     traffic::EngineChoice,
 };
@@ -28,8 +28,8 @@ pub(super) fn sumo(scenario: &Scenario) -> Finding {
     }
 }
 
-/// Checks the graphics adapter, and the time to draw a picture of this size.
-pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
+/// Checks the graphics adapter, the time to draw a picture of this size, and the qualities that keep the screen's rate.
+pub(super) fn examine(scenario: &Scenario, size: [u32; 2], screen_hz: Option<f64>) -> Vec<Finding> {
     let gpu = match Gpu::headless() {
         Ok(gpu) => gpu,
         Err(error) => return vec![Finding::from_message("graphics", FindingGrade::Fault, &error.to_string())],
@@ -40,12 +40,23 @@ pub(super) fn examine(scenario: &Scenario, size: [u32; 2]) -> Vec<Finding> {
     } else {
         Finding::ok("graphics", gpu.description())
     };
-    let times = match World::without_sumo(scenario).map(|world| frames(&gpu, &world, size, scenario.display.quality)) {
-        Ok(Ok(times_ms)) => judge(size, &times_ms),
-        Ok(Err(error)) => Finding::from_message("frame time", FindingGrade::Fault, &error.to_string()),
-        Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}")),
+    let mut world = match World::without_sumo(scenario) {
+        Ok(world) => world,
+        Err(error) => {
+            let times = Finding::from_message("frame time", FindingGrade::Fault, &format!("not measured: {error}"));
+            return vec![adapter, times];
+        }
     };
-    vec![adapter, times]
+    let static_scene = static_scene(&world);
+    let times = match frames(&gpu, &world, &static_scene, size, scenario.display.quality) {
+        Ok(times_ms) => judge(size, &times_ms),
+        Err(error) => Finding::from_message("frame time", FindingGrade::Fault, &error.to_string()),
+    };
+    vec![adapter, times, quality::examine(&gpu, &mut world, &static_scene, size, screen_hz)]
+}
+
+fn static_scene(world: &World) -> StaticScene {
+    StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside())
 }
 
 /// Reports the configured screen size and eye distance, which only a tape measure can verify.
@@ -76,6 +87,12 @@ pub(super) fn monitors(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Vec
     }
 }
 
+/// Returns the refresh rate of the primary monitor, or else of the first one, Hz, if it is known.
+pub(super) fn screen_hz(found: &Result<Vec<MonitorInfo>, MonitorsUnknown>) -> Option<f64> {
+    let all = found.as_ref().ok()?;
+    all.iter().find(|monitor| monitor.primary).or(all.first())?.refresh_hz
+}
+
 fn monitor(monitor: &MonitorInfo) -> Finding {
     match monitor.refresh_hz {
         // Tolerance for 59.94 Hz.
@@ -100,29 +117,20 @@ pub fn frames_per_s(gpu: &Gpu, world: &World, size: [u32; 2]) -> Result<f64, Gpu
         QualityLevel::Auto => QualityLevel::Low,
         level => level,
     };
-    let times_ms = frames(gpu, world, size, level)?;
+    let times_ms = frames(gpu, world, &static_scene(world), size, level)?;
     Ok(1000.0 / times_ms[times_ms.len() / 2])
 }
 
 /// Returns the times to draw the driver's view, ms, sorted; draws as many pictures as fit into a few seconds.
-fn frames(gpu: &Gpu, world: &World, size: [u32; 2], level: QualityLevel) -> Result<Vec<f64>, GpuError> {
-    let scenario = world.scenario();
-    let static_scene = StaticScene::of_drive(world.map(), scenario, world.drive().roadside());
-    let quality = match level {
-        QualityLevel::Auto | QualityLevel::Low if gpu.is_software() => Quality::LOW,
-        QualityLevel::Low => Quality::LOW,
-        QualityLevel::Medium if gpu.is_software() => Quality::MEDIUM_SOFTWARE,
-        QualityLevel::Medium => Quality::MEDIUM,
-        QualityLevel::High | QualityLevel::Auto => Quality::HIGH,
-    };
-    let mut renderer = Renderer::new(gpu, &static_scene, OFFSCREEN, quality);
-    let view_options = ViewOptions {
-        screen_width_m: scenario.display.screen_width_m as f32,
-        eye_distance_m: scenario.display.eye_distance_m as f32,
-        cockpit: scenario.display.cockpit,
-        ..ViewOptions::default()
-    };
-    let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options, &static_scene);
+fn frames(
+    gpu: &Gpu,
+    world: &World,
+    static_scene: &StaticScene,
+    size: [u32; 2],
+    level: QualityLevel,
+) -> Result<Vec<f64>, GpuError> {
+    let mut renderer = Renderer::new(gpu, static_scene, OFFSCREEN, quality_for(level, gpu));
+    let view = scene::view(world.snapshot(), 0.0, ViewKind::Driver, &view_options(world.scenario()), static_scene);
     let target = canvas(gpu, OFFSCREEN, size);
     let (mut times_ms, first) = (Vec::new(), TimeStamp::now());
     for _ in 0..=PICTURES {
@@ -174,6 +182,8 @@ mod tests {
             [FindingGrade::Ok, FindingGrade::Warning, FindingGrade::Warning]
         );
         assert_eq!(lines[0].found, "1: TV, 3840x2160, 59.94 Hz (can do 30.00, 59.94 Hz), primary");
+        let rate = |all: &[f64]| screen_hz(&Ok((1..).zip(all).map(|(number, hz)| of(number, Some(*hz))).collect()));
+        assert_eq!([rate(&[144.0, 60.0]), rate(&[])], [Some(144.0), None]);
         let none = monitors(&Err("no window can be opened\n  remedy: a display".into()));
         assert_eq!((none[0].grade, none[0].remedy.as_deref()), (FindingGrade::Warning, Some("a display")));
     }

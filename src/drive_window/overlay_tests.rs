@@ -126,7 +126,7 @@ fn messages_go_to_the_experimenter_if_present_and_times_show_on_demand() {
     overlay.show_message("the wheel is back".into(), &live);
     assert_eq!(overlay.notes(&live, None).corner, ["the wheel is back"]);
     overlay.key(KeyCommand::FrameTimes, &mut live);
-    let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, tonemap_ms: 0.125 };
+    let times = PassTimes { shadow_ms: 1.0, main_ms: 2.5, mirror_ms: 0.25, tonemap_ms: 0.125, ..PassTimes::default() };
     let corner = overlay.notes(&live, Some(times)).corner.join("\n");
     for part in ["shadow 1.00, main 2.50, mirror 0.25, tone map 0.12 ms", "dropped 0.00 s in 0 stalls", "keyboard"] {
         assert!(corner.contains(part), "{corner}");

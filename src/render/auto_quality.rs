@@ -8,8 +8,10 @@ use crate::{
 };
 use std::time::{Duration, Instant};
 
-/// Longest time of a picture: three quarters of a frame of a 60 Hz screen; the rest is for the world and the panel.
-const BUDGET: Duration = Duration::from_micros(12_500);
+/// Share of a screen's refresh interval that a picture may take; the rest is for the world and the panel.
+const PICTURE_SHARE: f64 = 0.75;
+/// Longest time of a picture on a 60 Hz screen.
+const BUDGET: Duration = Duration::from_nanos((PICTURE_SHARE * 1e9 / 60.0) as u64);
 /// Number of timed pictures in a trial, after one that makes everything needed at the first use.
 const TRIALS: usize = 3;
 
@@ -22,6 +24,11 @@ pub fn quality_for(level: QualityLevel, gpu: &Gpu) -> Quality {
         QualityLevel::High => Quality::HIGH,
         QualityLevel::Auto => quality_for(expected(gpu), gpu),
     }
+}
+
+/// Checks whether pictures that take this long keep up with a screen of `rate_hz`.
+pub fn keeps_rate(picture: Duration, rate_hz: f64) -> bool {
+    picture.as_secs_f64() * rate_hz <= PICTURE_SHARE
 }
 
 /// Returns the first level to try on an adapter of this kind.
@@ -104,6 +111,14 @@ fn now() -> Instant {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_may_take_three_quarters_of_a_refresh_interval() {
+        // At 100 Hz an interval has 10 ms.
+        for (picture_us, keeps) in [(7_499, true), (7_501, false)] {
+            assert_eq!(keeps_rate(Duration::from_micros(picture_us), 100.0), keeps);
+        }
+    }
 
     #[test]
     fn only_a_late_picture_lowers_the_level_and_the_lowest_stays() {

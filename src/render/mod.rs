@@ -8,6 +8,7 @@
 
 mod auto_quality;
 pub mod device;
+mod device_times;
 pub mod dial;
 mod drive_pictures;
 mod frame_plan;
@@ -27,11 +28,12 @@ pub mod textures;
 pub mod view_projection;
 pub mod wall_horizon;
 
-pub use auto_quality::{quality_for, renderer_that_keeps_up};
+pub use auto_quality::{keeps_rate, quality_for, renderer_that_keeps_up};
 pub use device::cost::FrameCost;
 pub use device::gpu::{Gpu, GpuError, MAX_SIDE};
 pub use device::shader::ShaderFault;
 pub use device::timing::PassTimes;
+pub use device_times::device_times;
 pub use drive_pictures::DrivePictures;
 pub use offscreen::{OFFSCREEN, canvas, render_to_image, render_to_light, render_with_panel};
 pub use quality::Quality;
@@ -200,14 +202,17 @@ impl Renderer {
             smooth: quality.msaa == 1,
         };
         cost.tonemap += tonemap.draw(e, stamps(TimedPass::ToneMap, [false, true]), &pipelines.tonemap, queue, &frame);
-        if view.dial.is_some() || view.patch.is_some() || view.task != TaskPicture::None {
+        let has_dial = view.dial.is_some() || view.patch.is_some() || view.task != TaskPicture::None;
+        if has_dial {
             dial.place = dial::DialPlace::of(view, size);
             dial.palette = view.palette;
-            let overlay = OverlayTarget { device, queue, encoder: e, view: target, size };
+            let stamps = stamps(TimedPass::Overlay, [true, panel.is_none()]);
+            let overlay = OverlayTarget { device, queue, encoder: e, view: target, size, stamps };
             dial.draw(overlay, view.dial.as_ref(), view.task, view.patch);
         }
         if let Some(PanelOutput { ctx, output }) = panel {
-            self.panel.draw(OverlayTarget { device, queue, encoder: e, view: target, size }, ctx, output);
+            let stamps = stamps(TimedPass::Overlay, [!has_dial, true]);
+            self.panel.draw(OverlayTarget { device, queue, encoder: e, view: target, size, stamps }, ctx, output);
         }
         if let Some(timing) = timing {
             timing.collect(e);
@@ -252,6 +257,11 @@ impl Renderer {
     /// result.
     pub fn pass_times(&self) -> Option<PassTimes> {
         self.timing.as_ref().and_then(PassTimings::latest)
+    }
+
+    /// Takes the times on the device of the last picture, once [`Gpu::finish`] has returned; `None` without timestamps.
+    pub fn take_pass_times(&mut self) -> Option<PassTimes> {
+        self.timing.as_mut().and_then(PassTimings::take)
     }
 
     /// Reloads the shaders from the directory `shaders`; if one is faulty, all stay as they were.

@@ -69,3 +69,18 @@ fn opengl_that_is_too_old_is_refused_with_another_interface() {
         assert!(remedy.contains("choose another with WGPU_BACKEND: vulkan (") && !remedy.contains("gl ("), "{text}");
     }
 }
+
+#[test]
+fn a_bench_of_the_graphics_card_measures_nothing_where_the_processor_draws() {
+    let bench = |more: &[&str]| {
+        let output = codrive(&["bench", "--gpu"]).args(more).env("WGPU_ADAPTER_NAME", "llvmpipe").output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = bench(&[]);
+    let [adapter, result] = text.lines().collect::<Vec<_>>()[..] else { panic!("{text}") };
+    assert!(adapter.starts_with("llvmpipe (") && adapter.contains("Cpu, Vulkan, llvmpipe Mesa "), "{text}");
+    assert_eq!(result, "graphics card: not measured: the processor draws, not a graphics card");
+    let report: serde_json::Value = serde_json::from_str(&bench(&["--json"])).unwrap();
+    assert!(report["card"]["not_measured"].is_string() && report["card"]["rows"] == serde_json::json!([]), "{report}");
+}

@@ -1,9 +1,11 @@
 //! `codrive bench`: measurements of this program on this machine.
 
 use crate::bench::{
-    self, CostGrowth, DriveTimes, ForceTimes, FrameTimes, LearningTimes, SimulationReport, StartupTimes, TimeStatistics,
+    self, CardReport, CostGrowth, DriveTimes, ForceTimes, FrameTimes, LearningTimes, SimulationReport, StartupTimes,
+    TimeStatistics,
 };
 use crate::cli::{CliError, flags, out};
+use crate::scenario::Scenario;
 use crate::scene::ViewKind;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
@@ -47,10 +49,23 @@ pub(super) fn command() -> Command {
                 .action(ArgAction::SetTrue)
                 .help("Measure only the smallest size, for a quick result"),
         )
+        .arg(
+            Arg::new("gpu")
+                .long("gpu")
+                .action(ArgAction::SetTrue)
+                .conflicts_with_all(["frames", "view", "minutes", "small"])
+                .help(
+                    "Measure only the graphics card, by its own timestamps: each view and quality at 1920x1080 and \
+                     3840x2160, in less than a minute; without a graphics card nothing is measured",
+                ),
+        )
 }
 
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let scenario = flags::scenario(matches)?;
+    if matches.get_flag("gpu") {
+        return card(&scenario, matches.get_flag("json"));
+    }
     let count = matches.get_one::<u32>("frames").copied().unwrap_or(20);
     let sizes: &[[u32; 2]] = if matches.get_flag("small") { &bench::SIZES[..1] } else { &bench::SIZES };
     // Start-up is measured first: later the shader cache and the map are warm.
@@ -93,6 +108,39 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         out::text(force_text(force.as_ref()))?;
     }
     Ok(())
+}
+
+/// Prints the times of pictures on the graphics card.
+fn card(scenario: &Scenario, as_json: bool) -> Result<(), CliError> {
+    let report = bench::card_times(scenario)?;
+    if as_json {
+        let program = concat!("codrive ", env!("CARGO_PKG_VERSION"));
+        out::line(format_args!("{:#}", json!({ "program": program, "scenario": scenario, "card": report })))?;
+    } else {
+        out::text(card_text(&report))?;
+    }
+    Ok(())
+}
+
+fn card_text(report: &CardReport) -> String {
+    let mut text = format!("{} ({}, {}, {})\n", report.adapter, report.kind, report.interface, report.driver);
+    if let Some(why) = report.not_measured {
+        return text + &format!("graphics card: not measured: {why}\n");
+    }
+    text += "view      size       quality   median   99 % below   keeps\n";
+    for row in &report.rows {
+        let place = format!("{:<9} {:>4}x{:<4}  {:<7}", row.view, row.size[0], row.size[1], row.quality);
+        text += &match (row.times, row.keeps_hz) {
+            (None, _) => format!("{place}   not measured: the time is up\n"),
+            (Some(times), hz) => format!(
+                "{place} {:>6.2} ms    {:>6.2} ms   {}\n",
+                times.median_us / 1e3,
+                times.p99_us / 1e3,
+                hz.map_or("less than 60 Hz".into(), |hz| format!("{hz} Hz"))
+            ),
+        };
+    }
+    text + "keeps: usual refresh rate at which 99 of 100 pictures take at most three quarters of an interval on the card\n"
 }
 
 /// Draws the drive for some minutes behind a progress bar.
@@ -225,4 +273,31 @@ fn report_text(
     let mb = |mb: Option<f64>| mb.map_or("-".into(), |mb| format!("{mb:.1} MB"));
     lines.push(format!("peak memory              {}, program file {}", mb(memory_mb), mb(bench::program_mb())));
     lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{bench::CardTimes, scenario::QualityLevel};
+    use std::time::Duration;
+
+    #[test]
+    fn a_report_of_the_card_names_adapter_times_and_rates() {
+        let times = TimeStatistics::of(vec![Duration::from_micros(3_250); 60]);
+        let row = |quality, times, keeps_hz| CardTimes { view: "driver", quality, size: [1920, 1080], times, keeps_hz };
+        let rows = vec![
+            row(QualityLevel::Low, Some(times), Some(165)),
+            row(QualityLevel::Medium, Some(times), None),
+            row(QualityLevel::High, None, None),
+        ];
+        let [adapter, kind, interface, driver] = ["Card", "DiscreteGpu", "Vulkan", "driver 1.2"].map(str::to_owned);
+        let text = card_text(&CardReport { adapter, kind, interface, driver, not_measured: None, rows });
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines[0], "Card (DiscreteGpu, Vulkan, driver 1.2)");
+        assert_eq!(lines[1], "view      size       quality   median   99 % below   keeps");
+        assert_eq!(lines[2], "driver    1920x1080  low       3.25 ms       3.25 ms   165 Hz");
+        assert_eq!(lines[3], "driver    1920x1080  medium    3.25 ms       3.25 ms   less than 60 Hz");
+        assert_eq!(lines[4], "driver    1920x1080  high      not measured: the time is up");
+        assert_eq!(lines.len(), 6);
+    }
 }

@@ -114,6 +114,15 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
+    /// Returns the reason for which times on a graphics card cannot be measured; `None` if they can.
+    pub fn lacks_device_times(&self) -> Option<&'static str> {
+        if self.is_software() {
+            return Some("the processor draws, not a graphics card");
+        }
+        let has_stamps = self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        (!has_stamps).then_some("the driver has no timestamps")
+    }
+
     /// Waits until all submitted work is done.
     ///
     /// # Errors

@@ -18,6 +18,8 @@ pub enum TimedPass {
     Mirror,
     /// Halos, tone curve and placement of the mirrors.
     ToneMap,
+    /// Dial and experimenter's panel.
+    Overlay,
 }
 
 /// Times of the passes on the device, ms.
@@ -31,9 +33,11 @@ pub struct PassTimes {
     pub mirror_ms: f32,
     /// Halos, tone curve and placement of the mirrors.
     pub tonemap_ms: f32,
+    /// Whole picture, from the begin of its first pass to the end of its last one, with dial and panel.
+    pub picture_ms: f32,
 }
 
-const PASSES: usize = 4;
+const PASSES: usize = 5;
 const STAMPS: u32 = 2 * PASSES as u32;
 const BYTES: u64 = PASSES as u64 * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
 /// Number of 8-byte stamps between two passes in the buffer.
@@ -96,44 +100,55 @@ impl PassTimings {
     /// Takes the stamps of an earlier frame if they have arrived, and starts the copy of this frame's if the buffer is
     /// free.
     pub fn collect(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        match self.state.load(Ordering::Acquire) {
-            READY => {
-                if let Ok(bytes) = self.readable.get_mapped_range(..) {
-                    let stamps: &[u64] = bytemuck::cast_slice(&bytes);
-                    let ms = |pass: TimedPass| {
-                        if !self.timed[pass as usize] {
-                            return 0.0;
-                        }
-                        let (begin, end) = (stamps[STRIDE * pass as usize], stamps[STRIDE * pass as usize + 1]);
-                        (end.saturating_sub(begin) as f64 * self.ms_per_tick) as f32
-                    };
-                    self.latest = Some(PassTimes {
-                        shadow_ms: ms(TimedPass::Shadow),
-                        main_ms: ms(TimedPass::Main),
-                        mirror_ms: ms(TimedPass::Mirror),
-                        tonemap_ms: ms(TimedPass::ToneMap),
-                    });
-                }
-                self.readable.unmap();
-                self.state.store(IDLE, Ordering::Release);
+        self.take();
+        if self.state.load(Ordering::Acquire) == IDLE {
+            // Only stamps written in this frame may be resolved. A resolve starts at a multiple of 256 bytes.
+            for pass in (0..PASSES as u32).filter(|&pass| self.written[pass as usize].get()) {
+                let place = u64::from(pass) * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
+                encoder.resolve_query_set(&self.queries, 2 * pass..2 * pass + 2, &self.resolved, place);
             }
-            IDLE => {
-                // Only stamps written in this frame may be resolved. A resolve starts at a multiple of 256 bytes.
-                for pass in (0..PASSES as u32).filter(|&pass| self.written[pass as usize].get()) {
-                    let place = u64::from(pass) * wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
-                    encoder.resolve_query_set(&self.queries, 2 * pass..2 * pass + 2, &self.resolved, place);
-                }
-                self.timed = self.written.each_ref().map(Cell::get);
-                encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, BYTES);
-                let state = self.state.clone();
-                encoder.map_buffer_on_submit(&self.readable, wgpu::MapMode::Read, .., move |result| {
-                    state.store(if result.is_ok() { READY } else { IDLE }, Ordering::Release);
-                });
-                self.state.store(WAITING, Ordering::Release);
-            }
-            _ => {}
+            self.timed = self.written.each_ref().map(Cell::get);
+            encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readable, 0, BYTES);
+            let state = self.state.clone();
+            encoder.map_buffer_on_submit(&self.readable, wgpu::MapMode::Read, .., move |result| {
+                state.store(if result.is_ok() { READY } else { IDLE }, Ordering::Release);
+            });
+            self.state.store(WAITING, Ordering::Release);
         }
         self.written = Default::default();
+    }
+
+    /// Takes the times that have arrived since the last call; `None` if none have. Once the device has finished a frame, they are that
+    /// frame's.
+    pub fn take(&mut self) -> Option<PassTimes> {
+        if self.state.load(Ordering::Acquire) != READY {
+            return None;
+        }
+        let read = self.readable.get_mapped_range(..).ok().map(|bytes| self.times(bytemuck::cast_slice(&bytes)));
+        self.readable.unmap();
+        self.state.store(IDLE, Ordering::Release);
+        self.latest = read.or(self.latest);
+        read
+    }
+
+    /// Converts the stamps of a frame.
+    fn times(&self, stamps: &[u64]) -> PassTimes {
+        let ms = |begin: u64, end: u64| (end.saturating_sub(begin) as f64 * self.ms_per_tick) as f32;
+        let bounds = |pass: usize| (stamps[STRIDE * pass], stamps[STRIDE * pass + 1]);
+        let of = |pass: TimedPass| {
+            let (begin, end) = bounds(pass as usize);
+            if self.timed[pass as usize] { ms(begin, end) } else { 0.0 }
+        };
+        let timed = || (0..PASSES).filter(|pass| self.timed[*pass]).map(bounds);
+        let begin = timed().map(|(begin, _)| begin).min().unwrap_or(0);
+        let end = timed().map(|(_, end)| end).max().unwrap_or(0);
+        PassTimes {
+            shadow_ms: of(TimedPass::Shadow),
+            main_ms: of(TimedPass::Main),
+            mirror_ms: of(TimedPass::Mirror),
+            tonemap_ms: of(TimedPass::ToneMap),
+            picture_ms: ms(begin, end),
+        }
     }
 
     /// Returns the latest times that have arrived.

@@ -59,7 +59,7 @@ impl FixedParts {
         // A new texture is empty and needs no clearing. Submitted here, because egui keeps one set of vertices per
         // submission.
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("dial") });
-        ui.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size }, ctx, output);
+        ui.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size, stamps: None }, ctx, output);
         queue.submit([encoder.finish()]);
         let nearest = wgpu::FilterMode::Nearest;
         let id = match self.texture {

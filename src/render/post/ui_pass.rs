@@ -16,6 +16,8 @@ pub struct OverlayTarget<'a> {
     pub view: &'a wgpu::TextureView,
     /// Width and height of the picture, pixels.
     pub size: [u32; 2],
+    /// Timestamps of the pass, if it is timed.
+    pub stamps: Option<wgpu::RenderPassTimestampWrites<'a>>,
 }
 
 /// Draws one egui [`Context`]. Each context needs a pass of its own for its whole life: egui sends its font atlas once,
@@ -55,7 +57,7 @@ impl UiPass {
     /// Draws the output of `ctx` over the picture. At most once per submission: a second call before `queue.submit`
     /// would overwrite the vertices of the first.
     pub fn draw(&mut self, target: OverlayTarget<'_>, ctx: &Context, mut output: FullOutput) {
-        let OverlayTarget { device, queue, encoder, view, size } = target;
+        let OverlayTarget { device, queue, encoder, view, size, stamps } = target;
         self.take_textures(device, queue, &mut output);
 
         let screen = egui_wgpu::ScreenDescriptor { size_in_pixels: size, pixels_per_point: output.pixels_per_point };
@@ -80,6 +82,7 @@ impl UiPass {
                     resolve_target: None,
                     ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
                 })],
+                timestamp_writes: stamps,
                 ..Default::default()
             })
             .forget_lifetime();
