@@ -71,7 +71,7 @@ fn opengl_that_is_too_old_is_refused_with_another_interface() {
 }
 
 #[test]
-fn a_bench_of_the_graphics_card_measures_nothing_where_the_processor_draws() {
+fn a_bench_of_the_card_measures_nothing_where_the_processor_draws() {
     let bench = |more: &[&str]| {
         let output = codrive(&["bench", "--gpu"]).args(more).env("WGPU_ADAPTER_NAME", "llvmpipe").output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

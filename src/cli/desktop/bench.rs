@@ -127,13 +127,14 @@ fn card_text(report: &CardReport) -> String {
     if let Some(why) = report.not_measured {
         return text + &format!("graphics card: not measured: {why}\n");
     }
-    text += "view      size       quality   median   99 % below   keeps\n";
+    let [quality, median, late] = ["quality", "median", "99 % below"];
+    text += &format!("{:<9} {:<9}  {quality:<7}  {median:>9}  {late:>12}   keeps\n", "view", "size");
     for row in &report.rows {
         let place = format!("{:<9} {:>4}x{:<4}  {:<7}", row.view, row.size[0], row.size[1], row.quality);
         text += &match (row.times, row.keeps_hz) {
-            (None, _) => format!("{place}   not measured: the time is up\n"),
+            (None, _) => format!("{place}  not measured: the time is up\n"),
             (Some(times), hz) => format!(
-                "{place} {:>6.2} ms    {:>6.2} ms   {}\n",
+                "{place}  {:>6.2} ms  {:>9.2} ms   {}\n",
                 times.median_us / 1e3,
                 times.p99_us / 1e3,
                 hz.map_or("less than 60 Hz".into(), |hz| format!("{hz} Hz"))
@@ -294,10 +295,10 @@ mod tests {
         let text = card_text(&CardReport { adapter, kind, interface, driver, not_measured: None, rows });
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], "Card (DiscreteGpu, Vulkan, driver 1.2)");
-        assert_eq!(lines[1], "view      size       quality   median   99 % below   keeps");
-        assert_eq!(lines[2], "driver    1920x1080  low       3.25 ms       3.25 ms   165 Hz");
-        assert_eq!(lines[3], "driver    1920x1080  medium    3.25 ms       3.25 ms   less than 60 Hz");
-        assert_eq!(lines[4], "driver    1920x1080  high      not measured: the time is up");
+        assert_eq!(lines[1], "view      size       quality     median    99 % below   keeps");
+        assert_eq!(lines[2], "driver    1920x1080  low        3.25 ms       3.25 ms   165 Hz");
+        assert_eq!(lines[3], "driver    1920x1080  medium     3.25 ms       3.25 ms   less than 60 Hz");
+        assert_eq!(lines[4], "driver    1920x1080  high     not measured: the time is up");
         assert_eq!(lines.len(), 6);
     }
 }
