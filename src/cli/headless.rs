@@ -106,3 +106,8 @@ pub(super) mod session {
         Err(super::refusal("codrive study session"))
     }
 }
+
+/// Returns the graphics card that draws: none in this build.
+pub(super) fn graphics() -> String {
+    "none: built without windows".into()
+}

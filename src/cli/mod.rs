@@ -8,6 +8,7 @@
 
 mod analyse;
 mod check_network;
+mod completions;
 #[cfg(feature = "desktop")]
 mod desktop;
 #[cfg(not(feature = "desktop"))]
@@ -22,6 +23,7 @@ mod fit;
 #[path = "without_fit.rs"]
 mod fit;
 mod flags;
+mod man;
 mod map;
 mod out;
 mod own_program;
@@ -41,6 +43,7 @@ mod tune;
 #[path = "without_tune.rs"]
 mod tune;
 mod validate;
+mod version;
 
 pub use environment::prepare as prepare_environment;
 pub use error::CliError;
@@ -48,7 +51,7 @@ pub(crate) use stop::stop_on_ctrl_c;
 
 use crate::{data_folders, toml_text::nearest, traffic::sumo};
 use clap::{
-    Arg, Command,
+    Arg, ArgAction, Command,
     error::{ContextKind, ContextValue, ErrorKind},
     value_parser,
 };
@@ -59,6 +62,9 @@ use std::{ffi::OsString, io::Write, path::PathBuf};
 /// Runs the program with these arguments, the program's name first. Returns the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let (listing, arguments) = listing(arguments.into_iter().collect());
+    if version::is_verbose(&arguments) {
+        return out::text(version::report()).map_or_else(|error| print_error(&error), |()| 0);
+    }
     let arguments = with_default_command(arguments);
     let matches = match command(listing).try_get_matches_from(&arguments) {
         Ok(matches) => matches,
@@ -83,7 +89,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     let given = matches.subcommand().and_then(|(_, m)| m.get_one::<PathBuf>("data"));
     let checked = given.map_or_else(data_folders::check_environment, |folder| data_folders::give(folder));
     // These commands work without the data folder; the doctor reports a missing one in a line of its own.
-    let without = ["analyse", "validate", "recover", "sign", "calibrate", "doctor", check_network::NAME];
+    let without =
+        ["analyse", "validate", "recover", "sign", "calibrate", "doctor", "completions", "man", check_network::NAME];
     let needs = matches.subcommand_name().is_some_and(|name| !without.contains(&name));
     let checked = checked.and_then(|()| if needs { data_folders::require() } else { Ok(()) });
     if let Err(why) = checked {
@@ -103,6 +110,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("sign", m)) => sign::main(m),
         Some(("map", m)) => map::main(m),
         Some(("scenario", m)) => scenario::main(m),
+        Some(("completions", m)) => completions::main(m),
+        Some(("man", m)) => man::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),
         Some(("tune", m)) => tune::main(m),
@@ -172,32 +181,44 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate", "sweep", "validate"]),
     ("Train", &["train", "tune"]),
-    ("Maintain", &["map", "scenario", "recover", "sign", "bench"]),
+    ("Maintain", &["map", "scenario", "recover", "sign", "bench", "completions", "man"]),
 ];
 
 const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
 
-/// Returns the version and the features of this build; `scripts/drive` reads the features to keep them.
-fn long_version() -> String {
-    let features =
-        [("desktop", cfg!(feature = "desktop")), ("onnx", cfg!(feature = "onnx")), ("tune", cfg!(feature = "tune"))];
-    let built: Vec<&str> = features.into_iter().filter(|(_, is_built)| *is_built).map(|(name, _)| name).collect();
-    let built = if built.is_empty() { "none".into() } else { built.join(", ") };
-    format!("{}\nfeatures: {built}", env!("CARGO_PKG_VERSION"))
-}
-
 /// Returns the whole command line, for `--help` and tests.
 pub fn command(listing: HelpListing) -> Command {
+    shown_command(listing).subcommand(check_network::command())
+}
+
+/// Returns the command line without the command that the program calls itself: clap's completions have hidden commands, too.
+fn shown_command(listing: HelpListing) -> Command {
     let add = |command: Command| flags::add(command, listing);
     let command = Command::new("codrive")
         .version(env!("CARGO_PKG_VERSION"))
-        .long_version(long_version())
+        .long_version(version::long())
+        .disable_version_flag(true)
         .about("A driving simulator for studies of people in traffic.\nWithout a command: codrive drive.")
         .subcommand_required(true)
         .max_term_width(110)
         .arg(Arg::new("data").long("data").value_name("DIR").global(true).value_parser(value_parser!(PathBuf)).help(
             "Folder with the program's maps and assets [default: found automatically; codrive doctor shows where]",
         ))
+        .arg(
+            Arg::new("version")
+                .short('V')
+                .long("version")
+                .action(ArgAction::Version)
+                .help("Print the version; with --verbose everything that a report of a fault needs"),
+        )
+        .arg(
+            Arg::new("verbose")
+                .short('v')
+                .long("verbose")
+                .action(ArgAction::SetTrue)
+                .requires("version")
+                .help("Print more, with --version"),
+        )
         .subcommand(add(run::command()))
         .subcommand(study::command())
         .subcommand(analyse::command())
@@ -211,7 +232,8 @@ pub fn command(listing: HelpListing) -> Command {
         .subcommand(validate::command())
         .subcommand(map::command())
         .subcommand(scenario::command())
-        .subcommand(check_network::command())
+        .subcommand(completions::command())
+        .subcommand(man::command())
         .subcommands(desktop::commands(listing));
     let groups = groups(&command);
     command.help_template(format!(
@@ -224,7 +246,7 @@ fn groups(command: &Command) -> String {
     let line = |name: &&str| {
         let shown = command.find_subcommand(name).filter(|command| !command.is_hide_set())?;
         let about = shown.get_about().map(ToString::to_string).unwrap_or_default();
-        Some(format!("  {name:<10} {about}\n"))
+        Some(format!("  {name:<11} {about}\n"))
     };
     let group = |(title, names): &(&str, &[&str])| {
         let lines: String = names.iter().filter_map(line).collect();

@@ -9,6 +9,7 @@ mod film;
 mod graphics;
 mod hostile_texts;
 mod interrupts;
+mod packaging;
 mod portable;
 mod roads;
 mod sweep;

@@ -43,3 +43,8 @@ pub(super) fn run(name: &str, matches: &ArgMatches) -> Option<Result<(), CliErro
 pub(super) fn png(svg: &str) -> Option<Result<Vec<u8>, crate::plot::PngError>> {
     Some(crate::plot::png(svg))
 }
+
+/// Returns adapter, driver and interface of the graphics card that draws, or the reason why none does.
+pub(super) fn graphics() -> String {
+    crate::render::Gpu::headless().map_or_else(|why| format!("none: {why}"), |gpu| gpu.description())
+}

@@ -1,5 +1,6 @@
 //! Location of SUMO and of the shim on this machine. Out: paths, or [`TrafficError::Absent`] with the files that were sought.
 
+use super::shim::Shim;
 use crate::{data_folders, native_code, traffic::TrafficError};
 use std::{
     env::{self, consts},
@@ -16,6 +17,16 @@ pub fn home() -> Result<PathBuf, TrafficError> {
             "libsumocpp is neither in SUMO_HOME, nor in a folder beside the program, nor in the program's checkout";
         TrafficError::Absent(text.to_string())
     })
+}
+
+/// Returns SUMO's home and the version that its library reports. Loads the library.
+///
+/// # Errors
+/// SUMO is not here, in use, or cannot be loaded.
+pub fn version() -> Result<(PathBuf, String), TrafficError> {
+    let home = home()?;
+    let version = Shim::open(&home)?.version()?;
+    Ok((home, version))
 }
 
 /// Returns the path of SUMO's program in `home`.

@@ -22,7 +22,7 @@ mod shim_data;
 mod state;
 mod trial_process;
 
-pub use locate::{home, program};
+pub use locate::{home, program, version};
 pub use network_check::{COMMAND as CHECK_NETWORK, check_networks_by, try_network};
 pub use reading_check::{EqualReading, compare_with_sumo};
 pub use trial_process::tell_waits_by;
