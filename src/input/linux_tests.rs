@@ -29,6 +29,28 @@ fn a_refused_wheel_is_reported_with_the_udev_rule_other_errors_without_it() {
 }
 
 #[test]
+fn the_packaged_udev_rules_cover_all_shipped_wheels_and_their_lamps() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let rules = std::fs::read_to_string(root.join("assets/package/70-codrive-wheel.rules")).unwrap();
+    let lines: Vec<&str> = rules.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect();
+    let mut expected = vec![UDEV_RULE.to_owned(), crate::input::lamps::UDEV_RULE.to_owned()];
+    for profile in std::fs::read_dir(root.join("assets/wheels")).unwrap() {
+        let text = std::fs::read_to_string(profile.unwrap().path()).unwrap();
+        let file: toml::Table = text.parse().unwrap();
+        for product in file["products"].as_array().unwrap() {
+            let (vendor, product) = product.as_str().unwrap().split_once(':').unwrap();
+            expected.push(format!(
+                r#"SUBSYSTEM=="input", KERNEL=="event*", ATTRS{{idVendor}}=="{vendor}", ATTRS{{idProduct}}=="{product}", TAG+="uaccess""#
+            ));
+        }
+    }
+    expected.sort();
+    let mut found: Vec<String> = lines.into_iter().map(str::to_owned).collect();
+    found.sort();
+    assert_eq!(found, expected);
+}
+
+#[test]
 fn without_strength_no_force_is_opened_and_with_it_a_failure_is_reported() {
     let nowhere = node("/nowhere/event0");
     let mut profile = g29();
