@@ -26,6 +26,7 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-changed=map/shipped.rs");
     println!("cargo:rerun-if-env-changed=SUMO_HOME");
+    println!("cargo:rerun-if-env-changed=CODRIVE_SHIM_COMPILER");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-env=CODRIVE_SHIM_DIR={}", out.display());
     let home = find_home(&root);
@@ -135,15 +136,21 @@ fn build_shim(source: &Path, out: &Path, home: &Path) -> Result<(), String> {
         .debug(false)
         .include(home.join("include"))
         .cargo_metadata(false);
+    // A cross compiler such as zig has another C++ library than SUMO, with which the shim exchanges objects.
+    if let Some(compiler) = env::var_os("CODRIVE_SHIM_COMPILER").filter(|compiler| !compiler.is_empty()) {
+        build.compiler(compiler);
+    }
     let compiler = build.try_get_compiler().map_err(|error| error.to_string())?;
     let mut command: Command = compiler.to_command();
     let file = out.join(shim_name());
     command.args(["-shared", "-fvisibility=hidden"]).arg(source).arg("-o").arg(file);
     command.arg(format!("-L{}", folder.display())).arg("-lsumocpp");
-    command.arg(format!("-Wl,-rpath,{}", folder.display()));
     if cfg!(target_os = "linux") {
-        // DT_RPATH would override LD_LIBRARY_PATH. SUMO's bundled libraries are found at run time through its own paths.
-        command.args(["-Wl,--disable-new-dtags", "-Wl,--allow-shlib-undefined"]);
+        // Without a path to libsumocpp: the program loads it first, from where SUMO is then. SUMO's bundled libraries are found through
+        // its own paths.
+        command.arg("-Wl,--allow-shlib-undefined");
+    } else {
+        command.arg(format!("-Wl,-rpath,{}", folder.display()));
     }
     match command.status() {
         Ok(status) if status.success() => Ok(()),

@@ -58,7 +58,9 @@ pub fn sumo_homes() -> Vec<PathBuf> {
 fn homes(named: Option<PathBuf>, program: Option<&Path>, checkout: Option<&Path>, at_build: &Path) -> Vec<PathBuf> {
     let mut homes: Vec<PathBuf> = named.into_iter().collect();
     if let Some(folder) = program.and_then(Path::parent) {
-        homes.extend([".sumo/sumo", "../lib/sumo", "../share/sumo"].map(|name| folder.join(name)));
+        homes.extend(
+            [".sumo/sumo", "../lib/codrive/sumo", "../lib/sumo", "../share/sumo"].map(|name| folder.join(name)),
+        );
     }
     if let Some(checkout) = checkout {
         homes.extend([at_build.to_path_buf(), checkout.join(".sumo/sumo")]);
@@ -145,7 +147,7 @@ mod tests {
     #[test]
     fn homes_of_sumo_are_named_beside_the_program_in_its_checkout_or_systems() {
         let text = |homes: Vec<PathBuf>| homes.iter().map(|home| home.display().to_string()).collect::<Vec<_>>();
-        let beside = ["/p/bin/.sumo/sumo", "/p/bin/../lib/sumo", "/p/bin/../share/sumo"];
+        let beside = ["/p/bin/.sumo/sumo", "/p/bin/../lib/codrive/sumo", "/p/bin/../lib/sumo", "/p/bin/../share/sumo"];
         let program = Some(Path::new("/p/bin/codrive"));
         let all = homes(Some("/named".into()), program, Some(Path::new("/c")), Path::new("/c/.sumo/sumo"));
         assert_eq!(text(all), [&["/named"][..], &beside, &["/c/.sumo/sumo", "/c/.sumo/sumo"]].concat());
