@@ -31,11 +31,8 @@ pub struct Jolt {
 /// Describes a contact; `None` for any other event.
 pub fn contact_text(event: &Event) -> Option<String> {
     match event.kind {
-        EventKind::Contact { kind, closing_mps, .. } if event.kind.touches_person() => {
+        EventKind::Contact { kind, closing_mps, .. } => {
             Some(format!("contact with a {}, closing at {closing_mps:.1} m/s", kind.name()))
-        }
-        EventKind::Contact { car, closing_mps, .. } => {
-            Some(format!("contact with road user {}, closing at {closing_mps:.1} m/s", car.0))
         }
         EventKind::ObjectContact { object, closing_mps, .. } => {
             Some(format!("contact with a {}, closing at {closing_mps:.1} m/s", object.name()))
@@ -141,12 +138,12 @@ mod tests {
     fn a_contact_flashes_once_is_counted_and_reported() {
         let (world, mut contacts) = crashed();
         let [words] = &contacts.take_texts()[..] else { panic!("one line") };
-        let Some(EventKind::Contact { car, closing_mps, .. }) =
+        let Some(EventKind::Contact { closing_mps, .. }) =
             world.events().iter().map(|event| event.kind).find(|kind| matches!(kind, EventKind::Contact { .. }))
         else {
             panic!("the contact is of this tick")
         };
-        assert_eq!(*words, format!("contact with road user {}, closing at {closing_mps:.1} m/s", car.0));
+        assert_eq!(*words, format!("contact with a car, closing at {closing_mps:.1} m/s"));
         assert_eq!((contacts.flash(), contacts.health().count), (1.0, 1));
         let jolt = contacts.jolt();
         assert!(jolt.strength > 0.2 && jolt.since_s == 0.0, "{jolt:?}");
