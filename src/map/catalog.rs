@@ -136,7 +136,12 @@ fn place_of(name_or_path: &str) -> Result<PathBuf, MapError> {
     }
     let maps = list();
     let known: Vec<&str> = maps.iter().map(|map| map.name.as_str()).collect();
-    let near = toml_text::did_you_mean(name_or_path, &known);
+    // A name never means a folder of the working folder: two people would drive different roads by one command.
+    let near = if path.join("net.xml").exists() {
+        format!("; the map in the folder here is named by its path: ./{name_or_path}")
+    } else {
+        toml_text::did_you_mean(name_or_path, &known)
+    };
     let looked: Vec<String> = folders().map(|folder| folder.display().to_string()).collect();
     let (name, known, looked) = (name_or_path.into(), super::listed(&known), looked.join(", "));
     Err(MapError::UnknownMap { name, near, known, looked })

@@ -115,3 +115,17 @@ fn a_path_between_places_is_printed_and_can_be_driven() {
     let (code, _, text) = printed(&["map", "path", town, "--from", "eend", "--to", "wnn"]);
     assert!(code == 2 && text.contains("edge \"wnn\" does not exist (did you mean wn?)"), "{code}: {text}");
 }
+
+#[test]
+fn a_map_in_the_working_folder_is_named_by_its_path() {
+    let place = tempfile::tempdir().unwrap();
+    let here = |arguments: &[&str]| {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_codrive")).args(arguments).current_dir(place.path()).output().unwrap();
+        (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    assert!(here(&["map", "ring", "--circumference", "300", "--out", "mine"]).0);
+    let (is_found, message) = here(&["map", "show", "mine"]);
+    assert!(!is_found && message.contains("named by its path: ./mine"), "{message}");
+    assert!(here(&["map", "show", "./mine"]).0);
+}
