@@ -8,6 +8,8 @@ mod english;
 #[cfg(feature = "command")]
 #[path = "layers/help.rs"]
 mod help;
+#[path = "layers/pages.rs"]
+mod pages;
 #[path = "layers/tables.rs"]
 mod tables;
 
@@ -429,7 +431,8 @@ fn links(text: &str) -> Vec<&str> {
 
 #[test]
 fn papers_of_the_project_link_to_files_that_exist() {
-    let folders = ["docs", "docs/how-to"].map(|folder| fs::read_dir(root().join(folder)).unwrap());
+    let folders = ["docs", "docs/explanation", "docs/how-to", "docs/reference", "docs/sheets", "docs/tutorials"]
+        .map(|folder| fs::read_dir(root().join(folder)).unwrap());
     let mut pages: Vec<PathBuf> = folders.into_iter().flatten().map(|entry| entry.unwrap().path()).collect();
     pages.extend(["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name)));
     for page in pages.iter().filter(|page| page.extension().is_some_and(|e| e == "md")) {
