@@ -273,6 +273,11 @@ fn with_default_command(mut arguments: Vec<OsString>) -> Vec<OsString> {
 }
 
 #[cfg(test)]
+mod documents_tests;
+#[cfg(test)]
+mod reference_tests;
+
+#[cfg(test)]
 mod tests {
     use super::*;
     use crate::scenario::Scenario;

@@ -85,4 +85,30 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_page_of_results_is_the_dictionary() {
+        let mut drives = mixed_drives();
+        drives[0].scripted_responses.push(ScriptedResponse::default());
+        let mut page = "# Tables of an analysis\n\n**Goal:** look up each column of the tables that `codrive analyse` writes, with unit and definition.\n\n\
+            Tables are CSV files; `columns.json` beside them has these definitions for the drives of the analysis. Columns that only some drives have are \
+            listed, too: of networks, of secondary tasks, of takeover requests. [Measures](../measures.md) names the sources.\n"
+            .to_owned();
+        for table in tables(&drives) {
+            page += &format!(
+                "\n## `{}`\n\nOne row for {}.\n\n| column | quantity | unit | definition |\n|---|---|---|---|\n",
+                table.file, table.row
+            );
+            for column in table.columns {
+                page += &format!(
+                    "| `{}` | {} | {} | {} |\n",
+                    column.name,
+                    column.title,
+                    column.unit,
+                    column.about.replace('|', "\\|")
+                );
+            }
+        }
+        expect_test::expect_file!["../../../docs/reference/analysis-tables.md"].assert_eq(&page);
+    }
 }

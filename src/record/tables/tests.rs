@@ -336,3 +336,34 @@ fn rows_of_cars_advice_and_events_have_their_values() {
         is(EVENTS, &row, &[&expected[..], &[("angle_deg", angle)]].concat());
     }
 }
+
+/// Returns the rows of a table's columns for the page.
+fn documented(schema: &Schema) -> String {
+    let row = |field: &arrow_schema::FieldRef| {
+        let fact = |name: &str| field.metadata().get(name).map_or("", String::as_str).replace('|', "\\|");
+        let kind = match field.data_type() {
+            arrow_schema::DataType::Float64 => "number",
+            arrow_schema::DataType::Boolean => "true, false",
+            arrow_schema::DataType::Utf8 => "text",
+            _ => "whole",
+        };
+        format!("| `{}` | {} | {kind} | {} |\n", field.name(), fact("unit"), fact("description"))
+    };
+    schema.fields().iter().map(row).collect()
+}
+
+#[test]
+fn the_page_of_tables_is_what_recordings_have() {
+    let mut page = "# Tables of a recording\n\n**Goal:** look up each column of the tables that a drive writes, with unit and meaning.\n\n\
+        A table is a Parquet file in the folder of the recording; each column has unit and meaning in its metadata. [Recordings](../commands.md#tables-of-a-recording) \
+        says which tables a drive has. An empty cell means that there was nothing to measure. Positions are in the axes of the world: x east, y north, z up.\n"
+        .to_owned();
+    for table in Table::ALL {
+        let rows = documented(&schema(table));
+        page += &format!(
+            "\n## `{}.parquet`\n\n| column | unit | values | meaning |\n|---|---|---|---|\n{rows}",
+            table.name()
+        );
+    }
+    expect_test::expect_file!["../../../docs/reference/recording-tables.md"].assert_eq(&page);
+}
