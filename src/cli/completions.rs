@@ -60,7 +60,7 @@ mod tests {
         assert_eq!(offered("codrive study reh"), "rehearse");
         // Only --help-all lists this flag.
         assert_eq!(offered("codrive run --mirror-y"), "--mirror-yaw");
-        assert_eq!(offered("codrive run --traffic s"), "sumo");
+        assert_eq!(offered("codrive run --start b"), "bunched");
     }
 
     #[test]
