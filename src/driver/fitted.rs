@@ -102,24 +102,25 @@ impl DriversFile {
     /// # Errors
     /// The text is invalid; the message gives the place and the allowed values.
     pub fn parse(text: &str, name: &str) -> Result<Self, DriversFileError> {
-        let file: Self = toml_text::parse(text, name).map_err(|e| DriversFileError(e.to_string()))?;
-        let fault =
-            |key: &str, message: &str| Err(DriversFileError(toml_text::at(text, name, key, KeyPart::Value, message)));
-        if file.format != FORMAT {
-            return fault("format", &format!("format is {:?}; allowed: {FORMAT:?}", file.format));
-        }
-        if file.driver.is_empty() {
-            return fault("format", "there is no [[driver]]; allowed: one or more");
-        }
-        for (i, driver) in file.driver.iter().enumerate() {
-            for (key, value, [low, high], unit) in driver.numbers() {
-                if let Some(value) = value.filter(|value| !(low..=high).contains(value)) {
-                    let message = format!("{key} is {value}; allowed: a number from {low} to {high}{unit}");
-                    return fault(&format!("driver.{i}.{key}"), &message);
+        let (file, mut mistakes) = toml_text::read::<Self>(text, name);
+        if let Some(file) = &file {
+            let mut add = |key: &str, message: &str| mistakes.add(key, KeyPart::Value, message);
+            if file.format != FORMAT {
+                add("format", &format!("format is {:?}; allowed: {FORMAT:?}", file.format));
+            }
+            if file.driver.is_empty() {
+                add("format", "there is no [[driver]]; allowed: one or more");
+            }
+            for (i, driver) in file.driver.iter().enumerate() {
+                for (key, value, [low, high], unit) in driver.numbers() {
+                    if let Some(value) = value.filter(|value| !(low..=high).contains(value)) {
+                        let message = format!("{key} is {value}; allowed: a number from {low} to {high}{unit}");
+                        add(&format!("driver.{i}.{key}"), &message);
+                    }
                 }
             }
         }
-        Ok(file)
+        toml_text::finished((file, mistakes)).map_err(|e| DriversFileError(e.to_string()))
     }
 
     /// Returns the text of the file. Numbers are rounded to 0.001, which is finer than any estimate.

@@ -1,6 +1,7 @@
 //! Actions of the buttons of a rig or gamepad. In: evdev codes, hat values. Out: a [`ButtonAction`].
 
 use super::parts::BUTTON_PART;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -18,11 +19,13 @@ pub struct RigButton {
 }
 
 /// Button as a profile has it.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "expected the number of a button, such as 288, or \"288 of VENDOR:PRODUCT\"")]
 enum ButtonText {
+    /// evdev code of a button of the wheel.
     Number(u16),
-    Text(String),
+    /// Code of a button with the USB id of its device.
+    Text(#[schemars(regex(pattern = r"^[0-9]+ of .+$"))] String),
 }
 
 impl RigButton {
@@ -81,8 +84,18 @@ impl From<RigButton> for ButtonText {
     }
 }
 
+impl JsonSchema for RigButton {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "RigButton".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        ButtonText::json_schema(generator)
+    }
+}
+
 /// Buttons of each action.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Buttons {
     /// Switches between drive and reverse.

@@ -10,6 +10,7 @@ use crate::{
     controls::{STEERING_LOCK_RAD, STEERING_RATIO},
     toml_text::{self, KeyPart},
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -27,15 +28,18 @@ const ALLOWED_ID: &str = "allowed: VENDOR:PRODUCT in four hexadecimal digits eac
 pub struct ProfileError(pub String);
 
 /// All settings of one wheel.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelProfile {
     /// Name shown to people.
     pub name: String,
     /// Devices that the profile is for, as `vendor:product` in hexadecimal.
     #[serde(default)]
+    #[schemars(inner(regex(pattern = r"^[0-9a-fA-F]{4}:[0-9a-fA-F]{4}$")))]
     pub products: Vec<String>,
+    /// Steering axis of the wheel.
     pub steering: Steering,
+    /// Right pedal.
     pub accelerator: Pedal,
     /// Middle pedal, or the left one of two.
     pub brake: Option<Pedal>,
@@ -51,7 +55,7 @@ pub struct WheelProfile {
 }
 
 /// Steering axis, from raw values to angles.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Steering {
     /// evdev code of the axis.
@@ -64,17 +68,20 @@ pub struct Steering {
     pub right: i32,
     /// Rotation from end to end, degrees.
     #[serde(default = "full_turn")]
+    #[schemars(range(min = 90.0, max = 2520.0), extend("unit" = "deg"))]
     pub range_deg: f64,
     /// Steering wheel angle per road wheel angle.
     #[serde(default = "ratio")]
+    #[schemars(range(min = 5.0, max = 40.0))]
     pub ratio: f64,
     /// Dead zone on either side of the centre, as a share of the half range.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 0.2))]
     pub dead: f64,
 }
 
 /// Axis of a pedal, from raw values to the pedal's effect.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pedal {
     /// Device of the pedal (see `parts`), if it is not the wheel itself.
@@ -91,17 +98,20 @@ pub struct Pedal {
     pub pressed: i32,
     /// Share of the travel, from the released end, that has no effect.
     #[serde(default = "pedal_dead")]
+    #[schemars(range(min = 0.0, max = 0.4))]
     pub dead: f64,
     /// Share of the travel, up to the floor, that has full effect.
     #[serde(default = "pedal_dead")]
+    #[schemars(range(min = 0.0, max = 0.4))]
     pub end: f64,
     /// Exponent from travel to effect: 1 is linear, a larger one is gentler at first.
     #[serde(default = "straight")]
+    #[schemars(range(min = 0.3, max = 4.0))]
     pub curve: f64,
 }
 
 /// Interface through which the force is sent to the wheel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ForceBackend {
     /// Interface of the system: evdev on Linux, SDL2 elsewhere.
@@ -112,26 +122,35 @@ pub enum ForceBackend {
 }
 
 /// Force feedback of a wheel. Torques are about the axis of the wheel's rim, N m.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceSettings {
     /// Share of the ego's self-aligning torque that the wheel reproduces; 0 switches all force off.
+    #[schemars(range(min = 0.0, max = 2.0))]
     pub strength: f64,
     /// Largest torque that is sent, N m.
+    #[schemars(range(min = 0.0, max = 30.0), extend("unit" = "N m"))]
     pub cap_nm: f64,
     /// Torque of the device at its full level, N m.
+    #[schemars(range(min = 0.1, max = 30.0), extend("unit" = "N m"))]
     pub full_nm: f64,
     /// Dry friction of the steering, N m.
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "N m"))]
     pub friction_nm: f64,
     /// Friction added at a standstill by the tyres, N m.
+    #[schemars(range(min = 0.0, max = 2.0), extend("unit" = "N m"))]
     pub standstill_nm: f64,
     /// Damping, N m per rad/s.
+    #[schemars(range(min = 0.0, max = 0.5), extend("unit" = "N m s/rad"))]
     pub damping_nms: f64,
     /// Additional centring spring, N m per rad; a real car has none.
+    #[schemars(range(min = 0.0, max = 2.0), extend("unit" = "N m/rad"))]
     pub centring_nm: f64,
     /// Amplitude of the vibration on grass, N m.
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "N m"))]
     pub grass_nm: f64,
     /// Strength of the device's own centring spring after the drive, 0 to 1; the mainline driver starts with 0.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub autocentre_after: f64,
     /// Interface for the force.
     pub backend: ForceBackend,
@@ -234,13 +253,15 @@ impl WheelProfile {
     /// Reads and checks a profile; `file` is the name for messages.
     ///
     /// # Errors
-    /// The text is no profile, or a value is not allowed. The message gives file, line, value and remedy.
+    /// The text is no profile, or a value is not allowed. The message gives file, line, value and remedy of each mistake.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ProfileError> {
-        let profile: Self = toml_text::parse(text, file).map_err(|e| ProfileError(e.to_string()))?;
-        profile.check().map_err(|(key, message)| {
-            ProfileError(toml_text::at(text, file, &key, KeyPart::Value, &format!("{key}: {message}")))
-        })?;
-        Ok(profile)
+        let (profile, mut mistakes) = toml_text::read::<Self>(text, file);
+        if let Some(profile) = &profile {
+            profile.check(|key, others, message| {
+                mistakes.add_related(key, others, KeyPart::Value, &format!("{key}: {message}"));
+            });
+        }
+        toml_text::finished((profile, mistakes)).map_err(|e| ProfileError(e.to_string()))
     }
 
     /// Returns the profile as TOML that [`WheelProfile::from_toml`] reads back.
@@ -397,31 +418,25 @@ impl WheelProfile {
         )))
     }
 
-    fn check(&self) -> Result<(), (String, String)> {
-        let wrong = |key: &str, text: String| Err((key.to_owned(), text));
+    /// Passes each value that is not allowed to `add`: its key, the keys because of which it is not, and a message.
+    fn check(&self, mut add: impl FnMut(&str, &[&str], String)) {
         if let Some(id) = self.products.iter().find(|id| !parts::is_id(id)) {
-            return wrong("products", format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
+            add("products", &[], format!("\"{id}\" is no USB id; {ALLOWED_ID}"));
         }
         let s = &self.steering;
         if !((s.left < s.centre && s.centre < s.right) || (s.left > s.centre && s.centre > s.right)) {
             let text = format!("{} is not between left ({}) and right ({})", s.centre, s.left, s.right);
-            return wrong("steering.centre", format!("{text}\n  remedy: codrive calibrate measures all three"));
+            let others = ["steering.left", "steering.right"];
+            add("steering.centre", &others, format!("{text}\n  remedy: codrive calibrate measures all three"));
         }
-        let within = |key: &str, value: f64, low: f64, high: f64| {
-            let fine = (low..=high).contains(&value);
-            if fine { Ok(()) } else { wrong(key, format!("{value} is not allowed; allowed: {low} to {high}")) }
-        };
-        within("steering.range_deg", s.range_deg, 90.0, 2520.0)?;
-        within("steering.ratio", s.ratio, 5.0, 40.0)?;
-        within("steering.dead", s.dead, 0.0, 0.2)?;
         let mut taken = vec![(None, s.axis)];
         for (name, pedal) in self.pedals() {
             if let Some(id) = pedal.device.as_ref().filter(|id| !parts::is_device(id)) {
-                return wrong(&format!("{name}.device"), format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
+                add(&format!("{name}.device"), &[], format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
             }
             if pedal.released == pedal.pressed {
                 let text = format!("{} is also the released value\n  remedy: codrive calibrate", pedal.pressed);
-                return wrong(&format!("{name}.pressed"), text);
+                add(&format!("{name}.pressed"), &[&format!("{name}.released")], text);
             }
             let may_share = name != "handbrake" && self.pedals_share_an_axis();
             if taken.contains(&(pedal.device.as_ref(), pedal.axis)) && !may_share {
@@ -430,32 +445,45 @@ impl WheelProfile {
                      pressed to the other side",
                     pedal.axis
                 );
-                return wrong(&format!("{name}.axis"), text);
+                add(&format!("{name}.axis"), &["steering", "accelerator"], text);
             }
             taken.push((pedal.device.as_ref(), pedal.axis));
-            within(&format!("{name}.dead"), pedal.dead, 0.0, 0.4)?;
-            within(&format!("{name}.end"), pedal.end, 0.0, 0.4)?;
-            within(&format!("{name}.curve"), pedal.curve, 0.3, 4.0)?;
         }
         let device = |button: &super::buttons::RigButton| button.device.clone().filter(|id| !parts::is_device(id));
         if let Some(id) = self.buttons.all().find_map(|(_, button)| device(button)) {
-            return wrong("buttons", format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
+            add("buttons", &[], format!("\"{id}\" is no USB id; {ALLOWED_DEVICE}"));
         }
-        let f = &self.force;
-        within("force.strength", f.strength, 0.0, 2.0)?;
-        within("force.full_nm", f.full_nm, 0.1, 30.0)?;
-        within("force.cap_nm", f.cap_nm, 0.0, f.full_nm)?;
-        for (key, value, most) in [
-            ("force.friction_nm", f.friction_nm, 1.0),
-            ("force.standstill_nm", f.standstill_nm, 2.0),
-            ("force.damping_nms", f.damping_nms, 0.5),
-            ("force.centring_nm", f.centring_nm, 2.0),
-            ("force.grass_nm", f.grass_nm, 1.0),
-            ("force.autocentre_after", f.autocentre_after, 1.0),
-        ] {
-            within(key, value, 0.0, most)?;
+        for (key, value, low, high) in self.limited_values() {
+            if !(low..=high).contains(&value) {
+                let others: &[&str] = if key == "force.cap_nm" { &["force.full_nm"] } else { &[] };
+                add(&key, others, format!("{value} is not allowed; allowed: {low} to {high}"));
+            }
         }
-        Ok(())
+    }
+
+    /// Returns the values with limits: key, value, lowest and highest allowed value.
+    fn limited_values(&self) -> Vec<(String, f64, f64, f64)> {
+        let (s, f) = (&self.steering, &self.force);
+        let of_pedals = self.pedals().flat_map(|(name, pedal)| {
+            let values =
+                [("dead", pedal.dead, 0.0, 0.4), ("end", pedal.end, 0.0, 0.4), ("curve", pedal.curve, 0.3, 4.0)];
+            values.map(|(key, value, low, high)| (format!("{name}.{key}"), value, low, high))
+        });
+        let others = [
+            ("steering.range_deg", s.range_deg, 90.0, 2520.0),
+            ("steering.ratio", s.ratio, 5.0, 40.0),
+            ("steering.dead", s.dead, 0.0, 0.2),
+            ("force.strength", f.strength, 0.0, 2.0),
+            ("force.full_nm", f.full_nm, 0.1, 30.0),
+            ("force.cap_nm", f.cap_nm, 0.0, f.full_nm),
+            ("force.friction_nm", f.friction_nm, 0.0, 1.0),
+            ("force.standstill_nm", f.standstill_nm, 0.0, 2.0),
+            ("force.damping_nms", f.damping_nms, 0.0, 0.5),
+            ("force.centring_nm", f.centring_nm, 0.0, 2.0),
+            ("force.grass_nm", f.grass_nm, 0.0, 1.0),
+            ("force.autocentre_after", f.autocentre_after, 0.0, 1.0),
+        ];
+        others.into_iter().map(|(key, value, low, high)| (key.into(), value, low, high)).chain(of_pedals).collect()
     }
 }
 

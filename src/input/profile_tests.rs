@@ -107,7 +107,7 @@ fn a_g29_reaches_the_cars_lock_on_both_sides() {
 fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
     let message = |text: &str| WheelProfile::from_toml(text, "mine.toml").unwrap_err().0;
     let text = message(&G29.replace("pressed = 0", "pressed = 255"));
-    assert!(text.starts_with("mine.toml:15:11: accelerator.pressed: 255 is also the released value"), "{text}");
+    assert!(text.starts_with("mine.toml:16:11: accelerator.pressed: 255 is also the released value"), "{text}");
     assert!(text.contains("codrive calibrate"), "{text}");
     let text = message(&G29.replace("curve = 1.6", "curve = 9"));
     assert!(text.contains(": brake.curve: 9 is not allowed; allowed: 0.3 to 4"), "{text}");
@@ -118,11 +118,32 @@ fn a_wrong_profile_is_named_with_file_line_value_and_remedy() {
     let text = message(&G29.replace("curve = 1.6", "cruve = 1.6"));
     assert!(text.contains("unknown key `cruve`; did you mean `curve`?") && text.ends_with("| ^^^^^"), "{text}");
     let text = message(&G29.replace("curve = 1.6", "curve = 9"));
-    assert!(text.ends_with(" | curve = 9\n     |         ^"), "{text}");
+    assert!(text.ends_with(" | curve = 9\n   |         ^"), "{text}");
     assert!(message("name = \"x\"").contains("missing key `steering`"));
     assert!(message("steering = [[[").starts_with("mine.toml:1:"));
     let text = message(&G29.replace("full_nm = 2.1", "full_nm = 1.0"));
     assert!(text.contains("force.cap_nm: 1.8 is not allowed; allowed: 0 to 1"), "{text}");
+}
+
+#[test]
+fn all_mistakes_of_a_profile_are_in_one_report() {
+    let text = "name = \"x\"\nproducts = [\"G29\"]\n[steering]\naxis = 0\nleft = 0\ncentre = 500\nright = 100\nrange_deg = 9000\n\
+                [accelerator]\naxes = 1\nreleased = 7\npressed = 7\n[force]\nfull_nm = 99\ncap_nm = 200\ninvert = \"no\"\n";
+    let report = WheelProfile::from_toml(text, "mine.toml").unwrap_err().0;
+    let places: Vec<&str> = report.lines().filter_map(|line| line.strip_prefix("mine.toml:")).collect();
+    let wanted = [
+        "2:12: products: \"G29\" is no USB id",
+        "6:10: steering.centre: 500 is not between",
+        "8:13: steering.range_deg: 9000 is not allowed",
+        "10:1: unknown key `axes`; did you mean `axis`?",
+        // Nothing else is said about an accelerator without an axis, nor about a cap beside a wrong limit.
+        "14:11: force.full_nm: 99 is not allowed",
+        "16:10: invalid type: string \"no\"",
+    ];
+    assert!(
+        places.len() == wanted.len() && places.iter().zip(wanted).all(|(one, begin)| one.starts_with(begin)),
+        "{report}"
+    );
 }
 
 #[test]

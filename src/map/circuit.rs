@@ -21,27 +21,46 @@ const CLEARANCE_M: f64 = 15.0;
 /// Distance along the lane up to which parts are neighbours, metres.
 const NEIGHBOURS_M: f64 = 60.0;
 /// Circuit as its file describes it.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct Circuit {
+pub struct Circuit {
+    /// Title in one line.
     title: String,
+    /// Purpose of the map.
     description: String,
+    /// Width of the lane, m.
+    #[schemars(range(min = 2.5, max = 10.0), extend("unit" = "m"))]
     width_m: f64,
+    /// Speed limit of pieces without one of their own, m/s.
+    #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "m/s"))]
     speed_limit_mps: f64,
+    /// Pieces in their order; two of them are solved.
     #[serde(rename = "piece")]
+    #[schemars(length(max = 200))]
     pieces: Vec<CircuitPiece>,
 }
 
 /// One piece: `straight_m`, or `solved`, or the three numbers of a bend.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct CircuitPiece {
+    /// Length of a straight, m.
+    #[schemars(range(min = 10.0, max = 5000.0), extend("unit" = "m"))]
     straight_m: Option<f64>,
+    /// True for a straight with the length that closes the circuit.
     #[serde(default)]
     solved: bool,
+    /// Radius of the arc of a bend, m.
+    #[schemars(range(min = 10.0, max = 5000.0), extend("unit" = "m"))]
     radius_m: Option<f64>,
+    /// Angle by which a bend turns, degrees, positive to the left.
+    #[schemars(range(min = -270.0, max = 270.0), extend("unit" = "deg"))]
     turn_deg: Option<f64>,
+    /// Length of the clothoid at each end of a bend, m.
+    #[schemars(range(min = 1.0), extend("unit" = "m"))]
     easing_m: Option<f64>,
+    /// Speed limit of the piece, m/s.
+    #[schemars(range(min = 1.0, max = 100.0), extend("unit" = "m/s"))]
     speed_limit_mps: Option<f64>,
 }
 
@@ -76,25 +95,30 @@ pub struct GeneratedNetwork {
 pub fn make(file: &Path) -> Result<GeneratedNetwork, MapError> {
     let text = catalog::read_settings(file)?;
     let name = file.display().to_string();
-    let circuit: Circuit = toml_text::parse(&text, &name).map_err(|e| MapError::Toml(e.to_string()))?;
     let problem = |problem: CircuitFault| MapError::Circuit { file: file.into(), problem };
-    let wrong = |key: &str, message: &str| MapError::Toml(toml_text::at(&text, &name, key, KeyPart::Value, message));
-    if circuit.pieces.len() > MOST_PIECES {
-        return Err(problem(CircuitFault::ManyPieces(circuit.pieces.len())));
-    }
+    let (circuit, mut mistakes) = toml_text::read::<Circuit>(&text, &name);
     let mut curves = Vec::new();
-    for (i, piece) in circuit.pieces.iter().enumerate() {
-        let curve = PieceGeometry::new(piece, circuit.speed_limit_mps).map_err(|(key, why)| {
-            // The speed limit of a piece may come from the whole circuit.
-            let own = format!("piece.{i}.{key}");
-            let key = if key.is_empty() || toml_text::has(&text, &own) { own } else { key.to_owned() };
-            wrong(&key, &format!("piece {}: {why}", i + 1))
-        })?;
-        curves.push(curve);
+    if let Some(circuit) = &circuit {
+        if circuit.pieces.len() > MOST_PIECES {
+            return Err(problem(CircuitFault::ManyPieces(circuit.pieces.len())));
+        }
+        for (i, piece) in circuit.pieces.iter().enumerate() {
+            match PieceGeometry::new(piece, circuit.speed_limit_mps) {
+                Ok(curve) => curves.push(curve),
+                Err(faults) => faults.into_iter().for_each(|(key, why)| {
+                    // The speed limit of a piece may come from the whole circuit.
+                    let own = format!("piece.{i}.{key}").trim_end_matches('.').to_owned();
+                    let is_own = key != "speed_limit_mps" || piece.speed_limit_mps.is_some();
+                    mistakes.add(if is_own { &own } else { key }, KeyPart::Value, &format!("piece {}: {why}", i + 1));
+                }),
+            }
+        }
+        if !(2.5..=10.0).contains(&circuit.width_m) {
+            let message = format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m);
+            mistakes.add("width_m", KeyPart::Value, &message);
+        }
     }
-    if !(2.5..=10.0).contains(&circuit.width_m) {
-        return Err(wrong("width_m", &format!("width_m is {}; allowed: 2.5 to 10", circuit.width_m)));
-    }
+    let circuit = toml_text::finished((circuit, mistakes)).map_err(|e| MapError::Toml(e.to_string()))?;
     check_length(&curves).map_err(problem)?;
     let curves = close(curves).map_err(problem)?;
     check_length(&curves).map_err(problem)?;
@@ -117,40 +141,49 @@ pub fn write(folder: &Path, file: &Path) -> Result<(), MapError> {
 }
 
 impl PieceGeometry {
-    /// Checks and converts a piece. The error is the key at fault with a message; the key is empty if the piece is none of the three
+    /// Checks and converts a piece. The error is each key at fault with a message; the key is empty if the piece is none of the three
     /// kinds.
-    fn new(piece: &CircuitPiece, default_mps: f64) -> Result<Self, (&'static str, String)> {
-        let within = |name: &'static str, value: f64, low: f64, high: f64| {
-            let fault = || (name, format!("{name} is {value}; allowed: {low} to {high}"));
-            (low..=high).contains(&value).then_some(value).ok_or_else(fault)
+    fn new(piece: &CircuitPiece, default_mps: f64) -> Result<Self, Vec<(&'static str, String)>> {
+        let limit_mps = piece.speed_limit_mps.unwrap_or(default_mps);
+        let mut faults = Vec::new();
+        let mut check = |name: &'static str, value: f64, low: f64, high: f64| {
+            if !(low..=high).contains(&value) {
+                faults.push((name, format!("{name} is {value}; allowed: {low} to {high}")));
+            }
         };
-        let limit = within("speed_limit_mps", piece.speed_limit_mps.unwrap_or(default_mps), 1.0, 100.0)?;
+        check("speed_limit_mps", limit_mps, 1.0, 100.0);
         let straight = |length_m, solved| Self {
             length_m,
             easing_m: 0.0,
             curvature: 0.0,
             turn_deg: 0.0,
             solved,
-            speed_limit_mps: limit,
+            speed_limit_mps: limit_mps,
         };
-        match (piece.straight_m, piece.solved, piece.radius_m, piece.turn_deg, piece.easing_m) {
+        let made = match (piece.straight_m, piece.solved, piece.radius_m, piece.turn_deg, piece.easing_m) {
             (Some(length_m), false, None, None, None) => {
-                Ok(straight(within("straight_m", length_m, SHORTEST_M, 5000.0)?, false))
+                check("straight_m", length_m, SHORTEST_M, 5000.0);
+                straight(length_m, false)
             }
-            (None, true, None, None, None) => Ok(straight(0.0, true)),
+            (None, true, None, None, None) => straight(0.0, true),
             (None, false, Some(radius_m), Some(turn_deg), Some(easing_m)) => {
-                let radius_m = within("radius_m", radius_m, 10.0, 5000.0)?;
-                within("turn_deg", turn_deg.abs(), 1.0, 270.0)?;
+                check("radius_m", radius_m, 10.0, 5000.0);
+                check("turn_deg", turn_deg.abs(), 1.0, 270.0);
                 let turned_m = radius_m * turn_deg.abs().to_radians();
-                let easing_m = within("easing_m", easing_m, 1.0, turned_m)?;
+                if (10.0..=5000.0).contains(&radius_m) && (1.0..=270.0).contains(&turn_deg.abs()) {
+                    check("easing_m", easing_m, 1.0, turned_m);
+                }
                 // Each easing turns by easing / (2 radius), the arc between them by the rest.
                 let (length_m, curvature) = (turned_m + easing_m, turn_deg.signum() / radius_m);
-                Ok(Self { length_m, easing_m, curvature, turn_deg, ..straight(0.0, false) })
+                Self { length_m, easing_m, curvature, turn_deg, ..straight(0.0, false) }
             }
             _ => {
-                Err(("", "a piece has either straight_m, or solved = true, or radius_m, turn_deg and easing_m".into()))
+                let text = "a piece has either straight_m, or solved = true, or radius_m, turn_deg and easing_m";
+                faults.push(("", text.into()));
+                straight(0.0, true)
             }
-        }
+        };
+        if faults.is_empty() { Ok(made) } else { Err(faults) }
     }
 
     /// Returns the angle that the lane has turned `t_m` into the piece, radians: the integral of the curvature's trapezoid.

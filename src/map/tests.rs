@@ -91,14 +91,38 @@ fn a_circuit_that_cannot_be_built_reports_the_reason() {
         &["pieces 9 and 12, are nearly parallel"],
     );
     expect(message("straight_m = 110", "straight_m = 50"), &["piece 12", "-39.8 m long to close"]);
-    expect(message("radius_m = 60", "radius_m = nan"), &["circuit.toml:13:12: piece 2: radius_m is NaN", "10 to 5000"]);
-    expect(message("radius_m = 60", "radius_m = \"60\""), &["circuit.toml:13:12: invalid type: string", "^^^^"]);
+    expect(message("radius_m = 60", "radius_m = nan"), &["circuit.toml:14:12: piece 2: radius_m is NaN", "10 to 5000"]);
+    expect(message("radius_m = 60", "radius_m = \"60\""), &["circuit.toml:14:12: invalid type: string", "^^^^"]);
     expect(
         message("radius_m = 60", "radios_m = 60"),
-        &["circuit.toml:13:1: unknown key `radios_m`; did you mean `radius_m`?", " ^^^^^^^^"],
+        &["circuit.toml:14:1: unknown key `radios_m`; did you mean `radius_m`?", " ^^^^^^^^"],
     );
     expect(message("easing_m = 25", "easing_m = 95"), &["easing_m is 95", "94.2"]);
     expect(message("easing_m = 25\n", "straight_m = 3\n"), &["piece 2", "either straight_m"]);
+}
+
+#[test]
+fn all_mistakes_of_a_circuit_are_in_one_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("circuit.toml");
+    let text = "title = \"a\"\ndescription = \"b\"\nwidth_m = 1\nspeed_limit_mps = 20\n[[piece]]\nstraight_m = 5\n[[piece]]\n\
+                radius_m = 5\nturn_deg = 300\neasing_m = 20\n[[piece]]\nsolved = 1\n[[piece]]\nstraigth_m = 50\n[[piece]]\nturn_deg = 9\n";
+    fs::write(&file, text).unwrap();
+    let report = circuit::make(&file).unwrap_err().to_string();
+    let places: Vec<&str> = report.lines().filter_map(|line| Some(line.split_once("circuit.toml:")?.1)).collect();
+    let wanted = [
+        "3:11: width_m is 1",
+        "6:14: piece 1: straight_m is 5",
+        "8:12: piece 2: radius_m is 5",
+        "9:12: piece 2: turn_deg is 300",
+        "12:10: invalid type: integer `1`",
+        "14:1: unknown key `straigth_m`",
+        "15:1: piece 5: a piece has either straight_m",
+    ];
+    assert!(
+        places.len() == wanted.len() && places.iter().zip(wanted).all(|(one, begin)| one.starts_with(begin)),
+        "{report}"
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ use super::{AdvisedVehicles, RoadUser, Scenario, ScriptedEvent, colour, sumo_con
 use crate::{
     map,
     policy::{self, Hold},
-    settings::{self, Field, Settings, SettingsError},
+    settings::{self, Field, SettingFault, Settings, SettingsError},
     time::is_whole_ticks,
     toml_text::{self, did_you_mean},
     traffic::{EngineChoice, FollowingModel, RING_STUDY, is_population_path},
@@ -112,63 +112,65 @@ pub fn path_from(folder: &Path, setting: &str, value: &str) -> String {
 }
 
 impl Settings for Scenario {
-    fn check(&self) -> Result<(), (String, String)> {
-        self.check_relations().map_err(|(key, message)| (key.into(), message))?;
-        RoadUser::check_all(&self.road_users)?;
-        ScriptedEvent::check_all(&self.events, &self.road_users)
+    fn faults(&self) -> Vec<SettingFault> {
+        let users = RoadUser::faults(&self.road_users);
+        let events = ScriptedEvent::faults(&self.events, &self.road_users);
+        self.relation_faults().into_iter().chain(users).chain(events).collect()
     }
 }
 
+/// Settings because of which a number of advised vehicles, an engine or sham advice is not possible.
+const TRAFFIC_KEYS: [&str; 6] = ["map", "path", "demand", "traffic", "vehicles", "sham_advice"];
+
 impl Scenario {
-    /// Checks relations between settings.
-    fn check_relations(&self) -> Result<(), (&'static str, String)> {
-        if !is_whole_ticks(self.step_s) {
-            return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.step_s)));
+    /// Returns the faults of relations between settings.
+    fn relation_faults(&self) -> Vec<SettingFault> {
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others, message: String| faults.push(SettingFault::new(key, others, message));
+        for (key, value) in [("step_s", self.step_s), ("extra_delay_s", self.extra_delay_s)] {
+            if !is_whole_ticks(value) {
+                add(key, &[], format!("{key} is {value}; allowed: a multiple of 0.01 s"));
+            }
         }
-        if !is_whole_ticks(self.extra_delay_s) {
-            let text = format!("extra_delay_s is {}; allowed: a multiple of 0.01 s", self.extra_delay_s);
-            return Err(("extra_delay_s", text));
-        }
+        let model = self.other_model.name();
         if self.other_model != FollowingModel::Idm && self.traffic != EngineChoice::Sumo {
-            let (model, engine) = (self.other_model.name(), &self.traffic);
+            let engine = &self.traffic;
             let text = format!(
                 "other_model is {model}; allowed: idm with traffic {engine}; only traffic sumo has other models"
             );
-            return Err(("other_model", text));
-        }
-        if self.other_model != FollowingModel::Idm && self.traffic_drivers != RING_STUDY {
+            add("other_model", &["traffic"], text);
+        } else if self.other_model != FollowingModel::Idm && self.traffic_drivers != RING_STUDY {
             let text = format!(
-                "other_model is {}; allowed with traffic_drivers {}: idm; a share of other models is for ring-study",
-                self.other_model.name(),
+                "other_model is {model}; allowed with traffic_drivers {}: idm; a share of other models is for ring-study",
                 self.traffic_drivers
             );
-            return Err(("other_model", text));
+            add("other_model", &["traffic_drivers"], text);
         }
         if let Err(fault) = self.demand.check_numbers() {
-            return Err(("demand", fault.to_string()));
+            add("demand", &[], fault.to_string());
         }
-        self.check_logged()?;
-        match self.traffic {
-            EngineChoice::Log(_) => self.check_advised(Some(self.vehicles))?,
-            _ => self.check_on((!self.has_path_or_demand()).then_some(self.vehicles))?,
+        let on_road = self.check_logged().and_then(|()| match self.traffic {
+            EngineChoice::Log(_) => self.check_advised(Some(self.vehicles)),
+            _ => self.check_on((!self.has_path_or_demand()).then_some(self.vehicles)),
+        });
+        if let Err((key, message)) = on_road {
+            add(key, &TRAFFIC_KEYS, message);
         }
         if let Err(fault) = Hold::new(self.hold_s, self.step_s) {
-            return Err(("hold_s", format!("{fault}, at least one")));
+            add("hold_s", &["step_s"], format!("{fault}, at least one"));
         }
         for (key, value) in [("ego_colour", &self.display.ego_colour), ("traffic_colour", &self.display.traffic_colour)]
         {
             if let Err(allowed) = colour::srgb(value) {
-                return Err((
-                    key,
-                    format!("{key} is \"{value}\"{}; allowed: {allowed}", did_you_mean(value, &colour::names())),
-                ));
+                let near = did_you_mean(value, &colour::names());
+                add(key, &[], format!("{key} is \"{value}\"{near}; allowed: {allowed}"));
             }
         }
         if self.display.mirror_radius_m > 0.0 && self.display.mirror_radius_m < 0.8 {
             let text = format!("mirror_radius_m is {}; allowed: 0 (flat) or 0.8 to 20 m", self.display.mirror_radius_m);
-            return Err(("mirror_radius_m", text));
+            add("mirror_radius_m", &[], text);
         }
-        Ok(())
+        faults
     }
 
     /// Checks that the settings are possible with this number of vehicles; `None` if they enter and leave.
@@ -268,7 +270,7 @@ mod tests {
     fn an_unknown_key_is_named_with_line_and_column() {
         let text = fault("vehicles = 22\n  vehicels = 3\n");
         assert!(text.starts_with("trial.toml:2:3: unknown key `vehicels`"), "{text}");
-        assert!(text.ends_with("  2 |   vehicels = 3\n    |   ^^^^^^^^"), "{text}");
+        assert!(text.ends_with("  |\n2 |   vehicels = 3\n  |   ^^^^^^^^"), "{text}");
         assert!(fault("[idm]\nT = 1\ntau = 2\n").starts_with("trial.toml:3:1: unknown key `tau`; allowed: `v0`, `T`"));
         assert!(
             fault("hold_sec = 1\n").starts_with("trial.toml:1:1: unknown key `hold_sec`; did you mean `hold_s`?\n")
@@ -362,6 +364,25 @@ mod tests {
         let traffic = Scenario::fields().into_iter().find(|field| field.path == "traffic").expect("a setting");
         let error = Scenario::default().with(&[(traffic, "natvie".into())]).unwrap_err();
         assert_eq!(error.message, format!("traffic is \"natvie\" (did you mean native?); {allowed}"));
+    }
+
+    #[test]
+    fn all_mistakes_of_a_scenario_are_in_one_report() {
+        let text = "map = \"ring-250\"\nvehicels = 10\nhold_s = 2000\nunits = \"knots\"\nextra_delay_s = 0.015\nvehicles = \"30\"\n\
+                    advised = 40\n[idm]\nT = 1.2\n[[event]]\nname = \"a\"\ntrigger = { time_s = -1 }\nactions = []\n";
+        let report = fault(text);
+        let places = report.lines().filter(|line| line.starts_with("trial.toml:"));
+        let places: Vec<&str> = places.map(|line| line.split("; ").next().unwrap_or_default()).collect();
+        let wanted = [
+            "trial.toml:2:1: unknown key `vehicels`",
+            "trial.toml:3:10: hold_s is 2000.0",
+            "trial.toml:4:9: unknown value `knots`",
+            "trial.toml:5:17: extra_delay_s is 0.015",
+            "trial.toml:6:12: invalid type: string \"30\"",
+            // The number of advised vehicles is not judged beside a wrong number of vehicles.
+            "trial.toml:12:11: event \"a\": time_s is -1",
+        ];
+        assert_eq!(places, wanted, "{report}");
     }
 
     #[test]

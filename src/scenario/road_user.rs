@@ -3,8 +3,11 @@
 //!
 //! A road user has no driver model: it keeps its speed and its lane until an event changes them, as an entity of OpenSCENARIO does.
 
-use super::scripted_event::{DrivenRoad, EGO_NAME, EventFault, FARTHEST_M, FASTEST_MPS, MOST_LANES, PLACES, within};
-use crate::traffic::{VehicleBody, VehicleKind};
+use super::scripted_event::{DrivenRoad, EGO_NAME, FARTHEST_M, FASTEST_MPS, MOST_LANES, PLACES, within};
+use crate::{
+    settings::SettingFault,
+    traffic::{VehicleBody, VehicleKind},
+};
 use serde::{Deserialize, Serialize};
 
 /// Key of the list of road users in a scenario.
@@ -17,7 +20,7 @@ const NAME_LETTERS: usize = 40;
 const REAR_AXLE_SHARE: f64 = 0.78;
 
 /// A road user that is placed at the drive's start.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RoadUser {
     /// Name, unique in the scenario; events name the road user by it.
@@ -26,18 +29,21 @@ pub struct RoadUser {
     #[serde(default)]
     pub kind: VehicleKind,
     /// Front on the ego's path, m.
+    #[schemars(range(min = 0.0, max = 1_000_000.0), extend("unit" = "m"))]
     pub place_m: f64,
     /// Number of lanes to the left of the path's lane, seen along the path; negative to the right.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lanes_left: i32,
     /// Offset from the middle of that lane, m, positive to the left of the path.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(range(min = -50.0, max = 50.0), extend("unit" = "m"))]
     pub offset_m: f64,
     /// True for one that heads and moves against the path.
     #[serde(default, skip_serializing_if = "is_default")]
     pub against: bool,
     /// Speed at the start, m/s.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(range(min = 0.0, max = 70.0), extend("unit" = "m/s"))]
     pub speed_mps: f64,
     /// Length, m; without it that of its kind.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -103,51 +109,52 @@ impl RoadUser {
         })
     }
 
-    /// Checks the road users of a scenario: each alone, and that names are unique.
-    ///
-    /// # Errors
-    /// The first fault: the path of the setting, and a message with value and remedy.
-    pub fn check_all(users: &[Self]) -> Result<(), EventFault> {
+    /// Returns the faults of the road users of a scenario: their number, and the names and values of each.
+    pub fn faults(users: &[Self]) -> Vec<SettingFault> {
         if users.len() > MOST {
-            return Err((format!("{KEY}.{MOST}"), format!("{} road users; allowed: at most {MOST}", users.len())));
+            let message = format!("{} road users; allowed: at most {MOST}", users.len());
+            return vec![SettingFault::new(format!("{KEY}.{MOST}"), &[], message)];
         }
-        for (k, user) in users.iter().enumerate() {
-            let fault =
-                |part: &str, message: String| (format!("{KEY}.{k}.{part}"), format!("\"{}\": {message}", user.name));
-            let letters = user.name.chars().count();
-            if user.name.trim().is_empty() || letters > NAME_LETTERS {
-                let message = format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}");
-                return Err(fault("name", message));
-            }
-            if user.name.parse::<u32>().is_ok() || PLACES.contains(&user.name.as_str()) || user.name == EGO_NAME {
-                let message = format!("allowed: a name other than a number, {EGO_NAME}, {}", PLACES.join(", "));
-                return Err(fault("name", message));
-            }
-            if users[..k].iter().any(|other| other.name == user.name) {
-                return Err(fault("name", "another road user has this name; allowed: one for each".into()));
-            }
-            let bounds = [
-                ("length_m", user.length_m, 25.0),
-                ("width_m", user.width_m, 5.0),
-                ("height_m", user.height_m, 5.0),
-                ("most_accel_mps2", user.most_accel_mps2, 100.0),
-                ("most_decel_mps2", user.most_decel_mps2, 100.0),
-            ];
-            for (part, value, most) in bounds {
-                within(part, value.unwrap_or(1.0), [0.1, most]).map_err(|message| fault(part, message))?;
-            }
-            let values = [
-                ("place_m", user.place_m, [0.0, FARTHEST_M]),
-                ("lanes_left", f64::from(user.lanes_left), [-f64::from(MOST_LANES), MOST_LANES.into()]),
-                ("offset_m", user.offset_m, [-50.0, 50.0]),
-                ("speed_mps", user.speed_mps, [0.0, FASTEST_MPS]),
-                ("rear_axle_m", user.rear_axle_m(), [0.0, user.body().length_m]),
-            ];
-            for (part, value, bounds) in values {
-                within(part, value, bounds).map_err(|message| fault(part, message))?;
+        users.iter().enumerate().flat_map(|(k, user)| user.own_faults(k, &users[..k])).collect()
+    }
+
+    /// Returns the faults of the road user with a number in its scenario, which comes after others.
+    fn own_faults(&self, number: usize, before: &[Self]) -> Vec<SettingFault> {
+        let mut faults = Vec::new();
+        let mut add = |part: &str, message: String| {
+            let message = format!("\"{}\": {message}", self.name);
+            faults.push(SettingFault::new(format!("{KEY}.{number}.{part}"), &[], message));
+        };
+        let letters = self.name.chars().count();
+        if self.name.trim().is_empty() || letters > NAME_LETTERS {
+            add("name", format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}"));
+        } else if self.name.parse::<u32>().is_ok() || PLACES.contains(&self.name.as_str()) || self.name == EGO_NAME {
+            add("name", format!("allowed: a name other than a number, {EGO_NAME}, {}", PLACES.join(", ")));
+        } else if before.iter().any(|other| other.name == self.name) {
+            add("name", "another road user has this name; allowed: one for each".into());
+        }
+        let bounds = [
+            ("length_m", self.length_m, 25.0),
+            ("width_m", self.width_m, 5.0),
+            ("height_m", self.height_m, 5.0),
+            ("most_accel_mps2", self.most_accel_mps2, 100.0),
+            ("most_decel_mps2", self.most_decel_mps2, 100.0),
+        ];
+        let bounds = bounds.map(|(part, value, most)| (part, value.unwrap_or(1.0), [0.1, most]));
+        let values = [
+            ("place_m", self.place_m, [0.0, FARTHEST_M]),
+            ("lanes_left", f64::from(self.lanes_left), [-f64::from(MOST_LANES), MOST_LANES.into()]),
+            ("offset_m", self.offset_m, [-50.0, 50.0]),
+            ("speed_mps", self.speed_mps, [0.0, FASTEST_MPS]),
+            // An impossible length is a fault of its own.
+            ("rear_axle_m", self.rear_axle_m.unwrap_or(0.0), [0.0, self.body().length_m.max(0.0)]),
+        ];
+        for (part, value, bounds) in bounds.into_iter().chain(values) {
+            if let Err(message) = within(part, value, bounds) {
+                add(part, message);
             }
         }
-        Ok(())
+        faults
     }
 }
 
@@ -169,7 +176,7 @@ mod tests {
             "[[road_user]]\nname = \"coach\"\nkind = \"bus\"\nplace_m = 40\n\
              [[road_user]]\nname = \"long\"\nplace_m = 60\nlength_m = 5.04\nrear_axle_m = 3.92\n",
         );
-        RoadUser::check_all(&users).expect("two road users");
+        assert_eq!(RoadUser::faults(&users), []);
         // SUMO's class bus is 12 m long.
         assert_eq!((users[0].body().length_m, users[0].rear_axle_m()), (12.0, 9.36));
         assert_eq!((users[1].body().length_m, users[1].rear_axle_m()), (5.04, 3.92));
@@ -180,10 +187,11 @@ mod tests {
     fn names_that_mean_another_vehicle_are_refused() {
         for name in ["leader", "7", "ego", " "] {
             let users = read(&format!("[[road_user]]\nname = \"{name}\"\nplace_m = 40\n"));
-            let (path, message) = RoadUser::check_all(&users).unwrap_err();
-            assert!(path == "road_user.0.name" && message.contains("allowed"), "{path}: {message}");
+            let faults = RoadUser::faults(&users);
+            let [fault] = faults.as_slice() else { panic!("{name}: {faults:?}") };
+            assert!(fault.key == "road_user.0.name" && fault.message.contains("allowed"), "{fault:?}");
         }
         let two = read(&"[[road_user]]\nname = \"a\"\nplace_m = 40\n".repeat(2));
-        assert_eq!(RoadUser::check_all(&two).unwrap_err().0, "road_user.1.name");
+        assert_eq!(RoadUser::faults(&two)[0].key, "road_user.1.name");
     }
 }

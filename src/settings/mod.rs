@@ -28,19 +28,43 @@ pub struct SettingsError {
 }
 
 /// Struct of settings that is read from a file and changed by flags.
-pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default {
-    /// Checks relations between settings, each of which is already within its limits, and lists. The error holds the path of the key at fault,
-    /// and a message.
+pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default + Clone {
+    /// Returns the faults of relations between settings, each of which is already within its limits, and of lists.
+    fn faults(&self) -> Vec<SettingFault>;
+
+    /// Returns the key and the message of the first of the [`Settings::faults`].
     ///
     /// # Errors
     /// The settings contradict each other.
-    fn check(&self) -> Result<(), (String, String)>;
+    fn check(&self) -> Result<(), (String, String)> {
+        let first = self.faults().into_iter().next();
+        first.map_or(Ok(()), |SettingFault { key, message, .. }| Err((key, message)))
+    }
+}
+
+/// Fault of a setting beside others.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SettingFault {
+    /// Path of the setting at fault.
+    pub key: String,
+    /// Paths of the settings because of which it is at fault.
+    pub others: &'static [&'static str],
+    /// Value and allowed values.
+    pub message: String,
+}
+
+impl SettingFault {
+    /// Makes the fault of a setting for which others matter.
+    pub fn new(key: impl Into<String>, others: &'static [&'static str], message: impl Into<String>) -> Self {
+        Self { key: key.into(), others, message: message.into() }
+    }
 }
 
 /// Reads settings from a file; missing settings keep their default.
 ///
 /// # Errors
-/// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range.
+/// The file cannot be read, is not TOML, names an unknown key, or a value has the wrong type or is out of range. The message has all
+/// mistakes.
 pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
     let text = read_text(path, SETTINGS_BYTES).map_err(|e| SettingsError {
         key: String::new(),
@@ -54,20 +78,24 @@ pub fn from_file<T: Settings>(path: &Path) -> Result<T, SettingsError> {
 /// # Errors
 /// As [`from_file`].
 pub fn from_toml<T: Settings>(text: &str, name: &str) -> Result<T, SettingsError> {
-    let whole = |e: toml_text::TomlError| SettingsError { key: String::new(), message: e.to_string() };
-    let settings: T = toml_text::parse(&toml_text::without_format(text, name).map_err(whole)?, name).map_err(whole)?;
-    let json = serde_json::to_value(&settings).unwrap_or_default();
-    let wrong = |key: &str, fault: String| SettingsError {
-        key: key.to_owned(),
-        message: toml_text::at(text, name, key, KeyPart::Value, &fault),
-    };
-    for field in fields_of::<T>() {
-        if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
-            return Err(wrong(&field.path, fault));
+    let (settings, mut mistakes) = toml_text::read_formatted::<T>(text, name);
+    if let Some(settings) = &settings {
+        let mut json = serde_json::to_value(settings).unwrap_or_default();
+        for field in fields_of::<T>() {
+            if let Some(fault) = field.get(&json).and_then(|value| field.fault(value)) {
+                mistakes.add(&field.path, KeyPart::Value, &fault);
+                // Relations are between values within their limits.
+                field.set(&mut json, field.default.clone());
+            }
+        }
+        let within: Result<T, _> =
+            if mistakes.is_empty() { Ok(settings.clone()) } else { serde_json::from_value(json) };
+        for SettingFault { key, others, message } in within.iter().flat_map(T::faults) {
+            mistakes.add_related(&key, others, KeyPart::Value, &message);
         }
     }
-    settings.check().map_err(|(key, fault)| wrong(&key, fault))?;
-    Ok(settings)
+    toml_text::finished((settings, mistakes))
+        .map_err(|mistakes| SettingsError { key: String::new(), message: mistakes.to_string() })
 }
 
 /// Returns `base` with some settings replaced, checked as a whole.

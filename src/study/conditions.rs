@@ -14,7 +14,7 @@ use crate::{
     scenario::{self, Scenario, scripted_event},
     settings::{self, Field},
     sim::CheckedDrive,
-    toml_text::{self, KeyPart},
+    toml_text::{self, KeyPart, Mistakes},
 };
 use serde_json::Value;
 use std::{
@@ -39,6 +39,8 @@ pub(super) struct WrongSetting {
     key: String,
     part: KeyPart,
     message: String,
+    /// True for a setting that is wrong beside others only.
+    is_relation: bool,
 }
 
 impl WrongSetting {
@@ -64,6 +66,32 @@ pub(super) struct ExpectedDrives {
 }
 
 impl Study {
+    /// Sets the scenario that all drives begin from, and checks the settings that segments and conditions change.
+    pub(super) fn check_settings(&mut self, mistakes: &mut Mistakes) {
+        let mut read = |scenario: &Scenario, key: &str, changes: &SettingChanges| {
+            let changed = changed(scenario, key, changes, &self.folder);
+            changed.unwrap_or_else(|faults| {
+                for WrongSetting { key, part, message, is_relation } in faults {
+                    // Settings may contradict others only because one of these is wrong.
+                    let others: &[&str] =
+                        if is_relation && !key.starts_with("base.") { &["base", "segment"] } else { &[] };
+                    mistakes.add_related(&key, others, part, &message);
+                }
+                scenario.clone()
+            })
+        };
+        let base = read(&Scenario::default(), "base", &self.file.base);
+        for (i, segment) in self.file.segment.iter().enumerate() {
+            let scenario = read(&base, &format!("segment.{i}.set"), &segment.set);
+            if segment.kind == SegmentKind::Trials {
+                for (key, changes) in self.conditions.iter().flat_map(|condition| &condition.changes) {
+                    read(&scenario, key, changes);
+                }
+            }
+        }
+        self.base = base;
+    }
+
     /// Checks that every drive of every condition can start, by starting each as far as it takes no time.
     pub(super) fn check_drives(&self, name: &str) -> Result<ExpectedDrives, StudyError> {
         let mut expected = ExpectedDrives::default();
@@ -110,9 +138,11 @@ impl Study {
     /// Returns the scenario of a drive: base settings, then the segment's, then the condition's.
     pub(super) fn drive(&self, segment: usize, condition: Option<&Condition>) -> Result<Scenario, WrongSetting> {
         let set = &self.file.segment[segment].set;
-        let mut scenario = changed(&self.base, &format!("segment.{segment}.set"), set, &self.folder)?;
-        for (key, changes) in condition.iter().flat_map(|condition| &condition.changes) {
-            scenario = changed(&scenario, key, changes, &self.folder)?;
+        let own = [(format!("segment.{segment}.set"), set.clone())];
+        let changes = own.iter().chain(condition.iter().flat_map(|condition| &condition.changes));
+        let mut scenario = self.base.clone();
+        for (key, changes) in changes {
+            scenario = changed(&scenario, key, changes, &self.folder).map_err(|mut faults| faults.swap_remove(0))?;
         }
         if scenario.duration_s <= 0.0 {
             let message = "duration_s is 0; a drive of a study needs an end".into();
@@ -128,7 +158,12 @@ impl Study {
         let lacking = skills.find_map(|(i, skill)| Some((i, skill, skill.lacks(map, gives_advice)?)));
         lacking.map_or(Ok(()), |(i, skill, why)| {
             let message = format!("the drive cannot show the skill \"{}\": {why}", skill.name());
-            Err(WrongSetting { key: format!("segment.{segment}.skills.{i}"), part: KeyPart::Value, message })
+            Err(WrongSetting {
+                key: format!("segment.{segment}.skills.{i}"),
+                part: KeyPart::Value,
+                message,
+                is_relation: false,
+            })
         })
     }
 
@@ -159,7 +194,7 @@ impl Study {
             keys.iter().filter(move |key| changes.contains_key(**key)).map(move |key| format!("{place}.{key}"))
         });
         let key = set.next().unwrap_or_else(|| format!("segment.{segment}"));
-        WrongSetting { key, part: KeyPart::Value, message }
+        WrongSetting { key, part: KeyPart::Value, message, is_relation: false }
     }
 }
 
@@ -197,23 +232,29 @@ pub(super) fn conditions(file: &StudyFile) -> Vec<Condition> {
 
 /// Returns `scenario` with the changed settings. `key` is their place in the study file; relative paths start in `folder`. A list of events replaces
 /// the former one.
+///
+/// # Errors
+/// All settings that are wrong by themselves, or the one that contradicts others.
 pub(super) fn changed(
     scenario: &Scenario,
     key: &str,
     changes: &SettingChanges,
     folder: &Path,
-) -> Result<Scenario, WrongSetting> {
+) -> Result<Scenario, Vec<WrongSetting>> {
     let known = Scenario::fields();
-    let mut list: Vec<(Field, Value)> = Vec::new();
+    let (mut list, mut faults): (Vec<(Field, Value)>, Vec<WrongSetting>) = Default::default();
     let mut scenario = scenario.clone();
     for (name, value) in changes {
         if name == scripted_event::KEY {
-            let fault = |error: serde_json::Error| WrongSetting {
-                key: format!("{key}.{name}"),
-                part: KeyPart::Value,
-                message: error.to_string(),
-            };
-            scenario.events = serde_json::from_value(value.clone()).map_err(fault)?;
+            match serde_json::from_value(value.clone()) {
+                Ok(events) => scenario.events = events,
+                Err(error) => faults.push(WrongSetting {
+                    key: format!("{key}.{name}"),
+                    part: KeyPart::Value,
+                    message: error.to_string(),
+                    is_relation: false,
+                }),
+            }
             continue;
         }
         let inner: Vec<(String, &Value)> = match value {
@@ -221,21 +262,27 @@ pub(super) fn changed(
             value => vec![(name.clone(), value)],
         };
         for (path, value) in inner {
-            let wrong = |part, message| WrongSetting { key: format!("{key}.{path}"), part, message };
+            let wrong =
+                |part, message| WrongSetting { key: format!("{key}.{path}"), part, message, is_relation: false };
             let Some(field) = known.iter().find(|field| field.path == path) else {
                 let names: Vec<&str> = known.iter().map(|field| field.path.as_str()).collect();
-                return Err(wrong(KeyPart::Key, toml_text::unknown_key(&path, &names)));
+                faults.push(wrong(KeyPart::Key, toml_text::unknown_key(&path, &names)));
+                continue;
             };
-            let value = match field.written(value).map_err(|fault| wrong(KeyPart::Value, fault))? {
-                Value::String(word) => scenario::path_from(folder, &field.path, &word).into(),
-                value => value,
-            };
-            list.push((field.clone(), value));
+            match field.written(value) {
+                Err(fault) => faults.push(wrong(KeyPart::Value, fault)),
+                Ok(Value::String(word)) => {
+                    list.push((field.clone(), scenario::path_from(folder, &field.path, &word).into()));
+                }
+                Ok(value) => list.push((field.clone(), value)),
+            }
         }
     }
-    settings::changed(&scenario, &list).map_err(|fault| WrongSetting {
-        key: format!("{key}.{}", fault.key),
-        part: KeyPart::Value,
-        message: fault.message,
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    settings::changed(&scenario, &list).map_err(|fault| {
+        let key = format!("{key}.{}", fault.key);
+        vec![WrongSetting { key, part: KeyPart::Value, message: fault.message, is_relation: true }]
     })
 }

@@ -5,7 +5,7 @@ pub use super::segment::{SegmentKind, StudySegment};
 
 use super::{
     ParticipantTexts, Questionnaire, SpokenText, StudyError,
-    conditions::{Condition, ExpectedDrives, changed, conditions},
+    conditions::{Condition, ExpectedDrives, conditions},
     order,
     segment::{SettingChanges, check_word},
 };
@@ -15,12 +15,11 @@ use crate::{
     lsl::LslSettings,
     plot,
     scenario::Scenario,
-    toml_text::{self, KeyPart},
+    toml_text::{self, KeyPart, Mistakes},
     triggers::TriggerSettings,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use serde_json::{Value, json};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -212,13 +211,13 @@ impl Study {
     pub fn parse(source: String, path: &Path) -> Result<Self, StudyError> {
         let name = path.display().to_string();
         let study_error = |e: toml_text::TomlError| StudyError(e.to_string());
-        let text = toml_text::without_format(&source, &name).map_err(study_error)?;
-        let file: StudyFile = toml_text::parse(&text, &name).map_err(study_error)?;
+        let (file, mut mistakes) = toml_text::read_formatted::<StudyFile>(&source, &name);
+        let Some(file) = file else { return toml_text::finished((None, mistakes)).map_err(study_error) };
         let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
         let mut study = Self {
-            folder: folder.clone(),
+            folder,
             base: Scenario::default(),
-            conditions: Vec::new(),
+            conditions: conditions(&file),
             questionnaires: BTreeMap::new(),
             file,
             source,
@@ -226,120 +225,134 @@ impl Study {
             spoken: BTreeMap::new(),
             expected: ExpectedDrives::default(),
         };
-        let fault =
-            |key: &str, message: String| StudyError(toml_text::at(&study.source, &name, key, KeyPart::Value, &message));
-        study.check_shape().map_err(|(key, message)| fault(&key, message))?;
-        let base = changed(&Scenario::default(), "base", &study.file.base, &folder)
-            .map_err(|wrong| wrong.located(&study.source, &name))?;
-        let conditions = conditions(&study.file);
-        let (mut questionnaires, mut spoken) = (BTreeMap::new(), BTreeMap::new());
-        for (i, segment) in study.file.segment.iter().enumerate() {
-            for (key, word) in segment.questionnaires() {
-                let found =
-                    Questionnaire::find(word, &folder).map_err(|e| fault(&format!("segment.{i}.{key}"), e.0))?;
-                questionnaires.insert(word.to_owned(), found);
-            }
-            if let Some(files) = &segment.spoken {
-                let text = files.read(&folder, study.file.language.as_deref());
-                let text = text.map_err(|e| fault(&format!("segment.{i}.spoken"), e.to_string()))?;
-                spoken.insert(segment.name.clone(), text);
-            }
-        }
-        let font = study.file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose();
-        study.font = font.map_err(|e| fault("font", e.to_string()))?;
-        study.base = base;
-        study.conditions = conditions;
+        study.check_shape(&mut mistakes);
+        study.check_settings(&mut mistakes);
+        study.read_files(&mut mistakes);
         if let Some(plan) = &study.file.analysis {
             let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
-            plan.check(&names).map_err(|wrong| fault(&wrong.key, wrong.message))?;
+            if let Err(wrong) = plan.check(&names) {
+                mistakes.add_related(&wrong.key, &["condition", "factors"], KeyPart::Value, &wrong.message);
+            }
         }
-        (study.questionnaires, study.spoken) = (questionnaires, spoken);
-        study.check_rules().map_err(|(key, wrong)| {
-            StudyError(toml_text::at(&study.source, &name, &key, KeyPart::Value, &wrong.to_string()))
-        })?;
+        if mistakes.is_empty()
+            && let Err((key, wrong)) = study.check_rules()
+        {
+            mistakes.add(&key, KeyPart::Value, &wrong.to_string());
+        }
+        mistakes.finish().map_err(study_error)?;
+        // Drives can start only with settings that are all right.
         study.expected = study.check_drives(&name)?;
         Ok(study)
     }
 
-    /// Returns the JSON Schema of the file, for editors.
-    pub fn schema() -> Value {
-        let mut schema = schemars::schema_for!(StudyFile).to_value();
-        let about = "Version of the file's format; 1 if missing.";
-        schema["properties"]["format"] = json!({ "description": about, "type": "integer", "const": toml_text::FORMAT });
-        schema
+    /// Reads the questionnaires, spoken instructions and the font that the study names.
+    fn read_files(&mut self, mistakes: &mut Mistakes) {
+        let Self { file, folder, questionnaires, spoken, .. } = self;
+        for (i, segment) in file.segment.iter().enumerate() {
+            for (key, word) in segment.questionnaires() {
+                match Questionnaire::find(word, folder) {
+                    Ok(found) => _ = questionnaires.insert(word.to_owned(), found),
+                    Err(e) => mistakes.add_related(
+                        &format!("segment.{i}.{key}"),
+                        &[&format!("segment.{i}.kind")],
+                        KeyPart::Value,
+                        &e.0,
+                    ),
+                }
+            }
+            match segment.spoken.as_ref().map(|files| files.read(folder, file.language.as_deref())) {
+                Some(Ok(text)) => _ = spoken.insert(segment.name.clone(), text),
+                Some(Err(e)) => mistakes.add(&format!("segment.{i}.spoken"), KeyPart::Value, &e.to_string()),
+                None => {}
+            }
+        }
+        match file.font.as_ref().map(|font| read_font(&folder.join(font))).transpose() {
+            Ok(font) => self.font = font,
+            Err(e) => mistakes.add("font", KeyPart::Value, &e.to_string()),
+        }
     }
 
-    /// Checks everything that needs no other files. The error holds the key at fault and the message.
-    fn check_shape(&self) -> Result<(), (String, String)> {
+    /// Checks everything that needs no other files.
+    fn check_shape(&self, mistakes: &mut Mistakes) {
         let file = &self.file;
-        let wrong = |key: String, message: String| Err((key, message));
+        let mut add =
+            |key: &str, others: &[&str], message: &str| mistakes.add_related(key, others, KeyPart::Value, message);
         if !(1..=1000).contains(&file.participants) {
-            return wrong("participants".into(), format!("participants is {}; allowed: 1 to 1000", file.participants));
+            add("participants", &[], &format!("participants is {}; allowed: 1 to 1000", file.participants));
         }
         if !(0.0..=60.0).contains(&file.countdown_s) {
-            let text = format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s);
-            return wrong("countdown_s".into(), text);
+            add("countdown_s", &[], &format!("countdown_s is {}; allowed: a number from 0 to 60 s", file.countdown_s));
         }
         if !(0.0..=240.0).contains(&file.least_frames_per_s) {
             let text = format!("least_frames_per_s is {}; allowed: a number from 0 to 240", file.least_frames_per_s);
-            return wrong("least_frames_per_s".into(), text);
+            add("least_frames_per_s", &[], &text);
         }
         for (key, text) in file.lines() {
             let commands =
                 |c: char| c.is_control() || "\u{2028}\u{2029}".contains(c) || ('\u{202a}'..='\u{202e}').contains(&c);
             if let Some(c) = text.chars().find(|c| commands(*c) || ('\u{2066}'..='\u{2069}').contains(c)) {
                 let text = format!("{key} has the character {}; allowed: one line of text", c.escape_unicode());
-                return wrong(key, text);
+                add(&key, &[], &text);
             }
         }
-        file.lsl.check().map_err(|fault| (format!("lsl.{}", fault.key()), fault.to_string()))?;
-        if let Some(triggers) = &file.triggers {
-            triggers.check().map_err(|fault| (format!("triggers.{}", fault.key()), fault.to_string()))?;
+        if let Err(fault) = file.lsl.check() {
+            add(&format!("lsl.{}", fault.key()), &[], &fault.to_string());
+        }
+        if let Some(Err(fault)) = file.triggers.as_ref().map(TriggerSettings::check) {
+            add(&format!("triggers.{}", fault.key()), &[], &fault.to_string());
         }
         let first_drive = file.segment.iter().position(StudySegment::has_drives).unwrap_or(file.segment.len());
         let has_consent = file.segment[..first_drive].iter().any(|segment| segment.kind == SegmentKind::Consent);
         if file.record_room && !has_consent {
             let text = "a voice identifies a person: recording the room needs a segment of kind \"consent\" before the \
                 first drive, with a text about the recording";
-            return wrong("record_room".into(), text.into());
+            add("record_room", &["segment"], text);
         }
         if !file.factors.is_empty() && !file.condition.is_empty() {
-            return wrong("condition".into(), "a study has either [factors] or [[condition]], not both".into());
+            add("condition", &[], "a study has either [factors] or [[condition]], not both");
         }
         let mut levels: Vec<(String, &[ConditionLevel])> =
             file.factors.iter().map(|(name, levels)| (format!("factors.{name}"), levels.as_slice())).collect();
         levels.push(("condition".into(), &file.condition));
         for (key, list) in levels {
             if list.is_empty() && key != "condition" {
-                return wrong(key.clone(), format!("{key} has no levels"));
+                add(&key, &[], &format!("{key} has no levels"));
             }
             for (i, level) in list.iter().enumerate() {
                 let here = format!("{key}.{i}.name");
-                check_word(&level.name).map_err(|fault| (here.clone(), fault.to_string()))?;
-                if list[..i].iter().any(|other| other.name == level.name) {
-                    return wrong(here, format!("the name \"{}\" occurs twice", level.name));
+                if let Err(fault) = check_word(&level.name) {
+                    add(&here, &[], &fault.to_string());
+                } else if list[..i].iter().any(|other| other.name == level.name) {
+                    add(&here, &[], &format!("the name \"{}\" occurs twice", level.name));
                 }
             }
         }
         let trials = file.segment.iter().any(|segment| segment.kind == SegmentKind::Trials);
-        let count = conditions(file).len();
         if trials && file.factors.is_empty() && file.condition.is_empty() {
-            return wrong("segment".into(), "there are trials but no [factors] and no [[condition]]".into());
+            let text = "there are trials but no [factors] and no [[condition]]";
+            add("segment", &["factors", "condition"], text);
         }
+        let count = self.conditions.len();
         if file.order == order::OrderDesign::Full && count > order::MOST_FULL {
             let text =
                 format!("{count} conditions have too many orders; allowed with \"full\": at most {}", order::MOST_FULL);
-            return wrong("order".into(), text);
+            add("order", &["factors", "condition"], &text);
         }
         for (i, segment) in file.segment.iter().enumerate() {
             let key = |key: &str| format!("segment.{i}.{key}");
-            check_word(&segment.name).map_err(|fault| (key("name"), fault.to_string()))?;
-            if file.segment[..i].iter().any(|other| other.name == segment.name) {
-                return wrong(key("name"), format!("the name \"{}\" occurs twice", segment.name));
+            if let Err(fault) = check_word(&segment.name) {
+                add(&key("name"), &[], &fault.to_string());
+            } else if file.segment[..i].iter().any(|other| other.name == segment.name) {
+                add(&key("name"), &[], &format!("the name \"{}\" occurs twice", segment.name));
             }
-            segment.check().map_err(|(at, message)| (key(&at), message))?;
+            // A key is at fault because of the kind, and each other one that is missing at the kind.
+            for (at, message) in segment.faults() {
+                add(&key(&at), &[&key("kind")], &message);
+            }
         }
-        self.check_item_names()
+        if let Err((key, message)) = self.check_item_names() {
+            add(&key, &["segment", "factors", "condition"], &message);
+        }
     }
 }
 

@@ -37,6 +37,34 @@ fn assert_refused(from: &str, to: &str, has: &str) {
 }
 
 #[test]
+fn all_mistakes_of_a_study_are_in_one_report() {
+    let text = GOOD
+        .replace("participants = 4", "participants = 0\nauthor = \"A\"")
+        .replace("duration_s = 10.0", "duration_s = \"long\"\nhold = 3")
+        .replace("name = \"practice\"", "name = \"Practice drive\"\nset = { vehicles = 1 }")
+        .replace("rest_s = 5.0", "rest_s = -1.0")
+        .replace("kind = \"text\"", "kind = \"txt\"")
+        .replace("\"raw-tlx\"", "\"raw-tlxx\"");
+    let report = Study::parse(text, Path::new("t.toml")).unwrap_err().0;
+    let places: Vec<&str> = report.lines().filter_map(|line| line.strip_prefix("t.toml:")).collect();
+    let wanted = [
+        "2:16: participants is 0",
+        "3:1: unknown key `author`; did you mean `authors`?",
+        "6:14: duration_s is \"long\"",
+        "7:1: unknown key `hold`; did you mean `hold_s`?",
+        "10:8: the name \"Practice drive\" cannot be used",
+        "11:20: vehicles is 1",
+        "15:10: rest_s is -1",
+        "17:8: unknown value `txt`; did you mean `text`?",
+        "23:17: ",
+    ];
+    assert!(
+        places.len() == wanted.len() && places.iter().zip(wanted).all(|(one, begin)| one.starts_with(begin)),
+        "{report}"
+    );
+}
+
+#[test]
 fn numbers_are_allowed_to_the_ends_of_their_limits() {
     for (key, allowed, refused) in [
         (
@@ -175,7 +203,7 @@ fn a_file_that_is_too_large_or_not_a_font_is_refused() {
 
 #[test]
 fn the_schema_knows_every_key_with_its_limits_and_no_other() {
-    let schema = Study::schema();
+    let schema = schemars::schema_for!(StudyFile).to_value();
     let keys: Vec<&str> = schema["properties"].as_object().unwrap().keys().map(String::as_str).collect();
     for key in
         ["title", "participants", "seed", "order", "countdown_s", "base", "factors", "condition", "segment", "font"]
@@ -183,7 +211,10 @@ fn the_schema_knows_every_key_with_its_limits_and_no_other() {
         assert!(keys.contains(&key), "{key}: {keys:?}");
     }
     let participants = &schema["properties"]["participants"];
-    assert_eq!([&participants["minimum"], &participants["maximum"]].map(Value::as_f64), [Some(1.0), Some(1000.0)]);
+    assert_eq!(
+        [&participants["minimum"], &participants["maximum"]].map(serde_json::Value::as_f64),
+        [Some(1.0), Some(1000.0)]
+    );
     assert_eq!(schema["additionalProperties"], false);
 }
 

@@ -73,7 +73,7 @@ pub mod texts;
 
 pub use completion::Completion;
 pub use dataset::DataSet;
-pub use file::Study;
+pub use file::{Study, StudyFile};
 pub use fms::{FmsPrompt, FmsRating};
 pub use participant_code::ParticipantCode;
 pub use plan::{PlanItem, PlannedItem, SessionPlan};

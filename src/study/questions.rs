@@ -15,6 +15,7 @@ use crate::{
     file::{SETTINGS_BYTES, read_text},
     toml_text,
 };
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, de};
 use serde_json::Value;
 use std::{
@@ -26,9 +27,13 @@ use std::{
 pub type Answers = BTreeMap<String, Value>;
 
 /// Questionnaire with its scores.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Questionnaire {
+    /// JSON Schema of the file, for editors.
+    #[serde(rename = "$schema", default, skip_serializing)]
+    #[schemars(with = "String")]
+    schema: de::IgnoredAny,
     /// Title, shown above the questions.
     pub title: String,
     /// Source and licence, for the data set.
@@ -42,7 +47,7 @@ pub struct Questionnaire {
 }
 
 /// Page: the elements shown together.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
 pub struct QuestionnairePage {
     /// Name of the page, an identifier.
@@ -59,7 +64,7 @@ pub struct QuestionnairePage {
 }
 
 /// Question, or a text between questions.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "camelCase")]
 pub struct QuestionElement {
     /// Kind of the question.
@@ -118,7 +123,7 @@ pub struct QuestionElement {
 }
 
 /// Answers that a text allows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum InputType {
     /// Any text, without a check.
@@ -137,7 +142,7 @@ fn five() -> f64 {
 }
 
 /// Kind of a question.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ElementKind {
     /// One of several options.
@@ -159,7 +164,8 @@ pub enum ElementKind {
 }
 
 /// Option to choose, with its value in the data.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[schemars(with = "WrittenChoice")]
 pub struct AnswerChoice {
     /// Value in the data.
     pub value: Value,
@@ -167,15 +173,27 @@ pub struct AnswerChoice {
     pub text: String,
 }
 
+/// Option as a file has it.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[allow(dead_code, reason = "only its schema is used")]
+enum WrittenChoice {
+    Word(String),
+    Number(f64),
+    Both(ValueAndText),
+}
+
+/// Value in the data, and the text on the screen.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct ValueAndText {
+    value: Value,
+    text: String,
+}
+
 impl<'de> Deserialize<'de> for AnswerChoice {
     /// Accepts a word, a number, or both as `{ "value": 3, "text": "severe" }`.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(deny_unknown_fields)]
-        struct ValueAndText {
-            value: Value,
-            text: String,
-        }
         let value = Value::deserialize(deserializer)?;
         match &value {
             Value::String(word) => Ok(Self { text: word.clone(), value }),
@@ -192,7 +210,8 @@ impl<'de> Deserialize<'de> for AnswerChoice {
 }
 
 /// Condition on answers: `{name} = 'word' and {other} > 3`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, JsonSchema)]
+#[schemars(with = "String")]
 pub struct VisibilityCondition {
     text: String,
     /// Alternatives, each a list of comparisons that must all hold.

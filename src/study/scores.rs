@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 /// Score computed from answers: `weight` times the sum, mean or weighted mean of the answers to `of`, plus `offset`. Missing while one of
 /// the answers is missing.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScoreDefinition {
     /// Name of the score in the data.
@@ -38,7 +38,7 @@ fn is_zero(value: &f64) -> bool {
 }
 
 /// Method that combines the answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ScoreMethod {
     /// Sum of the answers.

@@ -127,9 +127,11 @@ impl StudySegment {
         self.after.iter().chain(self.after_advice.iter().filter(move |_| has_advice))
     }
 
-    /// Checks that the segment has the keys its kind needs and no others, and that values are within their limits. The error holds the
-    /// key and a message.
-    pub(super) fn check(&self) -> Result<(), (String, String)> {
+    /// Returns the faults of a segment that lacks a key its kind needs or has others, and of values that are not within their limits: each with
+    /// its key and a message.
+    pub(super) fn faults(&self) -> Vec<(String, String)> {
+        let mut faults: Vec<(String, String)> = Vec::new();
+        let mut add = |key: &str, message: String| faults.push((key.to_owned(), message));
         let drives = self.has_drives();
         let asks = matches!(self.kind, SegmentKind::Questions | SegmentKind::Consent);
         let kind = format!("{:?}", self.kind).to_lowercase();
@@ -155,19 +157,19 @@ impl StudySegment {
         ];
         for (key, is_there, allowed, needed) in rules {
             if is_there && !allowed {
-                return Err((key.into(), format!("a segment of kind \"{kind}\" has no `{key}`")));
+                add(key, format!("a segment of kind \"{kind}\" has no `{key}`"));
             }
             if needed && !is_there {
-                return Err(("kind".into(), format!("a segment of kind \"{kind}\" needs `{key}`")));
+                add("kind", format!("a segment of kind \"{kind}\" needs `{key}`"));
             }
         }
         if self.spoken.is_some() && self.text.is_empty() {
             let text = "spoken instructions need `text`: the page shows the same words";
-            return Err(("spoken".into(), text.into()));
+            add("spoken", text.into());
         }
         if self.stop_text.is_some() && !may_end {
             let text = "`stop_text` needs `stop_above` or `ends_if`; no rule ends the session here";
-            return Err(("stop_text".into(), text.into()));
+            add("stop_text", text.into());
         }
         let numbers = [
             ("until_in_range_s", self.until_in_range_s, 1.0),
@@ -178,23 +180,24 @@ impl StudySegment {
         for (key, value, low) in numbers {
             if value.is_some_and(|v| !(low..=3600.0).contains(&v)) {
                 let value = value.unwrap_or_default();
-                return Err((key.into(), format!("{key} is {value}; allowed: a number from {low} to 3600 s")));
+                add(key, format!("{key} is {value}; allowed: a number from {low} to 3600 s"));
             }
         }
         let twice = self.skills.iter().enumerate().find(|(i, skill)| self.skills[..*i].contains(skill));
         if let Some((i, skill)) = twice {
-            return Err((format!("skills.{i}"), format!("the skill \"{}\" occurs twice", skill.name())));
+            add(&format!("skills.{i}"), format!("the skill \"{}\" occurs twice", skill.name()));
         }
         let mut names: Vec<String> = Vec::new();
         for (key, word) in self.asked_after() {
             let name = short_name(word);
-            check_word(&name).map_err(|fault| (key.clone(), fault.to_string()))?;
-            if names.contains(&name) {
-                return Err((key, format!("the questionnaire \"{name}\" occurs twice")));
+            if let Err(fault) = check_word(&name) {
+                add(&key, fault.to_string());
+            } else if names.contains(&name) {
+                add(&key, format!("the questionnaire \"{name}\" occurs twice"));
             }
             names.push(name);
         }
-        Ok(())
+        faults
     }
 }
 

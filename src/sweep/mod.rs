@@ -15,6 +15,7 @@ mod combinations;
 mod file_fingerprints;
 pub mod identity;
 pub mod plan;
+mod plan_file;
 pub mod results;
 pub mod rows;
 pub mod single_run;
@@ -22,6 +23,7 @@ pub mod supervisor;
 
 pub use checkpoint::{NoCheckpoint, RunCheckpoint};
 pub use plan::{SweepPlan, SweepRun};
+pub use plan_file::PlanFile;
 
 use crate::{drive_loop::RunError, record::RecordError};
 

@@ -4,6 +4,7 @@
 use super::{
     SweepError,
     combinations::{Combination, combinations},
+    plan_file::{DrivesTable, PlanFile, RehearsalsTable, RingsTable, TrainingsTable},
 };
 use crate::{
     driver::{self, Population},
@@ -15,7 +16,6 @@ use crate::{
     toml_text::{self, KeyPart, did_you_mean, did_you_mean_file, unknown_key},
     train::TrainConfig,
 };
-use serde::Deserialize;
 use serde_json::{Map, Value};
 use std::{
     collections::BTreeMap,
@@ -121,73 +121,6 @@ pub struct SweepPlan {
     pub runs: Vec<SweepRun>,
 }
 
-/// Content of a plan file.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PlanFile {
-    #[serde(default)]
-    rings: Vec<RingsTable>,
-    #[serde(default)]
-    drives: Vec<DrivesTable>,
-    #[serde(default)]
-    trainings: Vec<TrainingsTable>,
-    #[serde(default)]
-    rehearsals: Vec<RehearsalsTable>,
-}
-
-/// A `[[rings]]` table of the plan.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RingsTable {
-    name: Option<String>,
-    config: Option<PathBuf>,
-    rings: Option<u32>,
-    limit_s: Option<f64>,
-    #[serde(default)]
-    settings: toml::Table,
-    #[serde(default)]
-    each: toml::Table,
-}
-
-/// A `[[drives]]` table of the plan.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct DrivesTable {
-    name: Option<String>,
-    scenario: Option<PathBuf>,
-    limit_s: Option<f64>,
-    #[serde(default)]
-    settings: toml::Table,
-    #[serde(default)]
-    each: toml::Table,
-}
-
-/// A `[[trainings]]` table of the plan.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TrainingsTable {
-    name: Option<String>,
-    config: Option<PathBuf>,
-    limit_s: Option<f64>,
-    #[serde(default)]
-    settings: toml::Table,
-    #[serde(default)]
-    each: toml::Table,
-}
-
-/// A `[[rehearsals]]` table of the plan.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RehearsalsTable {
-    name: Option<String>,
-    study: PathBuf,
-    limit_s: Option<f64>,
-    #[serde(default)]
-    settings: toml::Table,
-    #[serde(default)]
-    each: toml::Table,
-}
-
 impl SweepPlan {
     /// Reads a plan and checks the settings, policies, maps and drivers of every run. Paths in it are relative to its folder.
     ///
@@ -206,13 +139,15 @@ impl SweepPlan {
     /// The errors of [`SweepPlan::read`].
     pub fn from_text(text: &str, path: &Path) -> Result<Self, SweepError> {
         let name = path.display().to_string();
-        let file: PlanFile = toml_text::parse(text, &name).map_err(|why| SweepError::Plan(why.to_string()))?;
+        let (file, mut mistakes) = toml_text::read::<PlanFile>(text, &name);
         let folder = path.parent().unwrap_or(Path::new(""));
-        let mut reader = PlanReader { text, name, folder, runs: Vec::new(), checked: BTreeMap::new() };
-        file.rings.iter().enumerate().try_for_each(|(i, table)| reader.rings(i, table))?;
-        file.drives.iter().enumerate().try_for_each(|(i, table)| reader.drives(i, table))?;
-        file.trainings.iter().enumerate().try_for_each(|(i, table)| reader.trainings(i, table))?;
-        file.rehearsals.iter().enumerate().try_for_each(|(i, table)| reader.rehearsals(i, table))?;
+        let mut reader = PlanReader { folder, runs: Vec::new(), checked: BTreeMap::new() };
+        if let Some(file) = &file {
+            for fault in reader.faults(file) {
+                mistakes.add(&fault.key, fault.part, &fault.message);
+            }
+        }
+        mistakes.finish().map_err(|why| SweepError::Plan(why.to_string()))?;
         if reader.runs.is_empty() {
             let text = "there is nothing to run; allowed: tables [[rings]], [[drives]], [[trainings]], [[rehearsals]]";
             return Err(SweepError::Plan(format!("{}: {text}", path.display())));
@@ -221,17 +156,26 @@ impl SweepPlan {
     }
 }
 
-/// Name of a run's table in the plan, and the time limit of its runs.
+/// Fault at a key of the plan or its value.
+struct PlanFault {
+    key: String,
+    part: KeyPart,
+    message: String,
+}
+
+/// Faults of a table.
+type PlanFaults = Vec<PlanFault>;
+
+/// Key and name of a run's table in the plan, and the time limit of its runs.
 #[derive(Clone)]
 struct RunOrigin {
+    key: String,
     table: String,
     limit_s: Option<f64>,
 }
 
 /// State while a plan is read.
 struct PlanReader<'a> {
-    text: &'a str,
-    name: String,
     folder: &'a Path,
     runs: Vec<SweepRun>,
     /// Resolved policy of each map, path, policy and driver checked so far; the checks take longer than everything else.
@@ -239,12 +183,23 @@ struct PlanReader<'a> {
 }
 
 impl PlanReader<'_> {
-    /// Returns an error for the value at a key.
-    fn wrong(&self, key: &str, fault: &str) -> SweepError {
-        SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Value, fault))
+    /// Adds the runs of all tables and returns the faults of each table.
+    fn faults(&mut self, file: &PlanFile) -> PlanFaults {
+        let mut faults = PlanFaults::new();
+        let mut add = |read: Result<(), PlanFaults>| faults.extend(read.err().into_iter().flatten());
+        file.rings.iter().enumerate().for_each(|(i, table)| add(self.rings(i, table)));
+        file.drives.iter().enumerate().for_each(|(i, table)| add(self.drives(i, table)));
+        file.trainings.iter().enumerate().for_each(|(i, table)| add(self.trainings(i, table)));
+        file.rehearsals.iter().enumerate().for_each(|(i, table)| add(self.rehearsals(i, table)));
+        faults
     }
 
-    fn rings(&mut self, index: usize, table: &RingsTable) -> Result<(), SweepError> {
+    /// Returns the fault of the value at a key.
+    fn wrong(&self, key: &str, message: &str) -> PlanFaults {
+        vec![PlanFault { key: key.into(), part: KeyPart::Value, message: message.into() }]
+    }
+
+    fn rings(&mut self, index: usize, table: &RingsTable) -> Result<(), PlanFaults> {
         let at = format!("rings.{index}");
         let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.config {
@@ -280,7 +235,7 @@ impl PlanReader<'_> {
         Ok(())
     }
 
-    fn drives(&mut self, index: usize, table: &DrivesTable) -> Result<(), SweepError> {
+    fn drives(&mut self, index: usize, table: &DrivesTable) -> Result<(), PlanFaults> {
         let at = format!("drives.{index}");
         let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.scenario {
@@ -311,7 +266,7 @@ impl PlanReader<'_> {
     }
 
     /// Checks a drive's map, policy and driver; returns the resolved policy.
-    fn checked_policy(&self, scenario: &Scenario, key: impl Fn(&str) -> String) -> Result<String, SweepError> {
+    fn checked_policy(&self, scenario: &Scenario, key: impl Fn(&str) -> String) -> Result<String, PlanFaults> {
         let map = scenario.load_map().map_err(|why| self.wrong(&key("map"), &why.to_string()))?;
         driver::named(&scenario.driver).map_err(|why| self.wrong(&key("driver"), &why.to_string()))?;
         let policy = policy::resolve(&scenario.policy, &map).name;
@@ -320,7 +275,7 @@ impl PlanReader<'_> {
         Ok(policy)
     }
 
-    fn trainings(&mut self, index: usize, table: &TrainingsTable) -> Result<(), SweepError> {
+    fn trainings(&mut self, index: usize, table: &TrainingsTable) -> Result<(), PlanFaults> {
         let at = format!("trainings.{index}");
         let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let base = match &table.config {
@@ -337,7 +292,7 @@ impl PlanReader<'_> {
         Ok(())
     }
 
-    fn rehearsals(&mut self, index: usize, table: &RehearsalsTable) -> Result<(), SweepError> {
+    fn rehearsals(&mut self, index: usize, table: &RehearsalsTable) -> Result<(), PlanFaults> {
         let at = format!("rehearsals.{index}");
         let origin = self.origin(&at, table.name.as_deref(), table.limit_s)?;
         let path = self.folder.join(&table.study);
@@ -363,25 +318,23 @@ impl PlanReader<'_> {
     }
 
     /// Returns the common data of all runs of the table at a key such as `drives.0`.
-    fn origin(&self, at: &str, name: Option<&str>, limit_s: Option<f64>) -> Result<RunOrigin, SweepError> {
+    fn origin(&self, at: &str, name: Option<&str>, limit_s: Option<f64>) -> Result<RunOrigin, PlanFaults> {
         if let Some(limit) = limit_s.filter(|limit| !(LIMITS_S.0..=LIMITS_S.1).contains(limit)) {
             let text = format!("limit_s is {limit}; allowed: a number from {} to {} s", LIMITS_S.0, LIMITS_S.1);
             return Err(self.wrong(&format!("{at}.limit_s"), &text));
         }
         let (kind, index) = at.split_once('.').unwrap_or((at, ""));
         let numbered = || format!("{kind} {}", index.parse::<usize>().map_or(0, |index| index + 1));
-        Ok(RunOrigin { table: name.map_or_else(numbered, str::to_owned), limit_s })
+        Ok(RunOrigin { key: at.into(), table: name.map_or_else(numbered, str::to_owned), limit_s })
     }
 
-    fn add(&mut self, origin: &RunOrigin, varied: Map<String, Value>, task: SweepTask) -> Result<(), SweepError> {
+    fn add(&mut self, origin: &RunOrigin, varied: Map<String, Value>, task: SweepTask) -> Result<(), PlanFaults> {
         let number = self.runs.len();
         if number == MOST_RUNS {
-            return Err(SweepError::Plan(format!(
-                "{}: more than {MOST_RUNS} runs\n  remedy: split the plan into several plans",
-                self.name
-            )));
+            let text = format!("more than {MOST_RUNS} runs\n  remedy: split the plan into several plans");
+            return Err(self.wrong(&origin.key, &text));
         }
-        let RunOrigin { table, limit_s } = origin.clone();
+        let RunOrigin { table, limit_s, .. } = origin.clone();
         self.runs.push(SweepRun { number, table, varied, limit_s, task });
         Ok(())
     }
@@ -392,12 +345,12 @@ impl PlanReader<'_> {
         at: &str,
         settings: &toml::Table,
         each: &toml::Table,
-    ) -> Result<Vec<Combination>, SweepError> {
+    ) -> Result<Vec<Combination>, PlanFaults> {
         combinations(at, settings, each, MOST_RUNS).map_err(|(key, fault)| self.wrong(&key, &fault))
     }
 
     /// Reads a file of settings that the plan names.
-    fn settings_file<T: Settings>(&self, key: &str, file: &Path) -> Result<T, SweepError> {
+    fn settings_file<T: Settings>(&self, key: &str, file: &Path) -> Result<T, PlanFaults> {
         settings::from_file(&self.folder.join(file)).map_err(|why| self.wrong(key, &why.message))
     }
 
@@ -422,7 +375,7 @@ impl PlanReader<'_> {
     }
 
     /// Returns a word and its key in the plan; the default and an empty key if it is not set.
-    fn word(&self, found: Option<(Value, String)>, default: &str) -> Result<(String, String), SweepError> {
+    fn word(&self, found: Option<(Value, String)>, default: &str) -> Result<(String, String), PlanFaults> {
         match found {
             None => Ok((default.to_owned(), String::new())),
             Some((Value::String(word), key)) => Ok((word, key)),
@@ -431,29 +384,35 @@ impl PlanReader<'_> {
     }
 
     /// Returns a whole number within limits, or the default if it is not set.
-    fn whole(&self, found: Option<(Value, String)>, default: u64, limits: [u64; 2]) -> Result<u64, SweepError> {
+    fn whole(&self, found: Option<(Value, String)>, default: u64, limits: [u64; 2]) -> Result<u64, PlanFaults> {
         let Some((value, key)) = found else { return Ok(default) };
         let [low, high] = limits;
         let fault = || format!("the value is {value}; allowed: a whole number from {low} to {high}");
         value.as_u64().filter(|n| (low..=high).contains(n)).ok_or_else(|| self.wrong(&key, &fault()))
     }
 
-    fn unknown(&self, key: &str, name: &str, known: &[&str]) -> SweepError {
-        SweepError::Plan(toml_text::at(self.text, &self.name, key, KeyPart::Key, &unknown_key(name, known)))
+    fn unknown(&self, key: &str, name: &str, known: &[&str]) -> PlanFaults {
+        vec![PlanFault { key: key.into(), part: KeyPart::Key, message: unknown_key(name, known) }]
     }
 
     /// Returns the base settings with the changes of a combination; `beside` are further names for the error message.
-    fn changed<T: Settings>(&self, base: &T, combination: &Combination, beside: &[&str]) -> Result<T, SweepError> {
+    fn changed<T: Settings>(&self, base: &T, combination: &Combination, beside: &[&str]) -> Result<T, PlanFaults> {
         let fields = fields_of::<T>();
-        let mut changes: Vec<(Field, Value)> = Vec::new();
+        let (mut changes, mut faults): (Vec<(Field, Value)>, PlanFaults) = Default::default();
         for (name, value, key) in &combination.settings {
             let Some(field) = fields.iter().find(|field| field.path == *name) else {
                 let known: Vec<&str> =
                     fields.iter().map(|field| field.path.as_str()).chain(beside.iter().copied()).collect();
-                return Err(self.unknown(key, name, &known));
+                faults.extend(self.unknown(key, name, &known));
+                continue;
             };
-            let value = field.written(value).map_err(|fault| self.wrong(key, &fault))?;
-            changes.push((field.clone(), value));
+            match field.written(value) {
+                Ok(value) => changes.push((field.clone(), value)),
+                Err(fault) => faults.extend(self.wrong(key, &fault)),
+            }
+        }
+        if !faults.is_empty() {
+            return Err(faults);
         }
         settings::changed(base, &changes).map_err(|why| {
             let set = combination.settings.iter().find(|setting| setting.0 == why.key);

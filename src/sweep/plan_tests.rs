@@ -89,6 +89,26 @@ fn a_mistake_is_reported_with_line_and_column() {
 }
 
 #[test]
+fn all_mistakes_of_a_plan_are_in_one_report() {
+    let text = "[[drives]]\nlimit_s = 0\n[[drives]]\n[drives.settings]\ntraffic = \"native\"\nhold = 1\nvehicles = 1\n\
+                [[rings]]\nring = 3\n[[rings]]\nrings = 0\n[[trainings]]\nconfig = 3\n";
+    let report = fault(text);
+    let places: Vec<&str> = report.lines().filter_map(|line| line.strip_prefix("plan.toml:")).collect();
+    let wanted = [
+        "2:11: limit_s is 0",
+        "6:1: unknown key `hold`",
+        "7:12: vehicles is 1",
+        "9:1: unknown key `ring`; did you mean `rings`?",
+        "11:9: rings is 0",
+        "13:10: invalid type: integer `3`",
+    ];
+    assert!(
+        places.len() == wanted.len() && places.iter().zip(wanted).all(|(one, begin)| one.starts_with(begin)),
+        "{report}"
+    );
+}
+
+#[test]
 fn files_that_a_plan_names_lie_beside_it() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(

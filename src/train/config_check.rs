@@ -1,114 +1,136 @@
-//! Checks of a training's configuration. In: a [`TrainConfig`]. Out: the key of the first setting that does not fit the others, and the
+//! Checks of a training's configuration. In: a [`TrainConfig`]. Out: the keys of settings that do not fit the others, each with the
 //! reason.
 
 use super::{TrainConfig, config::ActionKind, drawn_ring::TRUCK_LENGTH_M, inputs::check_names};
 use crate::{
     policy::{Feature, Hold, NetworkInput, RoadKind},
     scenario::AdvisedVehicles,
-    settings::Settings,
+    settings::{SettingFault, Settings},
     space::CAR_LENGTH_M,
     time::is_whole_ticks,
     traffic::TrafficDrivers,
 };
 
 impl Settings for TrainConfig {
-    fn check(&self) -> Result<(), (String, String)> {
-        self.check_relations().map_err(|(key, message)| (key.into(), message))
+    fn faults(&self) -> Vec<SettingFault> {
+        [self.advice_faults(), self.ring_faults(), self.learning_faults()].concat()
     }
 }
 
 impl TrainConfig {
-    fn check_relations(&self) -> Result<(), (&'static str, String)> {
+    /// Returns the faults of steps, holds and the advice, and of what the policy observes.
+    fn advice_faults(&self) -> Vec<SettingFault> {
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others, message: String| faults.push(SettingFault::new(key, others, message));
         if !is_whole_ticks(self.ring.step_s) {
-            return Err(("step_s", format!("step_s is {}; allowed: a multiple of 0.01 s", self.ring.step_s)));
+            add("step_s", &[], format!("step_s is {}; allowed: a multiple of 0.01 s", self.ring.step_s));
         }
         if let Err(fault) = Hold::new(self.advice.hold_s, self.ring.step_s) {
-            return Err(("hold_s", fault.to_string()));
+            add("hold_s", &["step_s"], fault.to_string());
         }
-        if self.holds_s()[1] > self.ring.horizon_s {
-            let text = format!(
-                "the longest hold is {} s; allowed: at most the horizon, {} s",
-                self.holds_s()[1],
-                self.ring.horizon_s
-            );
-            return Err(("hold_s", text));
+        let [_, longest_s] = self.holds_s();
+        if longest_s > self.ring.horizon_s {
+            let horizon_s = self.ring.horizon_s;
+            let text = format!("the longest hold is {longest_s} s; allowed: at most the horizon, {horizon_s} s");
+            add("hold_s", &["hold_max_s", "horizon_s"], text);
         }
         if self.is_residual() && self.advice.action == ActionKind::Acceleration {
             let text = "residual_over is set; allowed: empty if action is \"acceleration\"";
-            return Err(("residual_over", text.into()));
+            add("residual_over", &["action"], text.into());
         }
         if self.probe().is_some() && self.advice.action == ActionKind::Acceleration {
             let text = format!("probe_mps is {}; allowed: 0 if action is \"acceleration\"", self.advice.probe_mps);
-            return Err(("probe_mps", text));
+            add("probe_mps", &["action"], text);
         }
         if !self.is_residual() && self.inputs().iter().any(|input| input.feature == Feature::ControllerSpeed) {
-            return Err(("sees", "sees names `controller_speed`; allowed: only if residual_over is set".into()));
+            let text = "sees names `controller_speed`; allowed: only if residual_over is set";
+            add("sees", &["residual_over"], text.into());
         }
         if let Err(fault) = check_names(&self.network.sees) {
-            return Err(("sees", fault));
+            add("sees", &[], fault);
         }
         if let Some(input) = self.inputs().iter().find(|input| !input.feature.is_seen_on(RoadKind::BareRing)) {
             let text = format!("sees names `{}`, which training rings do not have", input.feature.name());
-            return Err(("sees", text));
+            add("sees", &[], text);
         }
         if self.advice.levels == 1 {
-            return Err(("levels", "levels is 1; allowed: 0 (continuous) or at least 2".into()));
+            add("levels", &[], "levels is 1; allowed: 0 (continuous) or at least 2".into());
         }
-        if self.ring.vehicles_max < self.ring.vehicles_min {
-            let text = format!(
-                "vehicles_max is {}; allowed: from vehicles_min, {}",
-                self.ring.vehicles_max, self.ring.vehicles_min
-            );
-            return Err(("vehicles_max", text));
+        faults
+    }
+
+    /// Returns the faults of the rings and their vehicles.
+    fn ring_faults(&self) -> Vec<SettingFault> {
+        let ring = &self.ring;
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others, message: String| faults.push(SettingFault::new(key, others, message));
+        if ring.vehicles_max < ring.vehicles_min {
+            let text =
+                format!("vehicles_max is {}; allowed: from vehicles_min, {}", ring.vehicles_max, ring.vehicles_min);
+            add("vehicles_max", &["vehicles_min"], text);
         }
-        if self.ring.circumference_max_m < self.ring.circumference_min_m {
+        if ring.circumference_max_m < ring.circumference_min_m {
             let text = format!(
                 "circumference_max_m is {}; allowed: from circumference_min_m, {}",
-                self.ring.circumference_max_m, self.ring.circumference_min_m
+                ring.circumference_max_m, ring.circumference_min_m
             );
-            return Err(("circumference_max_m", text));
+            add("circumference_max_m", &["circumference_min_m"], text);
         }
-        self.check_of_advised()?;
-        self.check_of_drivers()?;
-        let length_m = if self.ring.truck_share > 0.0 { TRUCK_LENGTH_M } else { CAR_LENGTH_M };
-        let car_m = length_m + self.ring.idm.s0 * (1.0 + self.ring.idm_spread) * (1.0 + self.ring.car_spread);
-        if self.ring.circumference_min_m < f64::from(self.ring.vehicles_max) * car_m {
-            let most = (self.ring.circumference_min_m / car_m).floor();
+        if let Err((key, text)) = self.check_of_advised() {
+            add(key, &["vehicles_min", "vehicles_max", "estimator_rounds", "silence_rings"], text);
+        }
+        if let Err((key, text)) = self.check_of_drivers() {
+            add(key, &["traffic_drivers"], text);
+        }
+        let length_m = if ring.truck_share > 0.0 { TRUCK_LENGTH_M } else { CAR_LENGTH_M };
+        let car_m = length_m + ring.idm.s0 * (1.0 + ring.idm_spread) * (1.0 + ring.car_spread);
+        if ring.circumference_min_m < f64::from(ring.vehicles_max) * car_m {
+            let most = (ring.circumference_min_m / car_m).floor();
             let text = format!(
                 "vehicles_max is {}; allowed: at most {most}, as many as fit on {} m",
-                self.ring.vehicles_max, self.ring.circumference_min_m
+                ring.vehicles_max, ring.circumference_min_m
             );
-            return Err(("vehicles_max", text));
+            add("vehicles_max", &["circumference_min_m", "truck_share", "idm", "idm_spread", "car_spread"], text);
         }
-        if self.ring.circumference_max_m < f64::from(self.ring.vehicles_max) * self.ring.least_spacing_m {
+        if ring.circumference_max_m < f64::from(ring.vehicles_max) * ring.least_spacing_m {
             let text = format!(
                 "least_spacing_m is {}; allowed: at most {:.2}, the road per vehicle on circumference_max_m with {} \
                  vehicles",
-                self.ring.least_spacing_m,
-                self.ring.circumference_max_m / f64::from(self.ring.vehicles_max),
-                self.ring.vehicles_max
+                ring.least_spacing_m,
+                ring.circumference_max_m / f64::from(ring.vehicles_max),
+                ring.vehicles_max
             );
-            return Err(("least_spacing_m", text));
+            add("least_spacing_m", &["circumference_max_m", "vehicles_max"], text);
         }
-        if !self.run.rings.is_multiple_of(super::simd::LANES as u32) {
-            return Err(("rings", format!("rings is {}; allowed: a multiple of 16", self.run.rings)));
-        }
+        faults
+    }
+
+    /// Returns the faults of the learning: numbers of rings, silence, estimator and scaling.
+    fn learning_faults(&self) -> Vec<SettingFault> {
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others, message: String| faults.push(SettingFault::new(key, others, message));
         let silence_rings = self.silence.silence_rings;
-        if !silence_rings.is_multiple_of(super::simd::LANES as u32) {
-            return Err(("silence_rings", format!("silence_rings is {silence_rings}; allowed: a multiple of 16")));
+        for (key, rings) in [("rings", self.run.rings), ("silence_rings", silence_rings)] {
+            if !rings.is_multiple_of(super::simd::LANES as u32) {
+                add(key, &[], format!("{key} is {rings}; allowed: a multiple of 16"));
+            }
         }
         if silence_rings > 0 && self.lasting_inputs().is_empty() {
             let text = format!(
                 "silence_rings is {silence_rings}; allowed: 0 if sees names no lasting input: circumference, spacing, \
                  log_hold, or an input of the driver"
             );
-            return Err(("silence_rings", text));
+            add("silence_rings", &["sees"], text);
         }
-        self.check_of_driver()?;
+        if let Err((key, text)) = self.check_of_driver() {
+            let others: &[&str] =
+                if key == "sees" { &["estimator", "latents"] } else { &["sees", "estimator", "latents"] };
+            add(key, others, text);
+        }
         if !self.inputs().iter().all(NetworkInput::is_sound) {
-            return Err(("scaling", "scaling: each `to` must be above its `from`".into()));
+            add("scaling", &["sees"], "scaling: each `to` must be above its `from`".into());
         }
-        Ok(())
+        faults
     }
 }
 

@@ -27,7 +27,7 @@ use crate::{
     sim::{EventKind, World},
     study::file::StudyFile,
     time::{TICK_S, Tick},
-    toml_text::{self, TomlError},
+    toml_text::{self, KeyPart, TomlError},
     triggers::{TriggerPort, TriggerSettings, TriggerSettingsFault, WrittenTrigger},
 };
 use serde::{Deserialize, Serialize};
@@ -40,7 +40,7 @@ use std::{
 const LONGEST_DELAY_S: f64 = 0.1;
 
 /// Settings for the laboratory devices: the tables `[lsl]` and `[triggers]` of a study's file, or of a separate file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LabSettings {
     /// LSL streams to send and to record.
@@ -78,9 +78,16 @@ impl LabSettings {
     pub fn load(path: &Path) -> Result<Self, LabSettingsError> {
         let text = file::read_text(path, file::SETTINGS_BYTES);
         let text = text.map_err(|why| LabSettingsError::File { path: path.into(), why })?;
-        let settings: Self = toml_text::parse(&text, &path.display().to_string())?;
-        settings.check()?;
-        Ok(settings)
+        let (settings, mut mistakes) = toml_text::read::<Self>(&text, &path.display().to_string());
+        if let Some(Self { lsl, triggers }) = &settings {
+            if let Err(fault) = lsl.check() {
+                mistakes.add(&format!("lsl.{}", fault.key()), KeyPart::Value, &fault.to_string());
+            }
+            if let Some(Err(fault)) = triggers.as_ref().map(TriggerSettings::check) {
+                mistakes.add(&format!("triggers.{}", fault.key()), KeyPart::Value, &fault.to_string());
+            }
+        }
+        Ok(toml_text::finished((settings, mistakes))?)
     }
 
     /// Checks the values.

@@ -117,7 +117,7 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
         (format!("{HEAD}kind = 3"), &["own.toml:2:8: kind is 3; allowed: constant"]),
         (
             two_phase("slow_mps = 2\nslow_s = 40\nthan_mps = 4"),
-            &["own.toml:5:1: unknown key `than_mps`; did you mean `then_mps`?", "  5 | than_mps = 4\n    | ^^^^^^^^"],
+            &["own.toml:5:1: unknown key `than_mps`; did you mean `then_mps`?", "5 | than_mps = 4\n  | ^^^^^^^^"],
         ),
         (
             two_phase("slow_mps = 2\nthen_mps = 4"),

@@ -10,7 +10,7 @@ mod trigger;
 mod values;
 
 use super::RoadUser;
-use crate::toml_text::did_you_mean;
+use crate::{settings::SettingFault, toml_text::did_you_mean};
 pub use action::{Action, AutomationSwitch};
 pub use ask::Ask;
 pub use limits::{DistanceAhead, TimeAhead};
@@ -22,11 +22,12 @@ pub use values::{EGO_NAME, FOLLOWER, LEADER, LEFT_LEADER, PLACES, RIGHT_LEADER, 
 pub(super) use values::{FARTHEST_M, FASTEST_MPS, MOST_LANES, within};
 use values::{LATEST_S, check_vehicle, is_zero};
 
-/// Path of a setting within the list of events, such as `event.2.trigger`, and what is wrong with it.
-pub type EventFault = (String, String);
+/// Fault of a part of an event, such as `trigger`: the part, the lists of the scenario because of which it is one, and a message.
+type PartFault = (String, &'static [&'static str], String);
 
 /// Key of the list of events in a scenario.
 pub const KEY: &str = "event";
+const EVENTS_KEYS: &[&str] = &[KEY];
 
 /// Largest number of events of a scenario, and of actions of an event.
 const MOST_EVENTS: usize = 200;
@@ -34,29 +35,35 @@ const MOST_ACTIONS: usize = 20;
 /// Longest name, letters.
 const NAME_LETTERS: usize = 40;
 /// An event of a scenario.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScriptedEvent {
     /// Name, unique in the scenario; the recording has it.
+    #[schemars(length(min = 1, max = 40))]
     pub name: String,
     /// Condition at which the event begins.
     pub trigger: Trigger,
     /// Time for which the trigger has to be true before the event begins, s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub holds_s: f64,
     /// Time from its trigger to its begin, after that for which it has to be true, s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub delay_s: f64,
     /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
     #[serde(default = "certain", skip_serializing_if = "is_certain")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub probability: f64,
     /// True for an event that begins anew each time its trigger comes true, false for one that begins once.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub repeats: bool,
     /// Largest number of times that an event that repeats begins; without it any number.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1))]
     pub most_times: Option<u32>,
     /// Actions, which begin together; without any, the event is a mark in the recording.
+    #[schemars(length(max = 20))]
     pub actions: Vec<Action>,
 }
 
@@ -98,78 +105,97 @@ impl ScriptedEvent {
         self.trigger.names_signal() || self.actions.iter().any(|action| matches!(action, Action::Signal { .. }))
     }
 
-    /// Checks the events of a scenario: each alone, that names are unique, that none waits for itself, and that what only road users can do is for
-    /// one of these.
-    ///
-    /// # Errors
-    /// The first fault: the path of the setting, and a message with value and remedy.
-    pub fn check_all(events: &[Self], users: &[RoadUser]) -> Result<(), EventFault> {
+    /// Returns the faults of the events of a scenario: of each alone, names that are not unique, events that wait for themselves, and actions for
+    /// others that only road users can carry out.
+    pub fn faults(events: &[Self], users: &[RoadUser]) -> Vec<SettingFault> {
         if events.len() > MOST_EVENTS {
             let message = format!("{} events; allowed: at most {MOST_EVENTS}", events.len());
-            return Err((format!("{KEY}.{MOST_EVENTS}"), message));
+            return vec![SettingFault::new(format!("{KEY}.{MOST_EVENTS}"), &[], message)];
         }
+        let mut faults = Vec::new();
         for (k, event) in events.iter().enumerate() {
-            let fault = |part: &str, message: String| {
-                Err((format!("{KEY}.{k}.{part}"), format!("event \"{}\": {message}", event.name)))
+            let located = |(part, others, message): PartFault| {
+                SettingFault::new(format!("{KEY}.{k}.{part}"), others, format!("event \"{}\": {message}", event.name))
             };
-            let letters = event.name.chars().count();
-            if event.name.trim().is_empty() || letters > NAME_LETTERS {
-                return fault("name", format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}"));
-            }
-            if events[..k].iter().any(|other| other.name == event.name) {
-                return fault("name", "another event has this name; allowed: one for each".into());
-            }
-            if let Err(message) = event.trigger.check() {
-                return fault("trigger", message);
-            }
-            if let Err(message) = within("probability", event.probability, [0.0, 1.0]) {
-                return fault("probability", message);
-            }
-            for (part, value_s) in [("holds_s", event.holds_s), ("delay_s", event.delay_s)] {
-                if let Err(message) = within(part, value_s, [0.0, LATEST_S]) {
-                    return fault(part, message);
-                }
-            }
-            if let Some(most) = event.most_times
-                && (most == 0 || !event.repeats)
-            {
-                let message = format!("most_times is {most}; allowed: 1 or more, with repeats = true");
-                return fault("most_times", message);
-            }
-            if event.actions.len() > MOST_ACTIONS {
-                return fault("actions", format!("{} actions; allowed: at most {MOST_ACTIONS}", event.actions.len()));
-            }
-            for (n, action) in event.actions.iter().enumerate() {
-                if let Err(message) = action.check() {
-                    return fault(&format!("actions.{n}"), message);
-                }
-                check_road_user(action, users).map_err(|message| {
-                    (format!("{KEY}.{k}.actions.{n}"), format!("event \"{}\": {message}", event.name))
-                })?;
-                let is_user = |name: &VehicleName| users.iter().any(|user| user.name == *name);
-                let same = |other: &&Action| other.vehicle().is_some() && other.vehicle() == action.vehicle();
-                let twice = event.actions[..n].iter().find(same).and_then(|_| action.vehicle());
-                if let Some(of) = twice.filter(|name| !is_user(name)) {
-                    let message = format!(
-                        "two actions for the vehicle {of}; allowed: one at a time\n  remedy: a second event with trigger = {{ after = {{ event = \"{}\" }} }}",
-                        event.name
-                    );
-                    return fault(&format!("actions.{n}"), message);
-                }
-            }
-            for before in event.trigger.events_before() {
-                let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
-                if !names.contains(&before) {
-                    let nearest = did_you_mean(before, &names);
-                    return fault("trigger", format!("no event has the name \"{before}\"{nearest}"));
-                }
-                if Self::waits_for(events, before, &event.name) {
-                    let message = format!("it waits for \"{before}\", which waits for it; neither can begin");
-                    return fault("trigger", message);
-                }
+            let of_event = event.own_faults(&events[..k]).into_iter().chain(event.action_faults(users));
+            faults.extend(of_event.chain(event.waiting_fault(events)).map(located));
+        }
+        faults
+    }
+
+    /// Returns the faults of the event's values, apart from its actions. Other events are before it.
+    fn own_faults(&self, before: &[Self]) -> Vec<PartFault> {
+        let mut faults: Vec<PartFault> = Vec::new();
+        let mut add = |part: &str, message: String| faults.push((part.into(), &[], message));
+        let letters = self.name.chars().count();
+        if self.name.trim().is_empty() || letters > NAME_LETTERS {
+            add("name", format!("the name has {letters} letters; allowed: 1 to {NAME_LETTERS}"));
+        } else if before.iter().any(|other| other.name == self.name) {
+            add("name", "another event has this name; allowed: one for each".into());
+        }
+        let numbers = [
+            ("probability", self.probability, [0.0, 1.0]),
+            ("holds_s", self.holds_s, [0.0, LATEST_S]),
+            ("delay_s", self.delay_s, [0.0, LATEST_S]),
+        ];
+        let numbers = numbers.map(|(part, value, bounds)| (part, within(part, value, bounds)));
+        for (part, checked) in [("trigger", self.trigger.check())].into_iter().chain(numbers) {
+            if let Err(message) = checked {
+                add(part, message);
             }
         }
-        Ok(())
+        if let Some(most) = self.most_times
+            && (most == 0 || !self.repeats)
+        {
+            add("most_times", format!("most_times is {most}; allowed: 1 or more, with repeats = true"));
+        }
+        faults
+    }
+
+    /// Returns the faults of the event's actions in a scenario with these road users.
+    fn action_faults(&self, users: &[RoadUser]) -> Vec<PartFault> {
+        if self.actions.len() > MOST_ACTIONS {
+            let message = format!("{} actions; allowed: at most {MOST_ACTIONS}", self.actions.len());
+            return vec![("actions".into(), &[], message)];
+        }
+        let mut faults: Vec<PartFault> = Vec::new();
+        for (n, action) in self.actions.iter().enumerate() {
+            let mut add = |others, message| faults.push((format!("actions.{n}"), others, message));
+            if let Err(message) = action.check() {
+                add(&[], message);
+            }
+            if let Err(message) = check_road_user(action, users) {
+                add(&[super::road_user::KEY], message);
+            }
+            let is_user = |name: &VehicleName| users.iter().any(|user| user.name == *name);
+            let same = |other: &&Action| other.vehicle().is_some() && other.vehicle() == action.vehicle();
+            let twice = self.actions[..n].iter().find(same).and_then(|_| action.vehicle());
+            if let Some(of) = twice.filter(|name| !is_user(name)) {
+                let message = format!(
+                    "two actions for the vehicle {of}; allowed: one at a time\n  remedy: a second event with trigger = {{ after = {{ event = \"{}\" }} }}",
+                    self.name
+                );
+                add(&[super::road_user::KEY], message);
+            }
+        }
+        faults
+    }
+
+    /// Returns the fault of an event that waits for an unknown one, or for one that waits for it.
+    fn waiting_fault(&self, events: &[Self]) -> Option<PartFault> {
+        let names: Vec<&str> = events.iter().map(|event| event.name.as_str()).collect();
+        self.trigger.events_before().into_iter().find_map(|before| {
+            let message = if !names.contains(&before) {
+                let nearest = did_you_mean(before, &names);
+                format!("no event has the name \"{before}\"{nearest}")
+            } else if Self::waits_for(events, before, &self.name) {
+                format!("it waits for \"{before}\", which waits for it; neither can begin")
+            } else {
+                return None;
+            };
+            // Names of other events may be at fault.
+            Some(("trigger".into(), EVENTS_KEYS, message))
+        })
     }
 
     /// Checks that each event can begin on the road of its drive, and that its actions are possible there.

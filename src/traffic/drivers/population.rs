@@ -31,7 +31,7 @@ const SHIPPED: &str = "assets/populations";
 pub struct PopulationError(pub String);
 
 /// Car-following model that all persons of a file share.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PopulationModel {
     /// Acceleration by speed, gap and closing speed: the default of traffic research.
@@ -41,13 +41,14 @@ pub enum PopulationModel {
 }
 
 /// Distribution of one parameter over persons.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PersonParameter {
     /// Mean over persons, in `unit`.
     pub mean: f64,
     /// Standard deviation of the natural logarithm between persons; 0: all alike.
     #[serde(default)]
+    #[schemars(range(min = 0.0))]
     pub spread: f64,
     /// Unit of the mean, as the program has it.
     pub unit: String,
@@ -57,12 +58,13 @@ pub struct PersonParameter {
 }
 
 /// Correlation of the logarithms of two parameters between persons.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PersonCorrelation {
     /// Names of the two parameters.
     pub between: [String; 2],
     /// Coefficient of correlation, above -1 and below 1.
+    #[schemars(range(min = -1.0, max = 1.0))]
     pub r: f64,
     /// Source of the number; empty: the population's.
     #[serde(default, skip_serializing_if = "String::is_empty")]
@@ -70,7 +72,7 @@ pub struct PersonCorrelation {
 }
 
 /// Population of traffic drivers, as its file describes it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrafficPopulation {
     /// Title for people, such as the instruction that the drivers had.
@@ -164,12 +166,11 @@ impl TrafficPopulation {
     /// # Errors
     /// The text is invalid; the message gives the place and the allowed values.
     pub fn parse(text: &str, name: &str) -> Result<Self, PopulationError> {
-        let body = toml_text::without_format(text, name).map_err(|e| PopulationError(e.to_string()))?;
-        let mut population: Self = toml_text::parse(&body, name).map_err(|e| PopulationError(e.to_string()))?;
-        match population.completed() {
-            Ok(()) => Ok(population),
-            Err((key, part, message)) => Err(PopulationError(toml_text::at(&body, name, &key, part, &message))),
+        let (mut population, mut mistakes) = toml_text::read_formatted::<Self>(text, name);
+        for (key, part, message) in population.iter_mut().flat_map(Self::completed) {
+            mistakes.add(&key, part, &message);
         }
+        toml_text::finished((population, mistakes)).map_err(|mistakes| PopulationError(mistakes.to_string()))
     }
 
     /// Returns the population after a change of its numbers, checked.
@@ -177,9 +178,9 @@ impl TrafficPopulation {
     /// # Errors
     /// A number is beyond its limits, or no persons can have the correlations together.
     pub fn checked(mut self) -> Result<Self, PopulationError> {
-        match self.completed() {
-            Ok(()) => Ok(self),
-            Err((key, _, message)) => Err(PopulationError(format!("{key}: {message}"))),
+        match self.completed().into_iter().next() {
+            None => Ok(self),
+            Some((key, _, message)) => Err(PopulationError(format!("{key}: {message}"))),
         }
     }
 
@@ -196,37 +197,46 @@ impl TrafficPopulation {
         format!("format = {}\n", toml_text::FORMAT) + &toml::to_string(self).unwrap_or_default()
     }
 
-    /// Checks all numbers and prepares the draws. A fault has its key, the part of the key and the message.
-    fn completed(&mut self) -> Result<(), (String, KeyPart, String)> {
+    /// Checks all numbers and prepares the draws. Each fault has its key, the part of the key and the message.
+    fn completed(&mut self) -> Vec<(String, KeyPart, String)> {
         let fields = parameter_fields(self.model);
         let known: Vec<&str> = fields.iter().map(|field| field.path.as_str()).collect();
-        for name in self.parameters.keys() {
-            if !known.contains(&name.as_str()) {
-                return Err((format!("parameters.{name}"), KeyPart::Key, toml_text::unknown_key(name, &known)));
-            }
-        }
+        let unknown = self.parameters.keys().filter(|name| !known.contains(&name.as_str()));
+        let mut faults: Vec<(String, KeyPart, String)> = unknown
+            .map(|name| (format!("parameters.{name}"), KeyPart::Key, toml_text::unknown_key(name, &known)))
+            .collect();
+        // A name with a slip is not missing, too.
+        let is_meant = |name: &str| self.parameters.keys().any(|key| toml_text::nearest(key, &known) == Some(name));
         for field in &fields {
             let name = &field.path;
             let Some(parameter) = self.parameters.get(name) else {
-                let message = format!("parameter {name} is missing: {}, {}", field.doc.to_lowercase(), field.allowed());
-                return Err(("parameters".into(), KeyPart::Key, message));
+                if !is_meant(name) {
+                    let message =
+                        format!("parameter {name} is missing: {}, {}", field.doc.to_lowercase(), field.allowed());
+                    faults.push((format!("parameters.{name}"), KeyPart::Key, message));
+                }
+                continue;
             };
-            let at = |key: &str, message| (format!("parameters.{name}.{key}"), KeyPart::Value, message);
+            let mut add =
+                |key: &str, message| faults.push((format!("parameters.{name}.{key}"), KeyPart::Value, message));
             if let Some(fault) = field.fault(&parameter.mean.into()) {
-                return Err(at("mean", fault));
+                add("mean", fault);
             }
             if !(0.0..=MOST_SPREAD).contains(&parameter.spread) {
                 let message = format!("spread is {}; allowed: 0 to {MOST_SPREAD}, of the logarithm", parameter.spread);
-                return Err(at("spread", message));
+                add("spread", message);
             }
             if parameter.unit != field.unit {
                 let message = format!("unit is \"{}\"; allowed for {name}: \"{}\"", parameter.unit, field.unit);
-                return Err(at("unit", message));
+                add("unit", message);
             }
         }
-        self.root = self.root_of_correlations(&known)?;
+        match self.root_of_correlations(&known) {
+            Ok(root) => self.root = root,
+            Err(fault) => faults.push(fault),
+        }
         self.fields = fields;
-        Ok(())
+        faults
     }
 
     /// Returns the lower triangular root of the matrix of correlations (Cholesky).

@@ -180,12 +180,16 @@ impl Benchmark {
 
     /// Parses a benchmark from text.
     fn parse(text: &str, name: &str, folder: PathBuf) -> Result<Self, CliError> {
-        let parsed: Self = toml_text::parse(text, name).map_err(|error| CliError::Input(error.to_string()))?;
-        let benchmark = Self { folder, ..parsed };
-        benchmark
-            .check()
-            .map_err(|(key, message)| CliError::Input(toml_text::at(text, name, &key, KeyPart::Value, &message)))?;
-        Ok(benchmark)
+        let (parsed, mut mistakes) = toml_text::read::<Self>(text, name);
+        let benchmark = parsed.map(|parsed| Self { folder, ..parsed });
+        let checked = [Self::check, Self::check_drivers_and_roads, Self::check_rows];
+        for (key, message) in benchmark.iter().flat_map(|one| checked.into_iter().filter_map(|check| check(one).err()))
+        {
+            // Rows name drivers and roads.
+            let others: &[&str] = if key.starts_with("row.") { &["driver", "road"] } else { &[] };
+            mistakes.add_related(&key, others, KeyPart::Value, &message);
+        }
+        toml_text::finished((benchmark, mistakes)).map_err(|error| CliError::Input(error.to_string()))
     }
 
     /// Checks the definition. Returns the key at fault and the allowed values.
@@ -218,8 +222,7 @@ impl Benchmark {
         for (i, hold_s) in self.holds_s.iter().enumerate() {
             Hold::new(*hold_s, step_s).map_err(|fault| (format!("holds_s.{i}"), fault.to_string()))?;
         }
-        self.check_drivers_and_roads()?;
-        self.check_rows(step_s)
+        Ok(())
     }
 
     fn check_drivers_and_roads(&self) -> Result<(), (String, String)> {
@@ -273,7 +276,8 @@ impl Benchmark {
         Ok(())
     }
 
-    fn check_rows(&self, step_s: f64) -> Result<(), (String, String)> {
+    fn check_rows(&self) -> Result<(), (String, String)> {
+        let step_s = RingConfig::default().step_s;
         for (i, row) in self.rows.iter().enumerate() {
             for (what, is_empty) in [
                 ("policies", row.policies.is_empty()),
