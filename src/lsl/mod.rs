@@ -27,7 +27,9 @@ pub use stream::{Channel, ChannelFormat, FoundStream, StreamDescription};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LslError {
     /// The library is not on this computer.
-    #[error("liblsl was not found: {0}\n  remedy: run scripts/setup --lsl, or set CODRIVE_LSL to the library's file")]
+    #[error(
+        "liblsl was not found: {0}\n  remedy: run scripts/setup --lsl in a checkout, or set CODRIVE_LSL to the library's file; pip install pylsl brings one"
+    )]
     Absent(String),
     /// The library refused a call.
     #[error("liblsl refused {what}: {why}")]

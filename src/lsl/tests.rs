@@ -54,11 +54,7 @@ fn errors_about_missing_things_give_the_remedy() {
     let seen = vec!["name='eyes'".into(), "name='heart'".into()];
     let some = LslError::NotFound { predicate: "x".into(), seconds: 2.0, seen }.to_string();
     assert!(some.contains("Streams found: name='eyes'; name='heart'."), "{some}");
-    assert!(
-        LslError::Absent("nowhere".into())
-            .to_string()
-            .ends_with("scripts/setup --lsl, or set CODRIVE_LSL to the library's file")
-    );
+    assert!(LslError::Absent("nowhere".into()).to_string().ends_with("pip install pylsl brings one"));
 }
 
 #[test]

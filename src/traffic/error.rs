@@ -7,7 +7,7 @@ use super::mixture::FollowingModel;
 pub enum TrafficError {
     /// SUMO is not on this machine.
     #[error(
-        "SUMO was not found: {0}\n  remedy: run scripts/setup, which puts SUMO into .sumo/, or drive with --traffic native"
+        "SUMO was not found: {0}\n  remedy: run scripts/setup in a checkout, or pip install eclipse-sumo and set SUMO_HOME to its folder, or drive with --traffic native"
     )]
     Absent(String),
     /// Another simulation of this process uses SUMO.

@@ -145,7 +145,7 @@ fn a_missing_library_is_reported_before_the_drive_if_it_is_needed() {
     };
     let (is_well, printed) = codrive(&["drive", "--lsl", "--traffic", "native"]);
     assert!(!is_well && printed.contains("liblsl was not found: /nowhere/liblsl.so"), "{printed}");
-    assert!(printed.contains("remedy: run scripts/setup --lsl, or set CODRIVE_LSL"), "{printed}");
+    assert!(printed.contains("remedy: run scripts/setup --lsl in a checkout, or set CODRIVE_LSL"), "{printed}");
     let (is_well, printed) = codrive(&["run", "--duration", "1", "--traffic", "native"]);
     assert!(is_well, "{printed}");
     let file = tempfile::NamedTempFile::new().unwrap();
