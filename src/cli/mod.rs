@@ -32,6 +32,7 @@ mod recover;
 mod replay;
 mod run;
 mod scenario;
+pub mod schema;
 mod sign;
 mod stop;
 mod study;
@@ -112,6 +113,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("scenario", m)) => scenario::main(m),
         Some(("completions", m)) => completions::main(m),
         Some(("man", m)) => man::main(m),
+        Some(("schema", m)) => schema::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),
         Some(("tune", m)) => tune::main(m),
@@ -181,7 +183,7 @@ const GROUPS: [(&str, &[&str]); 5] = [
     ("Study", &["study", "calibrate", "doctor"]),
     ("Analyse", &["analyse", "evaluate", "sweep", "validate"]),
     ("Train", &["train", "tune"]),
-    ("Maintain", &["map", "scenario", "recover", "sign", "bench", "completions", "man"]),
+    ("Maintain", &["map", "scenario", "schema", "recover", "sign", "bench", "completions", "man"]),
 ];
 
 const TUNE_ABOUT: &str = "Tune a controller's parameters on the fast ring by CMA-ES";
@@ -234,6 +236,7 @@ fn shown_command(listing: HelpListing) -> Command {
         .subcommand(scenario::command())
         .subcommand(completions::command())
         .subcommand(man::command())
+        .subcommand(schema::command())
         .subcommands(desktop::commands(listing));
     let groups = groups(&command);
     command.help_template(format!(

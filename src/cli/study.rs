@@ -27,11 +27,6 @@ pub(super) fn command() -> Command {
         .subcommand(exclude_command())
         .subcommand(export_command())
         .subcommand(erase_command())
-        .subcommand(
-            Command::new("schema")
-                .about("Print the JSON Schema of study files, for editors")
-                .after_help("Example: codrive study schema > study.schema.json"),
-        )
 }
 
 fn check_command() -> Command {
@@ -175,7 +170,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         Some(("exclude", m)) => exclude(m),
         Some(("export", m)) => export(m),
         Some(("erase", m)) => erase(m),
-        _ => out::line(format_args!("{:#}", Study::schema())),
+        _ => unreachable!("clap requires a subcommand"),
     }
 }
 

@@ -36,10 +36,12 @@ pub struct MapInfo {
 }
 
 /// Content of `map.toml`.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Default, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct MapFile {
+pub struct MapFile {
+    /// Title in one line.
     title: String,
+    /// Purpose of the map.
     #[serde(default)]
     description: String,
     /// Edges of the route in order; found by the program if absent.

@@ -43,7 +43,7 @@ mod xml_tree;
 mod xml_tree_tests;
 
 pub use canonical::SumoText;
-pub use catalog::{MapInfo, is_own, is_path, known_as, list, own_folder, scenario_file};
+pub use catalog::{MapFile, MapInfo, is_own, is_path, known_as, list, own_folder, scenario_file};
 pub use error::MapError;
 pub use import::{Imported, import, import_within};
 pub use open_drive_roads::{OpenDriveRoad, OpenDriveRoads, OpenDriveSignal};

@@ -8,7 +8,7 @@ use std::{fmt, str::FromStr};
 /// A number of vehicles, or a share of all (penetration rate).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(into = "String")]
-#[schemars(with = "String")]
+#[schemars(with = "String", extend("type" = ["string", "number"]))]
 pub enum AdvisedVehicles {
     /// Number of vehicles, the participant's included.
     Count(u32),

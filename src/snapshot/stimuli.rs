@@ -28,7 +28,7 @@ pub struct ShownQuestion {
 }
 
 /// Sign above the speedometer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Pictogram {
     /// The word BRAKE on red: brake now.
@@ -46,7 +46,7 @@ pub enum Pictogram {
 }
 
 /// Series of equal tones, as takeover requests have them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ToneSeries {
     /// A tone each two seconds.

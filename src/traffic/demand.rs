@@ -27,7 +27,7 @@ pub(super) const EGO_TYPE: &str = "codrive.ego";
 const AS_A_CAR_STEERS: &str = "lcMaxSpeedLatStanding=\"0\" lcMaxSpeedLatFactor=\"0.2\"";
 
 /// Demand for a road network.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Demand {
     /// SUMO files (`rou.xml`: vehicles, trips, flows, routes, types), by ascending time of departure. SUMO reads canonical copies.
@@ -39,6 +39,7 @@ pub struct Demand {
     pub additional_files: Vec<PathBuf>,
     /// Time of day in the files at which the drive begins, seconds; vehicles that depart earlier never enter.
     #[serde(skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0.0, max = 31_536_000.0), extend("unit" = "s"))]
     pub begin_s: f64,
     /// True to leave out, with a warning, vehicles and other elements of the files that SUMO cannot drive, and parts that codrive does not
     /// give to SUMO; false to refuse a file for the first of them.
@@ -50,7 +51,7 @@ pub struct Demand {
 }
 
 /// Flow of vehicles with random departure times.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
     /// Edge on which the vehicles enter.
@@ -58,6 +59,7 @@ pub struct Flow {
     /// Edge at whose end the vehicles leave.
     pub to: String,
     /// Mean rate, vehicles per hour.
+    #[schemars(range(min = 0.0, max = 100_000.0), extend("unit" = "1/h"))]
     pub per_hour: f64,
     /// Shares of the vehicle kinds; all vehicles are cars if empty. The shares need not add up to one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -65,11 +67,12 @@ pub struct Flow {
 }
 
 /// Share of one vehicle kind in a flow.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct KindShare {
     pub kind: VehicleKind,
     /// Weight relative to the other shares of the flow, 0 or more.
+    #[schemars(range(min = 0.0))]
     pub share: f64,
 }
 

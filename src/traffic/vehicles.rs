@@ -30,7 +30,7 @@ impl VehicleId {
 }
 
 /// Kind of a vehicle, which selects its model in the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum VehicleKind {
     /// Passenger car, and every vehicle of SUMO without a kind of its own here.

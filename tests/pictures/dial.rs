@@ -61,7 +61,7 @@ fn draw_all(dial: Option<&DialView>, task: TaskPicture, patch: Option<bool>, pal
     let mut pass = DialPass::new(device, FORMAT);
     pass.place = DialPlace { across: 0.5, diameter_share: 1.0, margin_share: 0.0 };
     pass.palette = palette;
-    let target = OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [side, side] };
+    let target = OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [side, side], stamps: None };
     pass.draw(target, dial, task, patch);
 
     let bytes_per_row = (side * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
@@ -399,7 +399,11 @@ fn a_texture_that_egui_drops_lives_until_its_last_frame_is_submitted() {
             }
         });
         let mut encoder = device.create_command_encoder(&Default::default());
-        pass.draw(OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [64, 64] }, &ctx, output);
+        pass.draw(
+            OverlayTarget { device, queue, encoder: &mut encoder, view: &view, size: [64, 64], stamps: None },
+            &ctx,
+            output,
+        );
         queue.submit([encoder.finish()]);
     }
 }

@@ -316,7 +316,7 @@ fn talkative(folder: &Path) -> Vec<Vec<String>> {
         &["run", "--traffic", "native", "--duration", "1", "--json"],
         &["render", "--traffic", "native", "--at", "0", "--size", "64x36", "--out", &picture],
         &["map", "list"],
-        &["study", "schema"],
+        &["schema", "study"],
         &["study", "check", &study],
         &["study", "rehearse", &study, "--participants", "1", "--out", &data],
         &["analyse", &record],

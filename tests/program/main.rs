@@ -12,6 +12,8 @@ mod interrupts;
 mod packaging;
 mod portable;
 mod roads;
+#[cfg(feature = "desktop")]
+mod schemas;
 mod sweep;
 #[cfg(feature = "tune")]
 mod tune;

@@ -423,16 +423,21 @@ fn a_name_has_at_most_forty_lower_case_letters_digits_and_hyphens() {
 
 #[test]
 fn the_schema_knows_every_setting_of_base_and_set_and_no_other() {
-    let schema = Study::schema();
+    let kind = codrive::cli::schema::KINDS.iter().find(|kind| kind.name == "study").unwrap();
+    let schema: serde_json::Value = serde_json::from_str(&kind.text()).unwrap();
     let resolve = |node: &serde_json::Value| -> serde_json::Value {
         let mut node = node.clone();
-        while let Some(name) = node["$ref"].as_str().and_then(|path| path.strip_prefix("#/$defs/")).map(str::to_owned) {
-            node = schema["$defs"][name].clone();
+        let target = |node: &serde_json::Value| {
+            let path = node["$ref"].as_str().or(node["allOf"][0]["$ref"].as_str())?;
+            path.strip_prefix("#/definitions/").map(str::to_owned)
+        };
+        while let Some(name) = target(&node) {
+            node = schema["definitions"][name].clone();
         }
         node
     };
-    let segment = resolve(&schema["$defs"]["StudySegment"]["properties"]["set"]);
-    let level = resolve(&schema["$defs"]["ConditionLevel"]["properties"]["set"]);
+    let segment = resolve(&schema["definitions"]["StudySegment"]["properties"]["set"]);
+    let level = resolve(&schema["definitions"]["ConditionLevel"]["properties"]["set"]);
     for settings in [resolve(&schema["properties"]["base"]), segment, level] {
         assert_eq!(settings["additionalProperties"], false, "an editor marks range_mhp");
         assert!(

@@ -26,54 +26,70 @@ const STRONGEST_WIND_MPS: f64 = 40.0;
 const HARDEST_MPS2: f64 = crate::traffic::HARDEST_MPS2;
 
 /// Action of an event.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Action {
     /// A vehicle brakes evenly.
     Brake {
+        /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Deceleration, m/s2.
+        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
         decel_mps2: f64,
         /// Speed at the end of braking, m/s.
         #[serde(default)]
+        #[schemars(extend("unit" = "m/s"))]
         to_mps: f64,
         /// Time for which it keeps that speed, s.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         keep_s: f64,
     },
     /// A vehicle accelerates evenly, as far as the vehicle ahead of it allows.
     Accelerate {
+        /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Acceleration, m/s2.
+        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
         accel_mps2: f64,
         /// Speed at the end, m/s.
+        #[schemars(extend("unit" = "m/s"))]
         to_mps: f64,
         /// Time for which it keeps that speed, s.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         keep_s: f64,
     },
     /// A vehicle keeps the speed that it has, as far as the vehicle ahead of it allows.
     KeepSpeed {
+        /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A vehicle brakes to a standstill and stands with its hazard lights on.
     BreakDown {
+        /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Deceleration, m/s2.
         #[serde(default = "firm_mps2")]
+        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
         decel_mps2: f64,
         /// Time for which it stands, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A vehicle of a neighbouring lane drives beside the ego's way and changes into its lane close before it.
     CutIn {
+        /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Gap from the ego's front to its rear when it begins to change lanes, m.
+        #[schemars(extend("unit" = "m"))]
         gap_m: f64,
         /// Time in which the change has to begin, s.
         #[serde(default = "usual_cut_in_s")]
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         within_s: f64,
     },
     /// A vehicle changes lanes as soon as there is room; a road user at once.
@@ -101,6 +117,7 @@ pub enum Action {
     /// The accelerator of the ego has no effect.
     PowerLoss {
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// Wind blows from the side, across the ego's heading.
@@ -108,30 +125,38 @@ pub enum Action {
         /// Side that it comes from.
         from: Side,
         /// Speed of the wind, m/s.
+        #[schemars(range(min = 0.0, max = 40.0), extend("unit" = "m/s"))]
         wind_mps: f64,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The road is slippery under the ego.
     Friction {
         /// Friction as a share of that at other times.
+        #[schemars(range(min = 0.0, max = 1.0))]
         share: f64,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// Weather and daylight change, and stay so; what is not stated stays as it is.
     Weather {
         /// Range of sight, km; below 1 km there is fog.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("unit" = "km"))]
         visibility_km: Option<f64>,
         /// Rain, mm/h; the road is wet with it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("unit" = "mm/h"))]
         rain_mmph: Option<f64>,
         /// Solar time of day, h.
         #[serde(default, skip_serializing_if = "Option::is_none")]
+        #[schemars(extend("unit" = "h"))]
         time_h: Option<f64>,
         /// Duration of the change, s.
         #[serde(default)]
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         over_s: f64,
     },
     /// A pedestrian crosses the ego's route.
@@ -142,6 +167,7 @@ pub enum Action {
     Message {
         text: String,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A question appears above the participant's speedometer, with answers to choose from.
@@ -150,6 +176,7 @@ pub enum Action {
     Pictogram {
         sign: Pictogram,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The tone of a takeover request sounds again and again.
@@ -157,6 +184,7 @@ pub enum Action {
         tone: ToneSeries,
         /// Duration of the series, s.
         #[serde(default = "usual_tones_s")]
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A voice speaks a sentence.
@@ -164,18 +192,22 @@ pub enum Action {
     /// The steering wheel vibrates, by its force feedback.
     WheelPulse {
         /// Strength, up to 1.
+        #[schemars(range(min = 0.0, max = 1.0))]
         strength: f64,
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The advice of the participant's speedometer disappears.
     HideAdvice {
         /// Duration, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The automation asks the participant to take over.
     TakeoverRequest {
         /// Time after which the system stops by itself, or below level 3 switches off, s.
+        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
         lead_s: f64,
     },
     /// The automation is switched on or off, or fails.
@@ -183,7 +215,7 @@ pub enum Action {
 }
 
 /// Change of the automation by an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AutomationSwitch {
     On,

@@ -12,7 +12,7 @@ const QUESTION_LETTERS: usize = 60;
 const ANSWER_LETTERS: usize = 20;
 
 /// Question with two or three answers, which the buttons of the secondary task choose.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ask {
     /// Question to the participant, such as "Who steers now?".
@@ -26,6 +26,7 @@ pub struct Ask {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right_automated: Option<String>,
     /// Time for the answer, s.
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub for_s: f64,
 }
 

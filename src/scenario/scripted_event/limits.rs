@@ -5,40 +5,48 @@ use super::values::{EGO_NAME, FARTHEST_M, VehicleName, check_ahead, check_subjec
 use serde::{Deserialize, Serialize};
 
 /// Distance to a vehicle ahead, on one side of a limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DistanceAhead {
     /// Vehicle behind; without it the participant's.
     #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
     pub of: VehicleName,
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub to: VehicleName,
     /// Upper limit of the distance, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
     pub below_m: Option<f64>,
     /// Lower limit of the distance, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
     pub above_m: Option<f64>,
     /// Length that is added to the distance from bumper to bumper, m.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "m"))]
     pub plus_m: f64,
 }
 
 /// Time to a vehicle ahead, on one side of a limit.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TimeAhead {
     /// Vehicle behind; without it the participant's.
     #[serde(default = "ego_name", skip_serializing_if = "is_ego")]
     pub of: VehicleName,
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub to: VehicleName,
     /// Upper limit of the time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub below_s: Option<f64>,
     /// Lower limit of the time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub above_s: Option<f64>,
     /// Length that is added to the distance from bumper to bumper, m.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "m"))]
     pub plus_m: f64,
 }
 

@@ -15,7 +15,7 @@ const BESIDE_M: f64 = 100.0;
 const MOST_POINTS: usize = 1000;
 
 /// Shape of a change from its begin to its end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ChangeShape {
     /// Straight line from the begin to the end.
@@ -49,12 +49,14 @@ impl ChangeShape {
 }
 
 /// Change of the speed of a road user.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedChange {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Speed at the end, m/s; without `like`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m/s"))]
     pub to_mps: Option<f64>,
     /// Vehicle whose speed counts in place of `to_mps`; `ego` is the participant's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -64,18 +66,22 @@ pub struct SpeedChange {
     pub times: f64,
     /// Speed that is added to it, m/s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "m/s"))]
     pub plus_mps: f64,
     /// True to follow that vehicle's speed until another action changes it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub keeps: bool,
     /// Largest change of speed per time, m/s2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m/s2"))]
     pub rate_mps2: Option<f64>,
     /// Duration of the change, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance of the change, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of the change.
     #[serde(default)]
@@ -83,9 +89,10 @@ pub struct SpeedChange {
 }
 
 /// Change of lanes of a vehicle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LaneChange {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Number of lanes, positive to the left.
     #[serde(default)]
@@ -95,12 +102,15 @@ pub struct LaneChange {
     pub of: Option<VehicleName>,
     /// Time in which the change has to begin, s; road users begin at once.
     #[serde(default = "usual_change_s")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub within_s: f64,
     /// Duration of a road user's change, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance of a road user's change, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of a road user's change.
     #[serde(default = "usual_shape")]
@@ -108,17 +118,21 @@ pub struct LaneChange {
 }
 
 /// Shift of a road user within or beside its lane.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OffsetChange {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Offset from the middle of its lane at the end, m, positive to the left of the path.
+    #[schemars(extend("unit" = "m"))]
     pub to_m: f64,
     /// Duration, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance, m; the shift then waits while the road user stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of the shift.
     #[serde(default = "usual_shape")]
@@ -126,42 +140,50 @@ pub struct OffsetChange {
 }
 
 /// Change of the speed of a road user, so that it meets another vehicle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Meeting {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Place of its front on the ego's path at the meeting, m.
+    #[schemars(extend("unit" = "m"))]
     pub place_m: f64,
     /// Other vehicle; `ego` is the participant's.
     pub with: VehicleName,
     /// Place of the other vehicle's front on the ego's path at the meeting, m.
+    #[schemars(extend("unit" = "m"))]
     pub with_place_m: f64,
     /// Speed at the meeting, m/s; without it any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m/s"))]
     pub to_mps: Option<f64>,
 }
 
 /// Way of a road user along a line of points.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Walk {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Points: place on the ego's path and offset from it to the left, m.
     pub points: Vec<[f64; 2]>,
 }
 
 /// Move of a road user to another place at once; its speed stays as it is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Teleport {
+    /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Place of its front on the ego's path, m.
+    #[schemars(extend("unit" = "m"))]
     pub place_m: f64,
     /// Number of lanes to the left of the path's lane, negative to the right.
     #[serde(default)]
     pub lanes_left: i32,
     /// Offset from the middle of that lane, m, positive to the left of the path.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "m"))]
     pub offset_m: f64,
     /// True for a road user that then heads and drives against the path.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -13,29 +13,34 @@ const RIDING_MPS: [f64; 2] = [1.5, 12.0];
 const RIDE_M: [f64; 2] = [10.0, 10_000.0];
 
 /// Pedestrian who waits beside the road and crosses it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PedestrianCrossing {
     /// Place on the ego's route, m.
+    #[schemars(extend("unit" = "m"))]
     pub place_m: f64,
     /// Side of the route on which the pedestrian waits.
     pub from: Side,
     /// Walking speed, m/s.
     #[serde(default = "usual_walk_mps")]
+    #[schemars(extend("unit" = "m/s"))]
     pub speed_mps: f64,
 }
 
 /// Cyclist who waits beside the road and rides along its near edge in the ego's direction.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CyclistRide {
     /// Place on the ego's route at which the ride begins, m.
+    #[schemars(extend("unit" = "m"))]
     pub place_m: f64,
     /// Length of the ride on the road, m.
     #[serde(default = "usual_ride_m")]
+    #[schemars(extend("unit" = "m"))]
     pub for_m: f64,
     /// Riding speed, m/s.
     #[serde(default = "usual_riding_mps")]
+    #[schemars(extend("unit" = "m/s"))]
     pub speed_mps: f64,
 }
 
