@@ -61,7 +61,7 @@ fn shim_name() -> String {
     format!("{}codrive_sumo{}", env::consts::DLL_PREFIX, env::consts::DLL_SUFFIX)
 }
 
-/// Lists the files that are embedded in the program (`data_folders`): maps, the policies' own files, questionnaires, studies.
+/// Lists the files that are embedded in the program (`data_folders`): maps, the policies' own files, questionnaires, schemas, studies.
 fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
     let mut files = Vec::new();
     for (folder, endings) in [
@@ -80,6 +80,7 @@ fn embed(root: &Path, out: &Path) -> std::io::Result<()> {
         ("assets/policies", &["policy.toml"]),
         ("assets/populations", &["toml"]),
         ("assets/questionnaires", &["json"]),
+        ("assets/schemas", &["json"]),
         ("assets/studies", &["toml"]),
     ] {
         println!("cargo:rerun-if-changed={}", root.join(folder).display());

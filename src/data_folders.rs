@@ -297,6 +297,7 @@ mod tests {
             "maps/practice/net.xml",
             "assets/policies/ring-250-speed/policy.toml",
             "assets/questionnaires/ssq.json",
+            "assets/schemas/study.schema.json",
             "assets/studies/congestion.toml",
         ] {
             assert!(names.contains(&name), "{name} is not among {names:?}");

@@ -39,7 +39,7 @@ pub struct WheelProfile {
     pub products: Vec<String>,
     /// Steering axis of the wheel.
     pub steering: Steering,
-    /// Right pedal.
+    /// Right pedal, also of two.
     pub accelerator: Pedal,
     /// Middle pedal, or the left one of two.
     pub brake: Option<Pedal>,

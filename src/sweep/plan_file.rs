@@ -13,10 +13,10 @@ pub struct PlanFile {
     /// Runs on rings of the fast engine.
     #[serde(default)]
     pub(super) rings: Vec<RingsTable>,
-    /// Whole drives.
+    /// Drives of whole scenarios.
     #[serde(default)]
     pub(super) drives: Vec<DrivesTable>,
-    /// Trainings of policies.
+    /// Trainings of policies by TRPO.
     #[serde(default)]
     pub(super) trainings: Vec<TrainingsTable>,
     /// Rehearsals of studies with simulated participants.

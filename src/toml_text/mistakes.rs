@@ -2,9 +2,8 @@
 //! one is left out: at the same key, at a table around it, or at a key that depends on it.
 
 use super::{
-    KeyPart,
     report::{MOST_SHOWN, TomlError, TomlMistake},
-    tree::{self, KeyPath},
+    tree::{self, KeyPart, KeyPath},
 };
 use std::ops::Range;
 

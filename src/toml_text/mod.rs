@@ -5,27 +5,23 @@
 //! [`parse`] reads a text. A reader with checks of its own uses [`read`], adds what it finds to the [`Mistakes`] and ends with
 //! [`Mistakes::finish`], so that one report has the mistakes of both.
 
+mod kinds;
 mod mistakes;
 mod names;
 mod recover;
 mod report;
 mod tree;
 
+pub use kinds::other_kind;
 pub use mistakes::Mistakes;
 pub use names::{did_you_mean, did_you_mean_file, in_words, nearest, unknown_key};
 pub use report::{TomlError, TomlMistake};
+pub use tree::KeyPart;
 
+use kinds::FORMATS;
 use serde::de::DeserializeOwned;
+use std::ops::Range;
 use toml::de::DeTable;
-
-/// Part of a key that a fault is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum KeyPart {
-    /// Name of the key.
-    Key,
-    /// Value of the key.
-    Value,
-}
 
 /// Parses a text; `name` is its name in messages.
 ///
@@ -52,9 +48,13 @@ pub fn read<T: DeserializeOwned>(text: &str, name: &str) -> (Option<T>, Mistakes
 
 /// Reads a text as [`read`], whose key `format` may name the [`FORMAT`]; the value has no such key.
 pub fn read_formatted<T: DeserializeOwned>(text: &str, name: &str) -> (Option<T>, Mistakes) {
-    match without_format(text, name) {
+    match without_format(text) {
         Ok(body) => read_checked(text, name, Some(body)),
-        Err(mistake) => (None, mistake),
+        Err((span, message)) => {
+            let mut mistakes = Mistakes::new(text, name);
+            mistakes.close_with(span, message);
+            (None, mistakes)
+        }
     }
 }
 
@@ -65,49 +65,12 @@ fn read_checked<T: DeserializeOwned>(text: &str, name: &str, body: Option<String
     (value, mistakes)
 }
 
-/// Keys by which a kind of file is known, with its name and its use.
-const KINDS: [(&str, &str, &str); 11] = [
-    ("segment", "a study", "codrive study check FILE"),
-    ("layer", "a policy", "--policy FILE"),
-    ("vehicles_min", "the configuration of a training", "codrive train --config FILE"),
-    ("drives", "the plan of a sweep", "codrive sweep FILE"),
-    ("trainings", "the plan of a sweep", "codrive sweep FILE"),
-    ("rehearsals", "the plan of a sweep", "codrive sweep FILE"),
-    ("accelerator", "the profile of a wheel", "codrive drive --wheel FILE"),
-    ("piece", "the shape of a circuit", "codrive map circuit FILE"),
-    ("description", "the description of a map", "--map FOLDER"),
-    ("map", "a scenario", "codrive run --scenario FILE"),
-    ("vehicles", "a scenario", "codrive run --scenario FILE"),
-];
-
-/// Beginnings of the key `format` by which a kind of file is known, with its name and its use.
-const FORMATS: [(&str, &str, &str); 4] = [
-    ("codrive benchmark ", "a benchmark", "codrive evaluate --benchmark FILE"),
-    ("codrive policy ", "a policy", "--policy FILE"),
-    ("codrive controller ", "a policy", "--policy FILE"),
-    ("codrive drivers ", "the drivers of an analysis", "codrive study rehearse STUDY --drivers FILE"),
-];
-
-/// Returns the message on an unknown key of a text that is a file of another kind; `message` is that of serde.
-pub fn other_kind(text: &str, message: &str) -> Option<String> {
-    kind_of(&tree::document(text), message)
-}
-
-/// Returns the message of [`other_kind`] for a document.
-fn kind_of(document: &tree::Node<'_>, message: &str) -> Option<String> {
-    let (key, rest) = message.strip_prefix("unknown field `")?.split_once('`')?;
-    let has = |key: &str| tree::span_of(document, &[key.to_owned()], KeyPart::Key).1;
-    let is_known = |mark: &str| rest.contains(&format!("`{mark}`"));
-    let (_, what, way) = KINDS.iter().find(|(mark, ..)| has(mark) && has(key) && !is_known(mark))?;
-    Some(format!("unknown key `{key}`: the file is {what}\n  remedy: {way}"))
-}
-
 /// Format number of scenario, study and training files, as their key `format` says. A file without the key has format 1.
 pub const FORMAT: i64 = 1;
 
 /// Checks the key `format` of a text and returns the text with blanks in its place, so that every other place stays where it is; or the
 /// mistake that the file is of another format.
-fn without_format(text: &str, name: &str) -> Result<String, Mistakes> {
+fn without_format(text: &str) -> Result<String, (Range<usize>, String)> {
     let (document, _) = DeTable::parse_recoverable(text);
     let Some((key, value)) = document.get_ref().get_key_value("format") else { return Ok(text.to_owned()) };
     let (start, end) = (key.span().start, value.span().end);
@@ -124,9 +87,7 @@ fn without_format(text: &str, name: &str) -> Result<String, Mistakes> {
                 concat!("codrive ", env!("CARGO_PKG_VERSION"))
             ),
         };
-        let mut mistakes = Mistakes::new(text, name);
-        mistakes.close_with(value.span(), fault);
-        return Err(mistakes);
+        return Err((value.span(), fault));
     }
     Ok(text[..start].to_owned() + &" ".repeat(end - start) + &text[end..])
 }

@@ -2,10 +2,10 @@
 //! key or value is taken out of the document, which is then read again; a missing value is guessed.
 
 use super::{
-    kind_of,
+    kinds::kind_of,
     mistakes::Mistakes,
     names::{first_word, in_words, meant_key},
-    tree::{self, KeyPath, NOWHERE, Node},
+    tree::{self, KeyPart, KeyPath, NOWHERE, Node},
 };
 use serde::de::DeserializeOwned;
 use std::ops::Range;
@@ -16,7 +16,7 @@ use toml::{
 
 /// Text that is read again in all, bytes, so that long files take no more than a second; and limits of the number of times.
 const READ_BYTES: usize = 8 << 20;
-const LEAST_READINGS: usize = 10;
+const LEAST_READINGS: usize = 30;
 const MOST_READINGS: usize = 400;
 /// Number of guesses for a missing value.
 const MOST_GUESSES: usize = 30;
@@ -132,10 +132,13 @@ impl Reading<'_, '_> {
             if path.is_empty() {
                 return None;
             }
-            if let Some((_, table)) = path.split_last()
-                && let Some(meant) = meant_key(error.message())
-            {
-                self.mistakes.doubtful.push(table.iter().cloned().chain([meant]).collect());
+            if let Some(meant) = meant_key(error.message()) {
+                let sibling = |path: &[String]| path[..path.len() - 1].iter().cloned().chain([meant.clone()]).collect();
+                let (seen, meant): (KeyPath, KeyPath) = (sibling(&seen), sibling(&path));
+                // A key that is there, too, has a value of its own.
+                if !tree::span_of(&self.document, &seen, KeyPart::Key).1 {
+                    self.mistakes.doubtful.push(meant);
+                }
             }
             if tree::remove(&mut self.document, &seen) {
                 self.mistakes.drop_entry(&path);

@@ -120,14 +120,12 @@ fn a_report_shows_twenty_mistakes_and_counts_the_others() {
     let shown = report(27).to_string();
     assert!(shown.starts_with("s.toml:1:1: unknown key `unknown_26`") && shown.ends_with("\nand 7 more"), "{shown}");
     // A file of nothing but mistakes is not read to its end.
-    let begun = std::time::Instant::now();
     let long = report(20_000);
     assert!(long.is_cut && long.to_string().contains("and at least "), "{}", long.more);
-    assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
 }
 
 #[test]
-fn the_checks_of_a_reader_add_only_what_does_not_follow_from_other_mistakes() {
+fn a_reader_adds_only_what_does_not_follow_from_other_mistakes() {
     let text = GOOD.replace("size = 1\n", "size = \"s\"\n").replace("left = 1", "lfet = 1");
     let (sheet, mut mistakes) = read::<Sheet>(&text, "s.toml");
     assert!(sheet.is_some_and(|sheet| sheet.part.len() == 2 && sheet.count == 1));
@@ -146,7 +144,7 @@ fn the_checks_of_a_reader_add_only_what_does_not_follow_from_other_mistakes() {
 }
 
 #[test]
-fn numbers_of_entries_are_those_of_the_text_behind_an_entry_that_is_left_out() {
+fn entries_behind_one_that_is_left_out_keep_their_numbers() {
     let text = GOOD.replace("kind = \"bend\"\nsize = 1\n", "kind = { bend = 1 }\nsize = 1\n");
     let text = text.replace("{ brake = { force = 1 } }, ", "7, { stop = 1 }, ");
     let (sheet, mut mistakes) = read::<Sheet>(&text, "s.toml");
@@ -276,11 +274,11 @@ fn many_keys_are_listed_only_where_none_is_near() {
 
 #[test]
 fn another_format_is_refused_and_a_known_one_moves_nothing() {
-    assert_eq!(without_format("seed = 2\n", "x").unwrap(), "seed = 2\n");
-    let kept = without_format("# A drive.\nformat = 1 # of the first version\nseed = 2\n", "x").unwrap();
+    assert_eq!(without_format("seed = 2\n").unwrap(), "seed = 2\n");
+    let kept = without_format("# A drive.\nformat = 1 # of the first version\nseed = 2\n").unwrap();
     assert_eq!(kept, "# A drive.\n           # of the first version\nseed = 2\n");
     for (text, written) in [("format = 2", "2"), ("\nformat = \"1\"\n", "\"1\"")] {
-        let message = without_format(text, "trial.toml").unwrap_err().finish().unwrap_err().to_string();
+        let message = read_formatted::<Sheet>(text, "trial.toml").1.finish().unwrap_err().to_string();
         let line = text.lines().count();
         let wanted = format!("trial.toml:{line}:10: the file has format {written}; allowed: 1, the format of codrive");
         assert!(message.starts_with(&wanted) && message.contains("remedy: use the program that wrote it"), "{message}");

@@ -1,12 +1,20 @@
 //! Places in a TOML document. In: a parsed document with the span of each key and value. Out: the span of a key, the key at a span; the
 //! document without a value, or with another one.
 
-use super::KeyPart;
 use std::ops::Range;
 use toml::{
     Spanned,
     de::{DeString, DeTable, DeValue},
 };
+
+/// Part of a key that a fault is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeyPart {
+    /// Name of the key.
+    Key,
+    /// Value of the key.
+    Value,
+}
 
 /// Keys from the document's root to a value; entries of a list are numbers from 0.
 pub(super) type KeyPath = Vec<String>;

@@ -136,9 +136,107 @@ fn an_editor_rejects_each_wrong_file() {
             text.lines().filter(|line| !line.starts_with("#:")).map(|line| format!("{line}\n")).collect();
         let file = folder.path().join(format!("{number}.toml"));
         fs::write(&file, format!("#:schema file://{}\n{body}", schema.display())).unwrap();
-        if lint(&[file]).status.success() {
+        let output = lint(&[file]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        // A schema that taplo cannot read or a text that is not TOML would be rejected, too.
+        assert!(output.status.success() || said.contains("schema validation failed"), "{text}\n{said}");
+        if output.status.success() {
             accepted.push(text);
         }
     }
     assert!(accepted.is_empty(), "an editor accepts:\n{}", accepted.join("\n---\n"));
+}
+
+/// Validates the JSON files among the arguments by the schema that is the first; prints those that it rejects.
+const VALIDATE: &str = "
+import json, pathlib, sys
+import jsonschema
+schema, *files = (json.loads(pathlib.Path(name).read_text()) for name in sys.argv[1:])
+validator = jsonschema.Draft7Validator(schema)
+print([name for name, file in zip(sys.argv[2:], files) if not validator.is_valid(file)])
+";
+
+/// Wrong questionnaires, each with one mistake.
+const WRONG_QUESTIONNAIRES: [&str; 4] = [
+    r#"{ "pages": [] }"#,
+    r#"{ "title": "a", "pages": [], "colour": 1 }"#,
+    r#"{ "title": "a", "pages": [{ "elements": [{ "type": "slider", "name": "b" }] }] }"#,
+    r#"{ "title": "a", "pages": [{ "elements": [{ "type": "text", "name": "b", "isRequired": "yes" }] }] }"#,
+];
+
+#[test]
+fn questionnaires_are_valid_by_their_schema_and_wrong_ones_are_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let wrong: Vec<PathBuf> =
+        (0..WRONG_QUESTIONNAIRES.len()).map(|i| folder.path().join(format!("{i}.json"))).collect();
+    wrong.iter().zip(WRONG_QUESTIONNAIRES).for_each(|(file, text)| fs::write(file, text).unwrap());
+    let mut command = Command::new("python3");
+    command.args(["-c", VALIDATE]).arg(root().join(FOLDER).join("questionnaire.schema.json"));
+    command.args(files("assets/questionnaires", "json")).args(&wrong).env("PYTHONPATH", root().join(".test-python"));
+    let output = command.output().unwrap();
+    let rejected: Vec<String> = wrong.iter().map(|file| format!("'{}'", file.display())).collect();
+    let printed = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    assert_eq!(printed, format!("[{}]", rejected.join(", ")), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Returns a schema that asks for no key: a text may show a part of a file.
+fn without_required(mut schema: serde_json::Value) -> serde_json::Value {
+    match &mut schema {
+        serde_json::Value::Object(map) => {
+            map.retain(|key, value| key != "required" || !value.is_array());
+            map.values_mut().for_each(|value| *value = without_required(value.take()));
+        }
+        serde_json::Value::Array(list) => list.iter_mut().for_each(|value| *value = without_required(value.take())),
+        _ => {}
+    }
+    schema
+}
+
+/// Returns the TOML blocks of a page with the lines at which they begin.
+fn blocks(page: &str) -> Vec<(usize, String)> {
+    let mut found: Vec<(usize, String)> = Vec::new();
+    let mut block = None;
+    for (number, line) in page.lines().enumerate() {
+        match (line.strip_prefix("```"), block) {
+            (Some(kind), None) => {
+                block = Some(kind.starts_with("toml"));
+                if block == Some(true) {
+                    found.push((number + 1, String::new()));
+                }
+            }
+            (Some(_), Some(_)) => block = None,
+            (None, Some(true)) => found.last_mut().expect("a block has begun").1 += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn every_file_that_the_documents_show_is_of_a_kind() {
+    let folder = tempfile::tempdir().unwrap();
+    for kind in KINDS {
+        let schema = without_required(serde_json::from_str(&kind.text()).unwrap());
+        fs::write(folder.path().join(format!("{}.json", kind.name)), schema.to_string()).unwrap();
+    }
+    let mut seen = 0;
+    for page in files("docs", "md") {
+        for (line, text) in blocks(&fs::read_to_string(&page).unwrap()) {
+            // Controllers and policies have no schema: one key says which parameters there are.
+            if text.contains("format = \"codrive controller 1\"") {
+                continue;
+            }
+            seen += 1;
+            let is_of = |kind: &str| {
+                let file = folder.path().join("block.toml");
+                fs::write(&file, format!("#:schema file://{}\n{text}", folder.path().join(kind).display())).unwrap();
+                lint(&[file])
+            };
+            let fits = KINDS.iter().any(|kind| is_of(&format!("{}.json", kind.name)).status.success());
+            let why = String::from_utf8_lossy(&is_of("scenario.json").stderr).into_owned();
+            assert!(fits, "{}:{line} is of no kind; as a scenario: {why}", page.display());
+        }
+    }
+    // A test that finds no blocks would pass, too.
+    assert!(seen >= 20, "{seen}");
 }
