@@ -16,7 +16,7 @@ from codrive_sim._frames import Frames, library
 
 
 def read(folder: str | os.PathLike[str]) -> Any:
-    """Opens a recording of one drive (``codrive run --out``), the data set of a study, or one participant of it.
+    """Opens a recording of one drive (``codrive run --out DIR``), the data set of a study, or one participant of it.
 
     Args:
         folder: Folder of a recording (with ``manifest.json``), of a data set (with ``dataset_description.json``), or a ``sub-*`` in one.

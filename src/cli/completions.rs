@@ -1,6 +1,6 @@
 //! `codrive completions`: completions of commands and flags for a shell. In: the shell's name. Out: its script on the standard output.
 
-use super::{CliError, HelpListing, out};
+use super::{CliError, out};
 use clap::{Arg, ArgMatches, Command, builder::EnumValueParser};
 use clap_complete::Shell;
 
@@ -22,28 +22,30 @@ pub(super) fn command() -> Command {
         )
 }
 
-pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+/// Prints the completions of `program`, the whole command line.
+pub(super) fn main(matches: &ArgMatches, program: Command) -> Result<(), CliError> {
     let Some(shell) = matches.get_one::<Shell>("shell") else { return Ok(()) };
-    out::text(String::from_utf8_lossy(&script(*shell)))
+    out::text(String::from_utf8_lossy(&script(*shell, program)))
 }
 
-/// Returns the script for a shell. It completes all flags, also those that only `--help-all` lists.
-fn script(shell: Shell) -> Vec<u8> {
+/// Returns the script for a shell.
+fn script(shell: Shell, mut program: Command) -> Vec<u8> {
     let mut text = Vec::new();
-    clap_complete::generate(shell, &mut super::shown_command(HelpListing::All), "codrive", &mut text);
+    clap_complete::generate(shell, &mut program, "codrive", &mut text);
     text
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::{HelpListing, shown_command};
     use std::process;
 
     /// Returns the words that bash offers after a line, which begins with `codrive`.
     fn offered(line: &str) -> String {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("codrive.bash");
-        std::fs::write(&file, script(Shell::Bash)).unwrap();
+        std::fs::write(&file, script(Shell::Bash, shown_command(HelpListing::All))).unwrap();
         let ask = r#". "$0" || exit; COMP_WORDS=($1 "$2"); COMP_CWORD=$((${#COMP_WORDS[@]} - 1))
             _codrive codrive "$2" "${COMP_WORDS[COMP_CWORD - 1]}"; printf '%s ' "${COMPREPLY[@]}""#;
         let (begun, word) = line.rsplit_once(' ').unwrap();
@@ -70,7 +72,7 @@ mod tests {
             (Shell::Zsh, "#compdef codrive"),
             (Shell::Fish, "complete -c codrive"),
         ] {
-            let text = String::from_utf8(script(shell)).unwrap();
+            let text = String::from_utf8(script(shell, shown_command(HelpListing::All))).unwrap();
             assert!(text.contains(part) && !text.contains(crate::cli::check_network::NAME), "{shell}");
         }
     }

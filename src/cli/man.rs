@@ -1,6 +1,6 @@
 //! `codrive man`: manual pages of the commands. In: a folder. Out: `codrive.1`, and one file for each command, such as `codrive-map-list.1`.
 
-use super::{CliError, HelpListing, out};
+use super::{CliError, out};
 use clap::{Arg, ArgMatches, Command, value_parser};
 use std::{
     fs, io,
@@ -22,19 +22,19 @@ pub(super) fn command() -> Command {
         )
 }
 
-pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
+/// Writes the pages of `program`, the whole command line.
+pub(super) fn main(matches: &ArgMatches, program: Command) -> Result<(), CliError> {
     let Some(folder) = matches.get_one::<PathBuf>("folder") else { return Ok(()) };
     let failed =
         |error: io::Error| CliError::Failed(format!("{}: {error}\n  remedy: name a writable folder", folder.display()));
-    let count = write(folder).map_err(failed)?;
+    let count = write(folder, program).map_err(failed)?;
     out::line(format_args!("{}: {count} pages", folder.display()))
 }
 
-/// Writes the pages with all flags, also those that only `--help-all` lists. Returns their number.
-fn write(folder: &Path) -> io::Result<usize> {
+/// Writes the pages into a folder. Returns their number.
+fn write(folder: &Path, program: Command) -> io::Result<usize> {
     fs::create_dir_all(folder)?;
-    let mut program =
-        super::shown_command(HelpListing::All).long_version(env!("CARGO_PKG_VERSION")).disable_help_subcommand(true);
+    let mut program = program.long_version(env!("CARGO_PKG_VERSION")).disable_help_subcommand(true);
     program.build();
     write_of(&program, folder)
 }

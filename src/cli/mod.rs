@@ -111,8 +111,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Some(("sign", m)) => sign::main(m),
         Some(("map", m)) => map::main(m),
         Some(("scenario", m)) => scenario::main(m),
-        Some(("completions", m)) => completions::main(m),
-        Some(("man", m)) => man::main(m),
+        // With all flags, also those that only `--help-all` lists.
+        Some(("completions", m)) => completions::main(m, shown_command(HelpListing::All)),
+        Some(("man", m)) => man::main(m, shown_command(HelpListing::All)),
         Some(("schema", m)) => schema::main(m),
         Some((check_network::NAME, m)) => check_network::main(m),
         Some(("train", m)) => train::main(m),

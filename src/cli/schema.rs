@@ -24,7 +24,7 @@ pub const FOLDER: &str = "assets/schemas";
 pub struct FileKind {
     /// Name, which begins the name of the schema's file.
     pub name: &'static str,
-    /// Title for people.
+    /// Heading of the schema in an editor, with the command that reads such a file.
     pub title: &'static str,
     make: fn(SchemaGenerator) -> Schema,
 }
