@@ -186,6 +186,8 @@ fn circuit(matches: &ArgMatches) -> Result<(), CliError> {
 /// Loads the map just written and describes it.
 fn written(folder: &Path) -> Result<(), CliError> {
     let path = folder.to_string_lossy();
+    // Without a slash it would be the name of another map.
+    let path = if map::is_path(&path) { path } else { format!("./{path}").into() };
     let made = map::RoadMap::load(&path)?;
     let is_known = folder.parent().map(Path::to_path_buf) == map::own_folder();
     let drive = if is_known { made.name.clone() } else { path.into_owned() };

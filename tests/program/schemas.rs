@@ -139,7 +139,8 @@ fn an_editor_rejects_each_wrong_file() {
         let output = lint(&[file]);
         let said = String::from_utf8_lossy(&output.stderr);
         // A schema that taplo cannot read or a text that is not TOML would be rejected, too.
-        assert!(output.status.success() || said.contains("schema validation failed"), "{text}\n{said}");
+        let is_judged = said.contains("error: ") && !said.contains("invalid TOML");
+        assert!(output.status.success() || is_judged, "{text}\n{said}");
         if output.status.success() {
             accepted.push(text);
         }

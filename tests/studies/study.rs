@@ -137,8 +137,13 @@ fn every_mistake_is_named_with_its_place() {
         ("T = 1.5", "T = 99", "trial.toml:11:35: ", "idm.T is 99"),
         ("T = 1.5", "tau = 99", "trial.toml:11:31: ", "unknown key `idm.tau`; allowed: "),
         ("hold_s = 5.0", "hold_s = 0.25", "trial.toml:11:18: ", "whole number of steps"),
-        ("hold_s = 5.0", "hold_sec = 5", "trial.toml:11:9: ", "did you mean `hold_s`?\n  11 | set = { hold_sec = 5,"),
-        ("hold_s = 5.0", "hold_sec = 5", "trial.toml:11:9: ", "\n     |         ^^^^^^^^"),
+        (
+            "hold_s = 5.0",
+            "hold_sec = 5",
+            "trial.toml:11:9: ",
+            "did you mean `hold_s`?\n   |\n11 | set = { hold_sec = 5,",
+        ),
+        ("hold_s = 5.0", "hold_sec = 5", "trial.toml:11:9: ", "\n   |         ^^^^^^^^"),
         ("name = \"b\"", "name = \"a\"", "trial.toml:10:8: ", "occurs twice"),
         ("name = \"b\"", "name = \"B b\"", "trial.toml:10:8: ", "small letters"),
         ("kind = \"trials\"", "kind = \"trial\"", "trial.toml:13:8: ", "unknown value `trial`; did you mean `trials`?"),
@@ -155,12 +160,12 @@ fn every_mistake_is_named_with_its_place() {
         ("traffic = \"native\"", "policy = \"wisdom\"", "trial.toml:4:10: ", "wisdom"),
         ("traffic = \"native\"", "driver = \"folow\"", "trial.toml:4:10: ", "no driver is called"),
         ("traffic = \"native\"", "traffic = \"sumoo\"", "trial.toml:4:11: ", "sumoo"),
-        ("range_mph = 1.0", "policy = \"wisdom\"", "trial.toml:8:18: ", "\n    |                  ^^^^^^^^"),
+        ("range_mph = 1.0", "policy = \"wisdom\"", "trial.toml:8:18: ", "\n  |                  ^^^^^^^^"),
         ("name = \"trial\"", "name = \"trial\"\nset = { policy = \"x\" }", "trial.toml:15:18: ", "\"x\""),
         ("duration_s = 10.0", "duration_s = 0.0", "trial.toml:5:14: ", "needs an end"),
         ("name = \"trial\"", "nam = \"trial\"", "trial.toml:14:1: ", "did you mean `name`?"),
         ("name = \"trial\"\n", "", "trial.toml:12:1: ", "missing key `name`"),
-        ("title = \"t\"", "title = ", "trial.toml:1:", "\n  1 | title = "),
+        ("title = \"t\"", "title = ", "trial.toml:1:", "\n1 | title = "),
     ] {
         let message = fault(from, to);
         assert!(message.starts_with(begins) && message.contains(has), "{from} -> {to}: {message}");
