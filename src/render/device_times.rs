@@ -9,7 +9,7 @@ const WARM: usize = 3;
 /// Maximum number of measured pictures.
 const PICTURES: usize = 60;
 
-/// Draws pictures until `limit` has passed, at most [`PICTURES`] and a few before them, and returns the time of each on the graphics card.
+/// Draws pictures until `limit` has passed, at most 60 and a few before them, and returns the time of each on the graphics card.
 /// `draw` gets the renderer and draws the next picture. At least one picture is measured; none are without timestamps.
 ///
 /// # Errors
