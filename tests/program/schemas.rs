@@ -47,7 +47,7 @@ fn lint(files: &[PathBuf]) -> Output {
 
 #[test]
 fn the_committed_schemas_are_those_of_the_code() {
-    let renewed = std::env::var_os("RENEW_SCHEMAS").is_some();
+    let renewed = std::env::var_os("UPDATE_EXPECT").is_some();
     let mut wanted = BTreeSet::new();
     for kind in KINDS {
         let path = root().join(kind.path());
