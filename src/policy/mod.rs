@@ -31,9 +31,8 @@ mod source;
 pub use advice::{Action, Advice, Policy};
 pub use advisor::{Advisor, shown_mps, untrained_hold, untrained_length, untrained_share};
 pub use controller::{
-    CONTROLLERS, ConstantSpeed, Controller, ControllerFault, ControllerFile, ControllerFileError, ControllerKind,
-    EngagedController, FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale,
-    TwoPhase,
+    CONTROLLERS, ConstantSpeed, Controller, ControllerFile, ControllerFileError, ControllerKind, EngagedController,
+    FollowerStopper, LinearFeedback, Order, Parameter, PiParameters, PiSaturation, SearchScale, TwoPhase,
 };
 pub use driver_observer::{DriverObserver, ObservedDriver};
 pub use error::{PolicyError, PolicyFileError, PolicyFileFault};

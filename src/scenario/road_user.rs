@@ -29,7 +29,7 @@ pub struct RoadUser {
     #[serde(default)]
     pub kind: VehicleKind,
     /// Front on the ego's path, m.
-    #[schemars(range(min = 0.0, max = 1_000_000.0), extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub place_m: f64,
     /// Number of lanes to the left of the path's lane, seen along the path; negative to the right.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -43,7 +43,7 @@ pub struct RoadUser {
     pub against: bool,
     /// Speed at the start, m/s.
     #[serde(default, skip_serializing_if = "is_default")]
-    #[schemars(range(min = 0.0, max = 70.0), extend("unit" = "m/s"))]
+    #[schemars(range(min = 0.0, max = FASTEST_MPS), extend("unit" = "m/s"))]
     pub speed_mps: f64,
     /// Length, m; without it that of its kind.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -230,14 +230,14 @@ impl Study {
         study.read_files(&mut mistakes);
         if let Some(plan) = &study.file.analysis {
             let names: Vec<&str> = study.conditions.iter().map(|condition| condition.name.as_str()).collect();
-            if let Err(wrong) = plan.check(&names) {
+            for wrong in plan.faults(&names) {
                 mistakes.add_related(&wrong.key, &["condition", "factors"], KeyPart::Value, &wrong.message);
             }
         }
-        if mistakes.is_empty()
-            && let Err((key, wrong)) = study.check_rules()
-        {
-            mistakes.add(&key, KeyPart::Value, &wrong.to_string());
+        if mistakes.is_empty() {
+            for (key, wrong) in study.rule_faults() {
+                mistakes.add(&key, KeyPart::Value, &wrong.to_string());
+            }
         }
         mistakes.finish().map_err(study_error)?;
         // Drives can start only with settings that are all right.

@@ -126,58 +126,55 @@ fn titles(questionnaire: &Questionnaire, condition: &str) -> String {
 }
 
 impl Study {
-    /// Checks that the rules of every segment can be applied. The error holds the key at fault.
-    pub(super) fn check_rules(&self) -> Result<(), (String, RuleFault)> {
+    /// Returns the faults of rules that cannot be applied, each with its key. All questionnaires of the study have been read.
+    pub(super) fn rule_faults(&self) -> Vec<(String, RuleFault)> {
+        let mut faults = Vec::new();
         for (i, segment) in self.file.segment.iter().enumerate() {
-            let fault = |key: &str, fault: RuleFault| (format!("segment.{i}.{key}"), fault);
+            let mut add = |key: &str, fault: RuleFault| faults.push((format!("segment.{i}.{key}"), fault));
             let asked: Vec<(&str, &Questionnaire)> =
                 segment.questionnaires().into_iter().map(|(_, word)| (word, &self.questionnaires[word])).collect();
             if let Some(limit) = &segment.stop_above {
                 let named = |word: &str, score: &str| {
                     if segment.has_drives() { format!("{}.{score}", short_name(word)) } else { score.into() }
                 };
-                let known: Vec<String> = asked
+                let scores = asked
                     .iter()
-                    .flat_map(|(word, questionnaire)| questionnaire.scores.iter().map(|s| named(word, &s.name)))
-                    .collect();
+                    .flat_map(|(word, questionnaire)| questionnaire.scores.iter().map(|s| named(word, &s.name)));
+                let known: Vec<String> = scores.chain(segment.fms_every_s.map(|_| fms::SCORE.to_owned())).collect();
                 let is_fms = segment.has_drives() && limit.score == fms::SCORE;
                 if is_fms && segment.fms_every_s.is_none() {
-                    return Err(fault("stop_above.score", RuleFault::FmsNotAsked));
+                    add("stop_above.score", RuleFault::FmsNotAsked);
+                } else if !known.contains(&limit.score) {
+                    let near = toml_text::did_you_mean(&limit.score, &known);
+                    let score = limit.score.clone();
+                    add("stop_above.score", RuleFault::UnknownScore { score, known, near });
                 }
                 if is_fms && !(0.0..f64::from(fms::HIGHEST)).contains(&limit.value) {
-                    return Err(fault("stop_above.value", RuleFault::FmsValue(limit.value)));
-                }
-                let known: Vec<String> =
-                    known.into_iter().chain(segment.fms_every_s.map(|_| fms::SCORE.to_owned())).collect();
-                if !known.contains(&limit.score) {
-                    let near = toml_text::did_you_mean(&limit.score, &known);
-                    return Err(fault(
-                        "stop_above.score",
-                        RuleFault::UnknownScore { score: limit.score.clone(), known, near },
-                    ));
-                }
-                if !limit.value.is_finite() {
-                    return Err(fault("stop_above.value", RuleFault::Value(limit.value)));
+                    add("stop_above.value", RuleFault::FmsValue(limit.value));
+                } else if !limit.value.is_finite() {
+                    add("stop_above.value", RuleFault::Value(limit.value));
                 }
             }
             let Some((word, questionnaire)) = asked.first().filter(|_| !segment.has_drives()) else { continue };
             for (k, condition) in segment.ends_if.iter().enumerate() {
                 let key = format!("ends_if.{k}");
-                let parsed = VisibilityCondition::parse(condition)
-                    .map_err(|_| fault(&key, RuleFault::Condition(condition.clone())))?;
+                let Ok(parsed) = VisibilityCondition::parse(condition) else {
+                    add(&key, RuleFault::Condition(condition.clone()));
+                    continue;
+                };
                 let names = questionnaire.answer_names();
                 if let Some(name) = parsed.names().find(|name| !names.iter().any(|known| known == name)) {
                     let near = toml_text::did_you_mean(name, &names);
                     let (condition, name) = (condition.clone(), name.to_owned());
                     let questionnaire = (*word).to_owned();
-                    return Err(fault(&key, RuleFault::UnknownQuestion { condition, name, questionnaire, near }));
+                    add(&key, RuleFault::UnknownQuestion { condition, name, questionnaire, near });
                 }
             }
             if segment.kind == SegmentKind::Consent && !questionnaire.asks_agreement(AGREE) {
-                return Err(fault("questionnaire", RuleFault::NoAgreement((*word).to_owned())));
+                add("questionnaire", RuleFault::NoAgreement((*word).to_owned()));
             }
         }
-        Ok(())
+        faults
     }
 
     /// Returns the segment of an item.

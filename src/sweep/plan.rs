@@ -4,7 +4,9 @@
 use super::{
     SweepError,
     combinations::{Combination, combinations},
-    plan_file::{DrivesTable, PlanFile, RehearsalsTable, RingsTable, TrainingsTable},
+    plan_file::{
+        DrivesTable, LEAST_LIMIT_S, MOST_LIMIT_S, MOST_RINGS, PlanFile, RehearsalsTable, RingsTable, TrainingsTable,
+    },
 };
 use crate::{
     driver::{self, Population},
@@ -30,8 +32,6 @@ const RINGS: u32 = 16;
 const OF_RINGS: [&str; 3] = ["policy", "driver", "policy_speed_mps"];
 /// Names allowed below `settings` and `each` of rehearsals.
 const OF_REHEARSALS: [&str; 3] = ["seed", "participants", "population"];
-/// Allowed range of a run's time limit, s; the upper end is a hundred days.
-const LIMITS_S: (f64, f64) = (0.1, 8_640_000.0);
 
 /// One run of a plan.
 #[derive(Clone, Debug, PartialEq)]
@@ -207,8 +207,8 @@ impl PlanReader<'_> {
             None => TrainConfig::paper_ring(),
         };
         let rings = table.rings.unwrap_or(RINGS);
-        if !(1..=1_000_000).contains(&rings) {
-            return Err(self.wrong(&format!("{at}.rings"), &format!("rings is {rings}; allowed: 1 to 1000000")));
+        if !(1..=MOST_RINGS).contains(&rings) {
+            return Err(self.wrong(&format!("{at}.rings"), &format!("rings is {rings}; allowed: 1 to {MOST_RINGS}")));
         }
         for mut combination in self.combinations(&at, &table.settings, &table.each)? {
             let policy = self.word(combination.take("policy"), "none")?;
@@ -319,8 +319,8 @@ impl PlanReader<'_> {
 
     /// Returns the common data of all runs of the table at a key such as `drives.0`.
     fn origin(&self, at: &str, name: Option<&str>, limit_s: Option<f64>) -> Result<RunOrigin, PlanFaults> {
-        if let Some(limit) = limit_s.filter(|limit| !(LIMITS_S.0..=LIMITS_S.1).contains(limit)) {
-            let text = format!("limit_s is {limit}; allowed: a number from {} to {} s", LIMITS_S.0, LIMITS_S.1);
+        if let Some(limit) = limit_s.filter(|limit| !(LEAST_LIMIT_S..=MOST_LIMIT_S).contains(limit)) {
+            let text = format!("limit_s is {limit}; allowed: a number from {LEAST_LIMIT_S} to {MOST_LIMIT_S} s");
             return Err(self.wrong(&format!("{at}.limit_s"), &text));
         }
         let (kind, index) = at.split_once('.').unwrap_or((at, ""));

@@ -6,6 +6,12 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::{collections::BTreeMap, path::PathBuf};
 
+/// Shortest and longest time limit of a run, s; the longest is a hundred days.
+pub(super) const LEAST_LIMIT_S: f64 = 0.1;
+pub(super) const MOST_LIMIT_S: f64 = 8_640_000.0;
+/// Largest number of rings of a run.
+pub(super) const MOST_RINGS: u32 = 1_000_000;
+
 /// Contents of a plan file. Each table gives all combinations of the lists below `each`.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -46,10 +52,10 @@ pub(super) struct RingsTable {
     /// Path of a file with the settings of a training; settings that it leaves out have their default.
     pub config: Option<PathBuf>,
     /// Number of rings of each run.
-    #[schemars(range(min = 1, max = 1_000_000))]
+    #[schemars(range(min = 1, max = MOST_RINGS))]
     pub rings: Option<u32>,
     /// Time limit of a run, s of wall time.
-    #[schemars(range(min = 0.1, max = 8_640_000.0), extend("unit" = "s"))]
+    #[schemars(range(min = LEAST_LIMIT_S, max = MOST_LIMIT_S), extend("unit" = "s"))]
     pub limit_s: Option<f64>,
     /// Settings that all runs of the table have, by their keys.
     #[serde(default)]
@@ -70,7 +76,7 @@ pub(super) struct DrivesTable {
     /// Path of a scenario file; without it, the default scenario.
     pub scenario: Option<PathBuf>,
     /// Time limit of a run, s of wall time.
-    #[schemars(range(min = 0.1, max = 8_640_000.0), extend("unit" = "s"))]
+    #[schemars(range(min = LEAST_LIMIT_S, max = MOST_LIMIT_S), extend("unit" = "s"))]
     pub limit_s: Option<f64>,
     /// Settings that all runs of the table have, by their keys.
     #[serde(default)]
@@ -91,7 +97,7 @@ pub(super) struct TrainingsTable {
     /// Path of a file with the settings of a training; settings that it leaves out have their default.
     pub config: Option<PathBuf>,
     /// Time limit of a run, s of wall time.
-    #[schemars(range(min = 0.1, max = 8_640_000.0), extend("unit" = "s"))]
+    #[schemars(range(min = LEAST_LIMIT_S, max = MOST_LIMIT_S), extend("unit" = "s"))]
     pub limit_s: Option<f64>,
     /// Settings that all runs of the table have, by their keys.
     #[serde(default)]
@@ -112,7 +118,7 @@ pub(super) struct RehearsalsTable {
     /// Path of the study file.
     pub study: PathBuf,
     /// Time limit of a run, s of wall time.
-    #[schemars(range(min = 0.1, max = 8_640_000.0), extend("unit" = "s"))]
+    #[schemars(range(min = LEAST_LIMIT_S, max = MOST_LIMIT_S), extend("unit" = "s"))]
     pub limit_s: Option<f64>,
     /// Settings that all runs of the table have, by their keys.
     #[serde(default)]

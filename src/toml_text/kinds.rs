@@ -26,12 +26,7 @@ pub(super) const FORMATS: [(&str, &str, &str); 4] = [
     ("codrive drivers ", "the drivers of an analysis", "codrive study rehearse STUDY --drivers FILE"),
 ];
 
-/// Returns the message on an unknown key of a text that is a file of another kind; `message` is that of serde.
-pub fn other_kind(text: &str, message: &str) -> Option<String> {
-    kind_of(&tree::document(text), message)
-}
-
-/// Returns the message of [`other_kind`] for a document.
+/// Returns the message on an unknown key of a document that is a file of another kind; `message` is that of serde.
 pub(super) fn kind_of(document: &Node<'_>, message: &str) -> Option<String> {
     let (key, rest) = message.strip_prefix("unknown field `")?.split_once('`')?;
     let has = |key: &str| tree::span_of(document, &[key.to_owned()], KeyPart::Key).1;

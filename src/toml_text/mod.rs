@@ -12,7 +12,6 @@ mod recover;
 mod report;
 mod tree;
 
-pub use kinds::other_kind;
 pub use mistakes::Mistakes;
 pub use names::{did_you_mean, did_you_mean_file, in_words, nearest, unknown_key};
 pub use report::{TomlError, TomlMistake};

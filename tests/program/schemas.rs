@@ -85,7 +85,7 @@ fn an_editor_accepts_every_shipped_file() {
 }
 
 /// Wrong files: a kind, and a text with one mistake.
-const WRONG: [(&str, &str); 24] = [
+const WRONG: [(&str, &str); 25] = [
     ("scenario", "vehicels = 12"),
     ("scenario", "vehicles = \"many\""),
     ("scenario", "vehicles = 1"),
@@ -99,6 +99,10 @@ const WRONG: [(&str, &str); 24] = [
     ("events", "[[event]]\nname = \"a\"\ntrigger = { time_s = -1 }\nactions = []"),
     ("events", "[[event]]\nname = \"a\"\ntrigger = { time_s = 1 }\nactions = [{ brake = { vehicle = \"leader\" } }]"),
     ("events", "[[event]]\nname = \"a\"\nprobability = 2\ntrigger = { time_s = 1 }\nactions = []"),
+    (
+        "events",
+        "[[event]]\nname = \"a\"\ntrigger = { time_s = 1 }\nactions = [{ takeover_request = { lead_s = 700 } }]",
+    ),
     ("study", "title = \"a\"\nsegment = []"),
     ("study", "title = \"a\"\nparticipants = 0\nsegment = []"),
     ("study", "title = \"a\"\nparticipants = 1\n[[segment]]\nkind = \"txt\"\nname = \"a\""),

@@ -283,11 +283,10 @@ fn a_description_that_does_not_fit_the_network_is_named() {
     assert_eq!(three, "input `observation` has the shape [any, 4]; the 3 described inputs need [any, 3] or [3]");
     assert!(printed("gap", "gapp").contains("unknown value `gapp`; did you mean `gap`?"));
     assert!(printed("limits", "limit").contains("unknown key `limit`; did you mean `limits`?"));
-    assert_eq!(printed("[-0.5, 0.5]", "[0.5, -0.5]"), "limits are 0.5 to -0.5; the first must be below the second");
-    assert_eq!(
-        printed("to = 300.0 },\n  { feature = \"c", "to = -1 },\n  { feature = \"c"),
-        "input gap: `to` must be above `from`"
-    );
+    let limits = printed("[-0.5, 0.5]", "[0.5, -0.5]");
+    assert!(limits.contains(":2:10: limits are 0.5 to -0.5; the first must be below the second"), "{limits}");
+    let input = printed("to = 300.0 },\n  { feature = \"c", "to = -1 },\n  { feature = \"c");
+    assert!(input.contains(":7:3: input gap: `to` must be above `from`"), "{input}");
     let named = |line: &str| fault(&bytes, Some(&format!("{line}\n{}", description(["", ""]))));
     assert_eq!(named("input_name = \"obs\""), "has no input `obs`; it has observation");
     assert_eq!(named("output_name = \"mu\""), "has no output `mu`; it has action");

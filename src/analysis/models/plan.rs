@@ -141,45 +141,46 @@ pub struct PlanFault {
     pub message: String,
 }
 
+impl PlanFault {
+    /// Makes the mistake at a key below `analysis`.
+    fn new(key: &str, message: String) -> Self {
+        Self { key: format!("analysis.{key}"), message }
+    }
+}
+
 impl AnalysisPlan {
-    /// Checks the plan for a study with these conditions.
-    ///
-    /// # Errors
-    /// Returns the first mistake.
-    pub fn check(&self, conditions: &[&str]) -> Result<(), PlanFault> {
-        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
-        self.check_outcomes()?;
-        self.check_effects()?;
+    /// Returns the mistakes of the plan for a study with these conditions.
+    pub fn faults(&self, conditions: &[&str]) -> Vec<PlanFault> {
+        let mut faults = [self.outcome_faults(), self.effect_faults()].concat();
+        let mut add = |key: &str, message: String| faults.push(PlanFault::new(key, message));
         if !(0.001..=0.2).contains(&self.alpha) {
-            return fault("alpha".into(), format!("alpha is {}; allowed: a number from 0.001 to 0.2", self.alpha));
+            add("alpha", format!("alpha is {}; allowed: a number from 0.001 to 0.2", self.alpha));
         }
         if self.contrasts.is_empty() {
             let text = "there is no contrast; name one or more: { condition = \"...\", reference = \"...\" }";
-            return fault("contrasts".into(), text.into());
+            add("contrasts", text.into());
         }
         for (i, contrast) in self.contrasts.iter().enumerate() {
-            for (key, name) in [("condition", &contrast.condition), ("reference", &contrast.reference)] {
-                if !conditions.contains(&name.as_str()) {
-                    let near = did_you_mean(name, conditions);
-                    let known = if conditions.is_empty() {
-                        "none, as there are no conditions".into()
-                    } else {
-                        conditions.join(", ")
-                    };
-                    let text = format!("there is no condition \"{name}\"{near}; allowed: {known}");
-                    return fault(format!("contrasts.{i}.{key}"), text);
-                }
-            }
-            if contrast.condition == contrast.reference {
-                let text = format!("\"{}\" is compared with itself; name another condition", contrast.condition);
-                return fault(format!("contrasts.{i}.reference"), text);
+            let ends = [("condition", &contrast.condition), ("reference", &contrast.reference)];
+            for (key, name) in ends.into_iter().filter(|(_, name)| !conditions.contains(&name.as_str())) {
+                let near = did_you_mean(name, conditions);
+                let known = if conditions.is_empty() {
+                    "none, as there are no conditions".into()
+                } else {
+                    conditions.join(", ")
+                };
+                let text = format!("there is no condition \"{name}\"{near}; allowed: {known}");
+                add(&format!("contrasts.{i}.{key}"), text);
             }
             let pair = (&contrast.condition, &contrast.reference);
             let same = |other: &PlannedContrast| {
                 pair == (&other.condition, &other.reference) || pair == (&other.reference, &other.condition)
             };
-            if self.contrasts[..i].iter().any(same) {
-                return fault(format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
+            if contrast.condition == contrast.reference {
+                let text = format!("\"{}\" is compared with itself; name another condition", contrast.condition);
+                add(&format!("contrasts.{i}.reference"), text);
+            } else if self.contrasts[..i].iter().any(same) {
+                add(&format!("contrasts.{i}"), format!("{} comes twice; name it once", contrast.label()));
             }
         }
         let shares = [
@@ -188,47 +189,53 @@ impl AnalysisPlan {
         ];
         for (key, share) in shares {
             if let Some(share) = share.filter(|share| !(0.0..=1.0).contains(share)) {
-                return fault(format!("exclude.{key}"), format!("{key} is {share}; allowed: a number from 0 to 1"));
+                add(&format!("exclude.{key}"), format!("{key} is {share}; allowed: a number from 0 to 1"));
             }
         }
         if let Some(least) = self.exclude.least_trials.filter(|least| *least as usize > conditions.len()) {
             let text = format!("least_trials is {least}; allowed: at most the {} conditions", conditions.len());
-            return fault("exclude.least_trials".into(), text);
+            add("exclude.least_trials", text);
         }
-        Ok(())
+        faults
     }
 
-    /// Checks that each primary outcome has a smallest effect, and each contrast as many expected signs or none.
-    fn check_effects(&self) -> Result<(), PlanFault> {
-        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
+    /// Returns the mistakes of numbers of effects and signs: each primary outcome has a smallest effect, each contrast as many expected
+    /// signs or none.
+    fn effect_faults(&self) -> Vec<PlanFault> {
         let primary = self.primary.all().len();
+        if primary == 0 {
+            // A mistake of its own.
+            return Vec::new();
+        }
         let s = if primary == 1 { "" } else { "s" };
         let one_each = format!("one for each of the {primary} primary measure{s}");
         let effects = self.smallest_effect.all();
+        let mut faults = Vec::new();
+        let mut add = |key: &str, message: String| faults.push(PlanFault::new(key, message));
         if effects.len() != primary {
             let text = format!("smallest_effect has the wrong length, {}; allowed: {one_each}", effects.len());
-            return fault("smallest_effect".into(), text);
-        }
-        if let Some(effect) = effects.iter().find(|effect| !(effect.is_finite() && **effect > 0.0)) {
-            return fault("smallest_effect".into(), format!("smallest_effect is {effect}; allowed: a number above 0"));
+            add("smallest_effect", text);
+        } else if let Some(effect) = effects.iter().find(|effect| !(effect.is_finite() && **effect > 0.0)) {
+            add("smallest_effect", format!("smallest_effect is {effect}; allowed: a number above 0"));
         }
         for (i, contrast) in self.contrasts.iter().enumerate() {
             let signs = contrast.expected.as_ref().map_or(primary, |signs| signs.all().len());
             if signs != primary {
                 let text = format!("expected has the wrong length, {signs}; allowed: {one_each}");
-                return fault(format!("contrasts.{i}.expected"), text);
+                add(&format!("contrasts.{i}.expected"), text);
             }
         }
-        Ok(())
+        faults
     }
 
-    /// Checks that outcomes and covariates are measures, each named once.
-    fn check_outcomes(&self) -> Result<(), PlanFault> {
-        let fault = |key: String, message: String| Err(PlanFault { key: format!("analysis.{key}"), message });
+    /// Returns the mistakes of outcomes and covariates, which are measures, each named once.
+    fn outcome_faults(&self) -> Vec<PlanFault> {
         let names: Vec<&str> = MEASURES.iter().map(|measure| measure.name).collect();
         let primary = self.primary.all().len();
+        let mut faults = Vec::new();
+        let mut add = |key: &str, message: String| faults.push(PlanFault::new(key, message));
         if primary == 0 {
-            return fault("primary".into(), "there is no primary measure; name one or more".into());
+            add("primary", "there is no primary measure; name one or more".into());
         }
         let mut all = self.outcomes();
         let outcomes = all.len();
@@ -241,20 +248,14 @@ impl AnalysisPlan {
                 _ => format!("covariates.{}", i - outcomes),
             };
             if !names.contains(name) {
-                let near = did_you_mean(name, &names);
-                return fault(
-                    key,
-                    format!(
-                        "there is no measure \"{name}\"{near}; allowed: a column of measures of trials.csv: {}",
-                        names.join(", ")
-                    ),
-                );
-            }
-            if all[..i].contains(name) {
-                return fault(key, format!("the measure \"{name}\" comes twice; name it once"));
+                let (near, known) = (did_you_mean(name, &names), names.join(", "));
+                let list = format!("a column of measures of trials.csv: {known}");
+                add(&key, format!("there is no measure \"{name}\"{near}; allowed: {list}"));
+            } else if all[..i].contains(name) {
+                add(&key, format!("the measure \"{name}\" comes twice; name it once"));
             }
         }
-        Ok(())
+        faults
     }
 
     /// Returns the model's formula with the covariates: `measure ~ condition + place + (1 | participant)`.
@@ -301,14 +302,19 @@ impl AnalysisPlan {
     /// Reads the plan from a study's file, ignoring its other tables; `name` is the file in messages.
     ///
     /// # Errors
-    /// The file is not TOML, or its plan does not have this program's format.
+    /// The file is not TOML, its plan does not have this program's format, or names a measure that does not exist. The message has all
+    /// mistakes.
     pub fn in_study(text: &str, name: &str) -> Result<Option<Self>, AnalysisError> {
         #[derive(Deserialize)]
         struct StudyPart {
             analysis: Option<AnalysisPlan>,
         }
-        let part: StudyPart = toml_text::parse(text, name).map_err(|why| AnalysisError::Input(why.to_string()))?;
-        Ok(part.analysis)
+        let (part, mut mistakes) = toml_text::read::<StudyPart>(text, name);
+        let plan = part.map(|part| part.analysis);
+        for wrong in plan.iter().flatten().flat_map(Self::outcome_faults) {
+            mistakes.add(&wrong.key, KeyPart::Value, &wrong.message);
+        }
+        toml_text::finished((plan, mistakes)).map_err(|why| AnalysisError::Input(why.to_string()))
     }
 }
 
@@ -332,12 +338,7 @@ impl PlanHistory {
             let name = path.display().to_string();
             let text = read_text(path, SETTINGS_BYTES)
                 .map_err(|why| AnalysisError::Input(format!("{name}: cannot be read: {why}")))?;
-            let plan = AnalysisPlan::in_study(&text, &name)?;
-            let fault = |wrong: PlanFault| {
-                AnalysisError::Input(toml_text::at(&text, &name, &wrong.key, KeyPart::Value, &wrong.message))
-            };
-            plan.as_ref().map_or(Ok(()), AnalysisPlan::check_outcomes).map_err(fault)?;
-            Ok(plan)
+            AnalysisPlan::in_study(&text, &name)
         };
         let begun = root.join(BEGUN);
         let begun = if begun.exists() { read(&begun)? } else { None };
@@ -389,7 +390,7 @@ mod tests {
     use super::*;
 
     fn plan(text: &str) -> AnalysisPlan {
-        AnalysisPlan::in_study(text, "x.toml").unwrap().unwrap()
+        text.parse::<toml::Table>().unwrap()["analysis"].clone().try_into().unwrap()
     }
 
     const GOOD: &str = "title = \"any\"\n[analysis]\nprimary = \"mean_speed_mps\"\nsmallest_effect = 0.2\nsecondary = \
@@ -399,8 +400,8 @@ mod tests {
     #[test]
     fn every_mistake_has_its_key_and_says_what_is_allowed() {
         let conditions = ["narrow", "wide"];
-        plan(GOOD).check(&conditions).unwrap();
-        plan(&GOOD.replace("most_contacts = 0", "least_trials = 2")).check(&conditions).unwrap();
+        assert_eq!(plan(GOOD).faults(&conditions), []);
+        assert_eq!(plan(&GOOD.replace("most_contacts = 0", "least_trials = 2")).faults(&conditions), []);
         for (from, to, key, has) in [
             ("\"mean_speed_mps\"", "\"mean_sped_mps\"", "analysis.primary", "did you mean mean_speed_mps"),
             ("\"reaction_s\"", "\"mean_speed_mps\"", "analysis.secondary.0", "comes twice"),
@@ -444,9 +445,28 @@ mod tests {
             ("most_contacts = 0", "least_recorded_share = 1.5", "analysis.exclude.least_recorded_share", "from 0 to 1"),
         ] {
             assert!(GOOD.contains(from), "{from}");
-            let fault = plan(&GOOD.replacen(from, to, 1)).check(&conditions).unwrap_err();
-            assert!(fault.key == key && fault.message.contains(has), "{fault:?}");
+            let faults = plan(&GOOD.replacen(from, to, 1)).faults(&conditions);
+            assert!(faults.len() == 1 && faults[0].key == key && faults[0].message.contains(has), "{faults:?}");
         }
+    }
+
+    #[test]
+    fn a_plan_with_several_mistakes_names_all() {
+        let many = [
+            ("\"mean_speed_mps\"", "\"mean_sped_mps\""),
+            ("= 0.2", "= 0.0\nalpha = 0.5"),
+            ("contacts = 0", "dropped_share = 2"),
+        ];
+        let text = many.iter().fold(GOOD.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
+        let faults = plan(&text).faults(&["narrow"]);
+        let keys: Vec<&str> = faults.iter().map(|fault| fault.key.trim_start_matches("analysis.")).collect();
+        assert_eq!(
+            keys,
+            ["primary", "smallest_effect", "alpha", "contrasts.0.condition", "exclude.most_dropped_share"]
+        );
+        let report =
+            AnalysisPlan::in_study(&text.replace("reaction_s", "reaction_ms"), "x.toml").unwrap_err().to_string();
+        assert!(report.contains("x.toml:3:11: ") && report.contains("x.toml:6:"), "{report}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Faults of a controller's file: the kind, and a message with file, line and a mark below the place.
+//! Faults of a controller's file, as messages.
 
 use super::{CONTROLLERS, ControllerKind};
 use crate::toml_text::{TomlError, did_you_mean, unknown_key};
@@ -9,22 +9,14 @@ pub(super) const FORMAT: &str = "codrive controller 1";
 /// Optional key of each kind: the share of advised vehicles that the parameters are for.
 pub(super) const ADVISED_SHARE: &str = "advised_share";
 
-/// Error for an unusable controller's file.
+/// Error for an unusable controller's file: all its mistakes, each with file, line, allowed values, and the line with a mark.
 #[derive(Debug, thiserror::Error)]
-#[error("{message}")]
-pub struct ControllerFileError {
-    /// Kind of fault, for callers.
-    pub fault: ControllerFault,
-    /// Full message: file, line, fault, allowed values, and the line with a mark.
-    pub message: String,
-}
+#[error(transparent)]
+pub struct ControllerFileError(#[from] TomlError);
 
 /// Fault in a controller's file.
 #[derive(Debug, thiserror::Error)]
-pub enum ControllerFault {
-    /// The text is not TOML.
-    #[error(transparent)]
-    Toml(TomlError),
+pub(super) enum ControllerFault {
     /// The format is missing, or the file has another one.
     #[error("format is {}; allowed: \"{FORMAT}\"", found.as_deref().unwrap_or("missing"))]
     Format {
@@ -102,7 +94,7 @@ fn near_kind(found: Option<&str>) -> String {
 }
 
 /// Returns the keys that the file of such a controller may have.
-fn keys(kind: ControllerKind) -> Vec<&'static str> {
+pub(super) fn keys(kind: ControllerKind) -> Vec<&'static str> {
     let mut keys = vec!["format", "kind", ADVISED_SHARE];
     keys.extend(kind.parameters().iter().map(|parameter| parameter.table_key()));
     keys.dedup();

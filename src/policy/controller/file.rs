@@ -2,12 +2,12 @@
 //! error with file, line, value and allowed values. A controller is also written as text that reads back to the same bits.
 
 use super::{
-    Controller, ControllerFault, ControllerFileError, ControllerKind, EngagedController, Order, Parameter,
-    error::{ADVISED_SHARE, FORMAT},
+    Controller, ControllerFileError, ControllerKind, EngagedController, Order, Parameter,
+    error::{ADVISED_SHARE, ControllerFault, FORMAT, keys},
 };
 use crate::{
     policy::{Action, Observation, Policy},
-    toml_text::{self, KeyPart},
+    toml_text::{self, KeyPart, Mistakes},
 };
 use serde::Deserialize;
 use std::fmt::Write;
@@ -73,51 +73,68 @@ impl ControllerFile {
     ///
     /// # Errors
     /// The text is not TOML, is another kind of file, has an unknown key or lacks a required one, or a number is outside its limits or
-    /// out of order.
+    /// out of order. The message has all mistakes.
     pub fn from_toml(text: &str, name: &str) -> Result<Self, ControllerFileError> {
-        let at = |key: &str, part: KeyPart, fault: ControllerFault| {
-            let message = toml_text::at(text, name, key, part, &fault.to_string());
-            ControllerFileError { fault, message }
+        let (table, mut mistakes) = toml_text::read::<toml::Table>(text, name);
+        let file = table.and_then(|table| Self::of_table(&table, &mut mistakes));
+        Ok(toml_text::finished((file, mistakes))?)
+    }
+
+    /// Returns the file of a table and adds its mistakes.
+    fn of_table(table: &toml::Table, mistakes: &mut Mistakes) -> Option<Self> {
+        let mut add = |key: &str, others: &[&str], part: KeyPart, fault: ControllerFault| {
+            mistakes.add_related(key, others, part, &fault.to_string());
         };
-        let table: toml::Table = toml_text::parse(text, name)
-            .map_err(|error| ControllerFileError { message: error.to_string(), fault: ControllerFault::Toml(error) })?;
         let found = |key: &str| table.get(key).map(ToString::to_string);
         if table.get("format").and_then(toml::Value::as_str) != Some(FORMAT) {
-            return Err(at("format", KeyPart::Value, ControllerFault::Format { found: found("format") }));
+            add("format", &[], KeyPart::Value, ControllerFault::Format { found: found("format") });
+            // Another format has other keys.
+            table.get("format").is_none().then_some(())?;
         }
         let kind = table.get("kind").and_then(toml::Value::as_str).and_then(ControllerKind::named);
         let Some(kind) = kind else {
-            return Err(at("kind", KeyPart::Value, ControllerFault::Kind { found: found("kind") }));
+            add("kind", &[], KeyPart::Value, ControllerFault::Kind { found: found("kind") });
+            return None;
         };
-        let parameters = kind.parameters();
-        let is_known = |key: &str| {
-            ["format", "kind", ADVISED_SHARE].contains(&key) || parameters.iter().any(|p| p.table_key() == key)
-        };
-        if let Some(key) = table.keys().find(|key| !is_known(key)) {
-            return Err(at(key, KeyPart::Key, ControllerFault::UnknownKey { key: key.clone(), kind }));
+        let (parameters, known) = (kind.parameters(), keys(kind));
+        let unknown: Vec<&str> = table.keys().map(String::as_str).filter(|key| !known.contains(key)).collect();
+        for key in &unknown {
+            add(key, &[], KeyPart::Key, ControllerFault::UnknownKey { key: (*key).to_owned(), kind });
         }
-        let mut numbers: Vec<f64> = Vec::with_capacity(parameters.len());
-        for parameter in parameters {
-            let number = number(&table, parameter, parameters).map_err(|fault| {
-                // A fault of a whole list is marked at the whole list.
-                let key =
-                    if matches!(fault, ControllerFault::Value { .. }) { parameter.key } else { parameter.table_key() };
-                at(key, KeyPart::Value, fault)
-            })?;
-            if let Some(before) = numbers.last().filter(|before| !parameter.follows(**before, number)) {
-                let fault = ControllerFault::Order {
-                    key: parameter.key,
-                    value: number,
-                    before_key: parameters[numbers.len() - 1].key,
-                    before: *before,
-                    is_above: parameter.order == Order::Above,
-                };
-                return Err(at(parameter.key, KeyPart::Value, fault));
+        let mut numbers: Vec<Option<f64>> = Vec::with_capacity(parameters.len());
+        for (i, parameter) in parameters.iter().enumerate() {
+            let number = number(table, parameter, parameters);
+            let before = i.checked_sub(1).and_then(|before| Some((parameters[before].key, numbers[before]?)));
+            match (&number, before) {
+                (Ok(value), Some((before_key, before))) if !parameter.follows(before, *value) => {
+                    let is_above = parameter.order == Order::Above;
+                    let fault =
+                        ControllerFault::Order { key: parameter.key, value: *value, before_key, before, is_above };
+                    add(parameter.key, &[], KeyPart::Value, fault);
+                }
+                _ => {}
             }
-            numbers.push(number);
+            numbers.push(
+                number
+                    .map_err(|fault| {
+                        // A fault of a whole list is marked at the whole list.
+                        let key = if matches!(fault, ControllerFault::Value { .. }) {
+                            parameter.key
+                        } else {
+                            parameter.table_key()
+                        };
+                        // A key with a slip is not missing, too.
+                        let slips =
+                            unknown.iter().copied().filter(|slip| toml_text::nearest(slip, &known) == Some(key));
+                        add(key, &slips.collect::<Vec<_>>(), KeyPart::Value, fault);
+                    })
+                    .ok(),
+            );
         }
-        let advised_share = advised_share(&table).map_err(|fault| at(ADVISED_SHARE, KeyPart::Value, fault))?;
-        Ok(Self { controller: Controller::of(kind, &numbers), advised_share })
+        let advised_share =
+            advised_share(table).map_err(|fault| add(ADVISED_SHARE, &[], KeyPart::Value, fault)).ok()?;
+        let numbers: Vec<f64> = numbers.into_iter().collect::<Option<_>>()?;
+        Some(Self { controller: Controller::of(kind, &numbers), advised_share })
     }
 
     /// Returns the file's text below a comment with the lines of `head`. Numbers are as short as possible and still read back to the same

@@ -12,7 +12,7 @@ mod parameters;
 mod pi_saturation;
 
 pub use engaged::EngagedController;
-pub use error::{ControllerFault, ControllerFileError};
+pub use error::ControllerFileError;
 pub use file::{ControllerFile, is_controller};
 pub use follower_stopper::FollowerStopper;
 pub use kinds::{CONTROLLERS, Controller, ControllerKind};

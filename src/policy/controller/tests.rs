@@ -163,6 +163,19 @@ fn a_faulty_file_is_refused_with_line_value_and_allowed_values() {
 }
 
 #[test]
+fn all_mistakes_of_a_file_are_in_one_report() {
+    let text = "format = \"codrive controller 1\"\nkind = \"two-phase\"\nslow_mps = 1000\nslow_s = true\nthan_mps = 4\nadvised_share = 2\n";
+    let report = ControllerFile::from_toml(text, "own.toml").unwrap_err().to_string();
+    let places: Vec<&str> = report.lines().filter(|line| line.starts_with("own.toml:")).collect();
+    let wanted =
+        ["3:12: slow_mps is 1000", "4:10: slow_s is true", "5:1: unknown key `than_mps`", "6:17: advised_share is 2"];
+    assert_eq!(places.len(), wanted.len(), "{report}");
+    for (place, wanted) in places.iter().zip(wanted) {
+        assert!(place["own.toml:".len()..].starts_with(wanted), "{report}");
+    }
+}
+
+#[test]
 fn a_policy_knows_the_share_of_vehicles_that_its_file_states() {
     let controller = Controller::by_name(ControllerKind::Constant, &SETTINGS);
     let folder = tempfile::tempdir().unwrap();

@@ -142,5 +142,5 @@ fn a_policy_with_an_input_that_its_estimator_lacks_is_refused() {
     let text = std::fs::read_to_string(file).unwrap();
     assert!(Network::from_toml(&text).is_ok());
     let message = Network::from_toml(&text.replacen("\"latent_2\"", "\"willingness\"", 1)).unwrap_err().to_string();
-    assert!(message.starts_with("the policy sees willingness, which its estimator does not estimate"), "{message}");
+    assert!(message.contains(": the policy sees willingness, which its estimator does not estimate"), "{message}");
 }

@@ -1,16 +1,16 @@
 //! Faults of a trained network, by kind and as messages: its file, its settings, the advice that it corrects and its expected gain.
 
-use crate::policy::{FORMAT, Feature, LayerFault, identification::EstimatorFault};
+use crate::{
+    policy::{FORMAT, Feature, LayerFault, identification::EstimatorFault},
+    toml_text::TomlError,
+};
 
 /// Reasons that a text is not a valid policy file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PolicyNetworkFault {
-    /// Text of a file of another kind, with the command that reads it.
-    #[error("is not a policy file: {0}")]
-    OtherKind(String),
-    /// The text is not TOML or has unknown keys.
-    #[error("is not a policy file: {0}")]
-    Foreign(toml::de::Error),
+    /// The text is not TOML, has unknown keys, or a value is not allowed.
+    #[error("is not a policy file\n{0}")]
+    File(TomlError),
     /// The format or its version is another.
     #[error("format is `{}`; allowed: `{}`", .0, FORMAT)]
     Format(String),

@@ -22,7 +22,7 @@ use super::{
 };
 use crate::{
     file::read_text,
-    toml_text::{did_you_mean_file, other_kind},
+    toml_text::{self, KeyPart, did_you_mean_file},
 };
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -100,20 +100,24 @@ impl Network {
 
     /// Parses the text of the policy file at `path`; the path is used in errors only.
     pub(super) fn from_text_of(path: &Path, text: &str) -> Result<Self, PolicyFileError> {
-        Self::from_toml(text).map_err(|why| PolicyFileError::new(path, why.into()))
+        Self::parse(text, &path.display().to_string()).map_err(|why| PolicyFileError::new(path, why.into()))
     }
 
     /// Parses the text of a policy file.
     ///
     /// # Errors
-    /// The text is no policy file, its layers are inconsistent, or a number is out of range.
+    /// The text is no policy file, its layers are inconsistent, or a number is out of range. The message has all mistakes.
     pub fn from_toml(text: &str) -> Result<Self, PolicyNetworkFault> {
-        let network: Self = toml::from_str(text).map_err(|why| match other_kind(text, why.message()) {
-            Some(words) => PolicyNetworkFault::OtherKind(words),
-            None => PolicyNetworkFault::Foreign(why),
-        })?;
-        network.check()?;
-        Ok(network)
+        Self::parse(text, "policy")
+    }
+
+    /// Parses the text of a policy file; `name` is the name of the text in messages.
+    fn parse(text: &str, name: &str) -> Result<Self, PolicyNetworkFault> {
+        let (network, mut mistakes) = toml_text::read::<Self>(text, name);
+        for (key, others, fault) in network.iter().flat_map(Self::faults) {
+            mistakes.add_related(&key, others, KeyPart::Value, &fault.to_string());
+        }
+        toml_text::finished((network, mistakes)).map_err(PolicyNetworkFault::File)
     }
 
     /// Checks that the network can be used as a policy.
@@ -121,36 +125,54 @@ impl Network {
     /// # Errors
     /// The format is another, the layers are inconsistent, or a number is out of range.
     pub fn check(&self) -> Result<(), PolicyNetworkFault> {
-        if self.format != FORMAT {
-            return Err(PolicyNetworkFault::Format(self.format.clone()));
-        }
+        self.faults().into_iter().next().map_or(Ok(()), |(.., fault)| Err(fault))
+    }
+
+    /// Returns the reasons for which the network cannot be used as a policy, each with its key in the file and the keys because of which
+    /// it is one.
+    fn faults(&self) -> Vec<(String, &'static [&'static str], PolicyNetworkFault)> {
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others: &'static [&'static str], fault: Option<PolicyNetworkFault>| {
+            faults.extend(fault.map(|fault| (key.to_owned(), others, fault)));
+        };
+        add("format", &[], (self.format != FORMAT).then(|| PolicyNetworkFault::Format(self.format.clone())));
         let outputs = if self.levels == 0 { 1 } else { self.levels as usize };
-        check_layers(&self.layers, self.inputs.len(), outputs)?;
+        add(
+            "layer",
+            &["levels", "inputs"],
+            check_layers(&self.layers, self.inputs.len(), outputs).err().map(Into::into),
+        );
+        let setting = |is_sound: bool, fault: SettingFault| (!is_sound).then(|| fault.into());
         let [low, high] = self.limits;
-        if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(SettingFault::Limits { low, high }.into());
+        add(
+            "limits",
+            &[],
+            setting(low.is_finite() && high.is_finite() && low < high, SettingFault::Limits { low, high }),
+        );
+        for (i, input) in self.inputs.iter().enumerate() {
+            add(&format!("inputs.{i}"), &[], setting(input.is_sound(), SettingFault::Input(input.feature)));
         }
-        if let Some(input) = self.inputs.iter().find(|input| !input.is_sound()) {
-            return Err(SettingFault::Input(input.feature).into());
-        }
+        let is_bound = |value: f64| value.is_finite() && value >= 0.0;
+        add("speed_change_mps", &[], setting(is_bound(self.speed_change_mps), SettingFault::SpeedChange));
+        add("least_spacing_m", &[], setting(is_bound(self.least_spacing_m), SettingFault::LeastSpacing));
         let [shortest, longest] = self.holds_s;
-        if !(self.speed_change_mps.is_finite() && self.speed_change_mps >= 0.0) {
-            return Err(SettingFault::SpeedChange.into());
-        }
-        if !(self.least_spacing_m.is_finite() && self.least_spacing_m >= 0.0) {
-            return Err(SettingFault::LeastSpacing.into());
-        }
-        if self.levels == 1 || !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err(PolicyNetworkFault::LevelsOrHolds);
-        }
-        self.corrected.as_ref().map_or(Ok(()), |advice| advice.check(self.action, self.least_spacing_m))?;
-        self.probe.as_ref().map_or(Ok(()), |probe| probe.check(self.action))?;
+        let is_sound = self.levels != 1 && shortest > 0.0 && shortest <= longest && longest.is_finite();
+        add("holds_s", &["levels"], (!is_sound).then_some(PolicyNetworkFault::LevelsOrHolds));
+        let corrected =
+            self.corrected.as_ref().and_then(|advice| advice.check(self.action, self.least_spacing_m).err());
+        add("controller", &["action", "least_spacing_m"], corrected.map(Into::into));
+        add("probe", &["action"], self.probe.as_ref().and_then(|probe| probe.check(self.action).err()).map(Into::into));
         if let Some(estimator) = &self.estimator {
-            estimator.check()?;
             let expects = self.expected_gain.iter().flat_map(|gain| &gain.inputs);
-            estimator.check_tells(self.inputs.iter().chain(expects).map(|input| input.feature))?;
+            let told = || estimator.check_tells(self.inputs.iter().chain(expects).map(|input| input.feature));
+            add(
+                "estimator",
+                &["inputs", "expected_gain"],
+                estimator.check().and_then(|()| told()).err().map(Into::into),
+            );
         }
-        Ok(self.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?)
+        add("expected_gain", &[], self.expected_gain.as_ref().and_then(|gain| gain.check().err()).map(Into::into));
+        faults
     }
 
     /// Returns the last layer's outputs. The hold is clamped to the range of training, so that a policy trained on holds of a second can
@@ -329,7 +351,9 @@ mod tests {
         let fault = |change: fn(&mut Network)| {
             let mut network = small(0, 1);
             change(&mut network);
-            Network::from_toml(&network.to_toml()).unwrap_err().to_string()
+            let report = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
+            assert!(report.starts_with("is not a policy file\npolicy:"), "{report}");
+            network.check().unwrap_err().to_string()
         };
         assert_eq!(fault(|n| n.levels = 3), "the last layer has 1 outputs; allowed: 3");
         assert_eq!(fault(|n| n.limits = [1.0, 1.0]), "limits are 1 to 1; the first must be below the second");
@@ -339,14 +363,25 @@ mod tests {
         let two = ExpectedGain { layers: vec![wide], ..gain(0.0) };
         let mut network = small(0, 1);
         network.expected_gain = Some(two);
-        let message = Network::from_toml(&network.to_toml()).unwrap_err().to_string();
+        let message = network.check().unwrap_err().to_string();
         assert_eq!(message, "expected_gain: the last layer has 2 outputs; allowed: 1");
         let message = fault(|n| n.expected_gain = Some(ExpectedGain { silent_below_mps: f64::INFINITY, ..gain(0.0) }));
         assert_eq!(message, "expected_gain: silent_below_mps must be a finite number");
         assert!(fault(|n| n.layers[0].weights.truncate(3)).starts_with("layer 0 has 3 inputs"));
         assert_eq!(fault(|n| n.layers[1].bias[0] = f32::NAN), "layer 1 holds a number that is not finite");
         let study = Network::from_toml("[[segment]]\nkind = \"text\"").unwrap_err().to_string();
-        assert!(study.starts_with("is not a policy file: unknown key `segment`: the file is a study"), "{study}");
+        assert!(study.contains("policy:1:3: unknown key `segment`: the file is a study"), "{study}");
         assert!(Network::from_toml("speed = 3").unwrap_err().to_string().starts_with("is not a policy file"));
+    }
+
+    #[test]
+    fn all_mistakes_of_a_file_are_in_one_report() {
+        let network = Network { limits: [1.0, 1.0], least_spacing_m: -1.0, ..small(0, 1) };
+        let text = network.to_toml().replacen("levels = 0", "levles = 0", 1);
+        let report = Network::from_toml(&text).unwrap_err().to_string();
+        for part in ["unknown key `levles`; did you mean `levels`?", "limits are 1 to 1", "least_spacing_m must be"] {
+            assert_eq!(report.matches(part).count(), 1, "{report}");
+        }
+        assert_eq!(report.matches("\npolicy:").count(), 3, "{report}");
     }
 }

@@ -3,7 +3,7 @@
 use super::DescriptionFault;
 use crate::{
     policy::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, Probe, SettingFault, file_text::is_zero},
-    toml_text,
+    toml_text::{self, KeyPart},
 };
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -78,33 +78,50 @@ impl NetworkDescription {
     /// Parses a description.
     ///
     /// # Errors
-    /// The text is not TOML, has unknown keys, or a number is out of range.
+    /// The text is not TOML, has unknown keys, or a number is out of range. The message has all mistakes.
     pub fn from_toml(text: &str) -> Result<Self, DescriptionFault> {
-        let d: Self = toml_text::parse(text, "its description").map_err(DescriptionFault::Toml)?;
-        let [low, high] = d.limits;
-        if !(low.is_finite() && high.is_finite() && low < high) {
-            return Err(SettingFault::Limits { low, high }.into());
+        let (description, mut mistakes) = toml_text::read::<Self>(text, "its description");
+        for (key, others, fault) in description.iter().flat_map(Self::faults) {
+            mistakes.add_related(&key, others, KeyPart::Value, &fault);
         }
-        let [shortest, longest] = d.holds_s;
-        if !(shortest > 0.0 && shortest <= longest && longest.is_finite()) {
-            return Err(DescriptionFault::Holds { shortest, longest });
+        toml_text::finished((description, mistakes)).map_err(DescriptionFault)
+    }
+
+    /// Returns the values that are not allowed, each with its key, the keys because of which it is not, and a message.
+    fn faults(&self) -> Vec<(String, &'static [&'static str], String)> {
+        let mut faults = Vec::new();
+        let mut add = |key: &str, others: &'static [&'static str], message: Option<String>| {
+            faults.extend(message.map(|message| (key.to_owned(), others, message)));
+        };
+        let setting = |is_sound: bool, fault: SettingFault| (!is_sound).then(|| fault.to_string());
+        let [low, high] = self.limits;
+        add(
+            "limits",
+            &[],
+            setting(low.is_finite() && high.is_finite() && low < high, SettingFault::Limits { low, high }),
+        );
+        let [shortest, longest] = self.holds_s;
+        let is_sound = shortest > 0.0 && shortest <= longest && longest.is_finite();
+        let allowed = "allowed: numbers above 0, the first not above the second";
+        add("holds_s", &[], (!is_sound).then(|| format!("holds_s are {shortest} to {longest}; {allowed}")));
+        let is_bound = |value: f64| value.is_finite() && value >= 0.0;
+        add("speed_change_mps", &[], setting(is_bound(self.speed_change_mps), SettingFault::SpeedChange));
+        add("least_spacing_m", &[], setting(is_bound(self.least_spacing_m), SettingFault::LeastSpacing));
+        for (name, value) in self.fixed.iter().filter(|(_, value)| !value.is_finite()) {
+            let message = format!("input `{name}` is fixed to {value}; allowed: a finite number");
+            add(&format!("fixed.{name}"), &[], Some(message));
         }
-        if !(d.speed_change_mps.is_finite() && d.speed_change_mps >= 0.0) {
-            return Err(SettingFault::SpeedChange.into());
+        let gain = self.expected_gain.as_ref().and_then(|gain| gain.check().err());
+        add("expected_gain", &[], gain.map(|fault| fault.to_string()));
+        let probe = self.probe.as_ref().and_then(|probe| probe.check(self.action).err());
+        add("probe", &["action"], probe.map(|fault| fault.to_string()));
+        let corrected =
+            self.corrected.as_ref().and_then(|advice| advice.check(self.action, self.least_spacing_m).err());
+        add("controller", &["action", "least_spacing_m"], corrected.map(|fault| fault.to_string()));
+        add("inputs", &[], self.inputs.is_empty().then(|| "inputs are empty; allowed: at least one input".into()));
+        for (i, input) in self.inputs.iter().enumerate() {
+            add(&format!("inputs.{i}"), &[], setting(input.is_sound(), SettingFault::Input(input.feature)));
         }
-        if !(d.least_spacing_m.is_finite() && d.least_spacing_m >= 0.0) {
-            return Err(SettingFault::LeastSpacing.into());
-        }
-        if let Some((name, value)) = d.fixed.iter().find(|(_, value)| !value.is_finite()) {
-            return Err(DescriptionFault::Fixed { name: name.clone(), value: *value });
-        }
-        d.expected_gain.as_ref().map_or(Ok(()), ExpectedGain::check)?;
-        d.probe.as_ref().map_or(Ok(()), |probe| probe.check(d.action))?;
-        d.corrected.as_ref().map_or(Ok(()), |advice| advice.check(d.action, d.least_spacing_m))?;
-        match d.inputs.iter().find(|input| !input.is_sound()) {
-            Some(input) => Err(SettingFault::Input(input.feature).into()),
-            None if d.inputs.is_empty() => Err(DescriptionFault::NoInputs),
-            None => Ok(d),
-        }
+        faults
     }
 }

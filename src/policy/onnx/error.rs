@@ -7,11 +7,7 @@ use super::{
     },
     state_error::StateFault,
 };
-use crate::{
-    file::size_text,
-    policy::{CorrectionFault, ExpectedGainFault, SettingFault},
-    toml_text::TomlError,
-};
+use crate::{file::size_text, toml_text::TomlError};
 use std::{io, path::PathBuf};
 use tract_onnx::prelude::TractError;
 
@@ -107,41 +103,10 @@ pub enum OnnxFault {
     Answer(#[from] AnswerFault),
 }
 
-/// Reasons that a text is not a valid description of a network.
+/// All reasons that a text is not a valid description of a network.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum DescriptionFault {
-    /// The text is not TOML, or has unknown keys.
-    #[error("is not a description of a network: {0}")]
-    Toml(TomlError),
-    /// A setting is out of range.
-    #[error(transparent)]
-    Setting(#[from] SettingFault),
-    /// The network cannot correct the advice that it names.
-    #[error(transparent)]
-    Correction(#[from] CorrectionFault),
-    /// The predictor of the expected gain is invalid.
-    #[error(transparent)]
-    ExpectedGain(#[from] ExpectedGainFault),
-    /// The holds are not positive, finite and ascending.
-    #[error("holds_s are {shortest} to {longest}; allowed: numbers above 0, the first not above the second")]
-    Holds {
-        /// Shortest hold in the description, s.
-        shortest: f64,
-        /// Longest hold in the description, s.
-        longest: f64,
-    },
-    /// An input is fixed to a value that is not finite.
-    #[error("input `{name}` is fixed to {value}; allowed: a finite number")]
-    Fixed {
-        /// Name of the input.
-        name: String,
-        /// Value that it is fixed to.
-        value: f64,
-    },
-    /// The description has no inputs.
-    #[error("inputs are empty; allowed: at least one input")]
-    NoInputs,
-}
+#[error("is not a description of a network\n{0}")]
+pub struct DescriptionFault(pub TomlError);
 
 /// Reasons that a tensor's data cannot be used; the message follows the tensor's name.
 #[derive(Debug, thiserror::Error)]

@@ -34,15 +34,15 @@ pub enum Action {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Deceleration, m/s2.
-        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
+        #[schemars(range(min = 0.1, max = HARDEST_MPS2), extend("unit" = "m/s2"))]
         decel_mps2: f64,
         /// Speed at the end of braking, m/s.
         #[serde(default)]
-        #[schemars(extend("unit" = "m/s"))]
+        #[schemars(range(min = 0.0, max = FASTEST_MPS), extend("unit" = "m/s"))]
         to_mps: f64,
         /// Time for which it keeps that speed, s.
         #[serde(default)]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         keep_s: f64,
     },
     /// A vehicle accelerates evenly, as far as the vehicle ahead of it allows.
@@ -50,14 +50,14 @@ pub enum Action {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Acceleration, m/s2.
-        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
+        #[schemars(range(min = 0.1, max = HARDEST_MPS2), extend("unit" = "m/s2"))]
         accel_mps2: f64,
         /// Speed at the end, m/s.
-        #[schemars(extend("unit" = "m/s"))]
+        #[schemars(range(min = 0.0, max = FASTEST_MPS), extend("unit" = "m/s"))]
         to_mps: f64,
         /// Time for which it keeps that speed, s.
         #[serde(default)]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         keep_s: f64,
     },
     /// A vehicle keeps the speed that it has, as far as the vehicle ahead of it allows.
@@ -65,7 +65,7 @@ pub enum Action {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A vehicle brakes to a standstill and stands with its hazard lights on.
@@ -74,10 +74,10 @@ pub enum Action {
         vehicle: VehicleName,
         /// Deceleration, m/s2.
         #[serde(default = "firm_mps2")]
-        #[schemars(range(min = 0.1, max = 9.0), extend("unit" = "m/s2"))]
+        #[schemars(range(min = 0.1, max = HARDEST_MPS2), extend("unit" = "m/s2"))]
         decel_mps2: f64,
         /// Time for which it stands, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A vehicle of a neighbouring lane drives beside the ego's way and changes into its lane close before it.
@@ -85,11 +85,11 @@ pub enum Action {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Gap from the ego's front to its rear when it begins to change lanes, m.
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.5, max = 200.0), extend("unit" = "m"))]
         gap_m: f64,
         /// Time in which the change has to begin, s.
         #[serde(default = "usual_cut_in_s")]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
         within_s: f64,
     },
     /// A vehicle changes lanes as soon as there is room; a road user at once.
@@ -117,7 +117,7 @@ pub enum Action {
     /// The accelerator of the ego has no effect.
     PowerLoss {
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// Wind blows from the side, across the ego's heading.
@@ -125,38 +125,38 @@ pub enum Action {
         /// Side that it comes from.
         from: Side,
         /// Speed of the wind, m/s.
-        #[schemars(range(min = 0.0, max = 40.0), extend("unit" = "m/s"))]
+        #[schemars(range(min = 0.1, max = STRONGEST_WIND_MPS), extend("unit" = "m/s"))]
         wind_mps: f64,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The road is slippery under the ego.
     Friction {
         /// Friction as a share of that at other times.
-        #[schemars(range(min = 0.0, max = 1.0))]
+        #[schemars(range(min = 0.05, max = 1.0))]
         share: f64,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// Weather and daylight change, and stay so; what is not stated stays as it is.
     Weather {
         /// Range of sight, km; below 1 km there is fog.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "km"))]
+        #[schemars(range(min = 0.05, max = 100.0), extend("unit" = "km"))]
         visibility_km: Option<f64>,
         /// Rain, mm/h; the road is wet with it.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "mm/h"))]
+        #[schemars(range(min = 0.0, max = 50.0), extend("unit" = "mm/h"))]
         rain_mmph: Option<f64>,
         /// Solar time of day, h.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "h"))]
+        #[schemars(range(min = 0.0, max = 24.0), extend("unit" = "h"))]
         time_h: Option<f64>,
         /// Duration of the change, s.
         #[serde(default)]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         over_s: f64,
     },
     /// A pedestrian crosses the ego's route.
@@ -167,7 +167,7 @@ pub enum Action {
     Message {
         text: String,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A question appears above the participant's speedometer, with answers to choose from.
@@ -176,7 +176,7 @@ pub enum Action {
     Pictogram {
         sign: Pictogram,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The tone of a takeover request sounds again and again.
@@ -184,7 +184,7 @@ pub enum Action {
         tone: ToneSeries,
         /// Duration of the series, s.
         #[serde(default = "usual_tones_s")]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// A voice speaks a sentence.
@@ -192,22 +192,22 @@ pub enum Action {
     /// The steering wheel vibrates, by its force feedback.
     WheelPulse {
         /// Strength, up to 1.
-        #[schemars(range(min = 0.0, max = 1.0))]
+        #[schemars(range(min = 0.05, max = 1.0))]
         strength: f64,
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LONGEST_PULSE_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The advice of the participant's speedometer disappears.
     HideAdvice {
         /// Duration, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
         for_s: f64,
     },
     /// The automation asks the participant to take over.
     TakeoverRequest {
         /// Time after which the system stops by itself, or below level 3 switches off, s.
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
         lead_s: f64,
     },
     /// The automation is switched on or off, or fails.

@@ -26,7 +26,7 @@ pub struct Ask {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right_automated: Option<String>,
     /// Time for the answer, s.
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.1, max = LATEST_S), extend("unit" = "s"))]
     pub for_s: f64,
 }
 

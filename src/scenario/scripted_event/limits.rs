@@ -15,15 +15,15 @@ pub struct DistanceAhead {
     pub to: VehicleName,
     /// Upper limit of the distance, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.1, max = FARTHEST_M), extend("unit" = "m"))]
     pub below_m: Option<f64>,
     /// Lower limit of the distance, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.1, max = FARTHEST_M), extend("unit" = "m"))]
     pub above_m: Option<f64>,
     /// Length that is added to the distance from bumper to bumper, m.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = -100.0, max = 100.0), extend("unit" = "m"))]
     pub plus_m: f64,
 }
 
@@ -38,15 +38,15 @@ pub struct TimeAhead {
     pub to: VehicleName,
     /// Upper limit of the time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
     pub below_s: Option<f64>,
     /// Lower limit of the time, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.01, max = 600.0), extend("unit" = "s"))]
     pub above_s: Option<f64>,
     /// Length that is added to the distance from bumper to bumper, m.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = -100.0, max = 100.0), extend("unit" = "m"))]
     pub plus_m: f64,
 }
 

@@ -45,11 +45,11 @@ pub struct ScriptedEvent {
     pub trigger: Trigger,
     /// Time for which the trigger has to be true before the event begins, s.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
     pub holds_s: f64,
     /// Time from its trigger to its begin, after that for which it has to be true, s.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
     pub delay_s: f64,
     /// Probability that the event begins when its trigger comes true, drawn from the scenario's seed.
     #[serde(default = "certain", skip_serializing_if = "is_certain")]

@@ -56,7 +56,7 @@ pub struct SpeedChange {
     pub vehicle: VehicleName,
     /// Speed at the end, m/s; without `like`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(range(min = 0.0, max = FASTEST_MPS), extend("unit" = "m/s"))]
     pub to_mps: Option<f64>,
     /// Vehicle whose speed counts in place of `to_mps`; `ego` is the participant's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -66,22 +66,22 @@ pub struct SpeedChange {
     pub times: f64,
     /// Speed that is added to it, m/s.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(range(min = -FASTEST_MPS, max = FASTEST_MPS), extend("unit" = "m/s"))]
     pub plus_mps: f64,
     /// True to follow that vehicle's speed until another action changes it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub keeps: bool,
     /// Largest change of speed per time, m/s2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m/s2"))]
+    #[schemars(range(min = 0.01, max = FASTEST_CHANGE_MPS2), extend("unit" = "m/s2"))]
     pub rate_mps2: Option<f64>,
     /// Duration of the change, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.01, max = LATEST_S), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance of the change, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.01, max = FARTHEST_M), extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of the change.
     #[serde(default)]
@@ -102,15 +102,15 @@ pub struct LaneChange {
     pub of: Option<VehicleName>,
     /// Time in which the change has to begin, s; road users begin at once.
     #[serde(default = "usual_change_s")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.1, max = 600.0), extend("unit" = "s"))]
     pub within_s: f64,
     /// Duration of a road user's change, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.01, max = LATEST_S), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance of a road user's change, m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.01, max = FARTHEST_M), extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of a road user's change.
     #[serde(default = "usual_shape")]
@@ -124,15 +124,15 @@ pub struct OffsetChange {
     /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Offset from the middle of its lane at the end, m, positive to the left of the path.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = -BESIDE_M, max = BESIDE_M), extend("unit" = "m"))]
     pub to_m: f64,
     /// Duration, s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+    #[schemars(range(min = 0.01, max = LATEST_S), extend("unit" = "s"))]
     pub in_s: Option<f64>,
     /// Distance, m; the shift then waits while the road user stands.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.01, max = FARTHEST_M), extend("unit" = "m"))]
     pub in_m: Option<f64>,
     /// Shape of the shift.
     #[serde(default = "usual_shape")]
@@ -146,16 +146,16 @@ pub struct Meeting {
     /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Place of its front on the ego's path at the meeting, m.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub place_m: f64,
     /// Other vehicle; `ego` is the participant's.
     pub with: VehicleName,
     /// Place of the other vehicle's front on the ego's path at the meeting, m.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub with_place_m: f64,
     /// Speed at the meeting, m/s; without it any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(range(min = 0.0, max = FASTEST_MPS), extend("unit" = "m/s"))]
     pub to_mps: Option<f64>,
 }
 
@@ -176,14 +176,14 @@ pub struct Teleport {
     /// Vehicle by its place beside the ego, its number, or its name.
     pub vehicle: VehicleName,
     /// Place of its front on the ego's path, m.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub place_m: f64,
     /// Number of lanes to the left of the path's lane, negative to the right.
     #[serde(default)]
     pub lanes_left: i32,
     /// Offset from the middle of that lane, m, positive to the left of the path.
     #[serde(default, skip_serializing_if = "is_zero")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = -BESIDE_M, max = BESIDE_M), extend("unit" = "m"))]
     pub offset_m: f64,
     /// True for a road user that then heads and drives against the path.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]

@@ -17,13 +17,13 @@ const RIDE_M: [f64; 2] = [10.0, 10_000.0];
 #[serde(deny_unknown_fields)]
 pub struct PedestrianCrossing {
     /// Place on the ego's route, m.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub place_m: f64,
     /// Side of the route on which the pedestrian waits.
     pub from: Side,
     /// Walking speed, m/s.
     #[serde(default = "usual_walk_mps")]
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(range(min = ON_FOOT_MPS[0], max = ON_FOOT_MPS[1]), extend("unit" = "m/s"))]
     pub speed_mps: f64,
 }
 
@@ -32,15 +32,15 @@ pub struct PedestrianCrossing {
 #[serde(deny_unknown_fields)]
 pub struct CyclistRide {
     /// Place on the ego's route at which the ride begins, m.
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
     pub place_m: f64,
     /// Length of the ride on the road, m.
     #[serde(default = "usual_ride_m")]
-    #[schemars(extend("unit" = "m"))]
+    #[schemars(range(min = RIDE_M[0], max = RIDE_M[1]), extend("unit" = "m"))]
     pub for_m: f64,
     /// Riding speed, m/s.
     #[serde(default = "usual_riding_mps")]
-    #[schemars(extend("unit" = "m/s"))]
+    #[schemars(range(min = RIDING_MPS[0], max = RIDING_MPS[1]), extend("unit" = "m/s"))]
     pub speed_mps: f64,
 }
 

@@ -20,13 +20,13 @@ const STRONGEST_MPS2: f64 = 100.0;
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Trigger {
     /// Time since the start of the drive, s.
-    TimeS(#[schemars(range(min = 0.0, max = 604_800.0))] f64),
+    TimeS(#[schemars(range(min = 0.0, max = LATEST_S))] f64),
     /// Place on the ego's route that its front has reached, m; on a closed route anew in each lap.
-    PlaceM(#[schemars(range(min = 0.0, max = 1_000_000.0))] f64),
+    PlaceM(#[schemars(range(min = 0.0, max = FARTHEST_M))] f64),
     /// Speed of the ego above this, m/s.
-    SpeedAboveMps(#[schemars(range(min = 0.0, max = 70.0))] f64),
+    SpeedAboveMps(#[schemars(range(min = 0.0, max = FASTEST_MPS))] f64),
     /// Speed of the ego below this, m/s.
-    SpeedBelowMps(#[schemars(range(min = 0.0, max = 70.0))] f64),
+    SpeedBelowMps(#[schemars(range(min = 0.0, max = FASTEST_MPS))] f64),
     /// Distance from the ego's front, or that of another vehicle, to a vehicle ahead.
     Distance(DistanceAhead),
     /// Time gap to a vehicle ahead: the distance over the speed of the one behind.
@@ -38,7 +38,7 @@ pub enum Trigger {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Place, m.
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
         place_m: f64,
     },
     /// Speed of a vehicle above or below a limit.
@@ -50,11 +50,11 @@ pub enum Trigger {
         than: Option<VehicleName>,
         /// Lower limit, m/s.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "m/s"))]
+        #[schemars(range(min = -FASTEST_MPS, max = FASTEST_MPS), extend("unit" = "m/s"))]
         above_mps: Option<f64>,
         /// Upper limit, m/s.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "m/s"))]
+        #[schemars(range(min = -FASTEST_MPS, max = FASTEST_MPS), extend("unit" = "m/s"))]
         below_mps: Option<f64>,
     },
     /// Acceleration of a vehicle above or below a limit.
@@ -63,11 +63,11 @@ pub enum Trigger {
         vehicle: VehicleName,
         /// Lower limit, m/s2.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "m/s2"))]
+        #[schemars(range(min = -STRONGEST_MPS2, max = STRONGEST_MPS2), extend("unit" = "m/s2"))]
         above_mps2: Option<f64>,
         /// Upper limit, m/s2.
         #[serde(default, skip_serializing_if = "Option::is_none")]
-        #[schemars(extend("unit" = "m/s2"))]
+        #[schemars(range(min = -STRONGEST_MPS2, max = STRONGEST_MPS2), extend("unit" = "m/s2"))]
         below_mps2: Option<f64>,
     },
     /// Place of a vehicle beside all lanes of the road.
@@ -76,7 +76,7 @@ pub enum Trigger {
         vehicle: VehicleName,
         /// Distance from the outermost lane that still counts as road, m.
         #[serde(default = "shoulder_m")]
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.0, max = 20.0), extend("unit" = "m"))]
         beyond_m: f64,
     },
     /// Distance that a vehicle has driven since the start of the drive.
@@ -84,7 +84,7 @@ pub enum Trigger {
         /// Vehicle by its place beside the ego, its number, or its name.
         vehicle: VehicleName,
         /// Distance, m.
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
         above_m: f64,
     },
     /// Light of a signal, by its id in the network, for the ego's path.
@@ -95,7 +95,7 @@ pub enum Trigger {
         event: String,
         /// Delay after its begin, s.
         #[serde(default)]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         delay_s: f64,
     },
     /// End of another event, and a delay.
@@ -104,7 +104,7 @@ pub enum Trigger {
         event: String,
         /// Delay after its end, s.
         #[serde(default)]
-        #[schemars(range(min = 0.0, max = 604_800.0), extend("unit" = "s"))]
+        #[schemars(range(min = 0.0, max = LATEST_S), extend("unit" = "s"))]
         delay_s: f64,
         /// Number of times that it has to have ended, for one that repeats.
         #[serde(default = "once", skip_serializing_if = "is_once")]
@@ -119,14 +119,14 @@ pub enum Trigger {
         lane: Option<usize>,
         /// Distance from the begin of the edge, m.
         #[serde(default)]
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.0, max = FARTHEST_M), extend("unit" = "m"))]
         at_m: f64,
     },
     /// Light of the next signal on the ego's path, from a distance on.
     SignalAhead {
         light: EventLight,
         /// Distance from the ego's front to the stop line, m.
-        #[schemars(extend("unit" = "m"))]
+        #[schemars(range(min = 0.1, max = FARTHEST_M), extend("unit" = "m"))]
         below_m: f64,
     },
     /// Change of the advice on the speedometer.
