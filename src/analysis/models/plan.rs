@@ -14,7 +14,10 @@ use crate::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use std::{collections::BTreeMap, path::Path};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 /// Plan of the analysis: one model per outcome, response = condition + place + covariates + participant as random intercept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -203,16 +206,14 @@ impl AnalysisPlan {
     /// signs or none.
     fn effect_faults(&self) -> Vec<PlanFault> {
         let primary = self.primary.all().len();
-        if primary == 0 {
-            // A mistake of its own.
-            return Vec::new();
-        }
+        // A measure that is missing or comes twice is a mistake of its own.
+        let is_counted = primary > 0 && self.primary.all().iter().collect::<BTreeSet<_>>().len() == primary;
         let s = if primary == 1 { "" } else { "s" };
         let one_each = format!("one for each of the {primary} primary measure{s}");
         let effects = self.smallest_effect.all();
         let mut faults = Vec::new();
         let mut add = |key: &str, message: String| faults.push(PlanFault::new(key, message));
-        if effects.len() != primary {
+        if is_counted && effects.len() != primary {
             let text = format!("smallest_effect has the wrong length, {}; allowed: {one_each}", effects.len());
             add("smallest_effect", text);
         } else if let Some(effect) = effects.iter().find(|effect| !(effect.is_finite() && **effect > 0.0)) {
@@ -220,7 +221,7 @@ impl AnalysisPlan {
         }
         for (i, contrast) in self.contrasts.iter().enumerate() {
             let signs = contrast.expected.as_ref().map_or(primary, |signs| signs.all().len());
-            if signs != primary {
+            if is_counted && signs != primary {
                 let text = format!("expected has the wrong length, {signs}; allowed: {one_each}");
                 add(&format!("contrasts.{i}.expected"), text);
             }
@@ -360,7 +361,7 @@ impl PlanHistory {
             (Some(_), None) => vec!["The analysis plan was removed after the first session.".into()],
             (begun, now) => {
                 let [was, is] = [begun, now].map(|plan| flat(&serde_json::to_value(plan).unwrap_or_default()));
-                let keys: std::collections::BTreeSet<&String> = was.keys().chain(is.keys()).collect();
+                let keys: BTreeSet<&String> = was.keys().chain(is.keys()).collect();
                 let value_text = |value: Option<&String>| value.map_or("not given".to_owned(), Clone::clone);
                 let changed = keys.into_iter().filter(|key| was.get(*key) != is.get(*key));
                 changed
