@@ -151,7 +151,7 @@ fn a_missing_library_is_reported_before_the_drive_if_it_is_needed() {
     let file = tempfile::NamedTempFile::new().unwrap();
     std::fs::write(file.path(), "[triggers]\ndevice = '/dev/ttyUSB0'\nbaud = 12\n").unwrap();
     let (is_well, printed) = codrive(&["drive", "--lab", file.path().to_str().unwrap()]);
-    assert!(!is_well && printed.contains("[triggers] baud is 12; allowed: 9600"), "{printed}");
+    assert!(!is_well && printed.contains(":3:8: baud is 12; allowed: 9600"), "{printed}");
 }
 
 /// Returns, for each socket of this process that listens for connections, the number of instructions of its filter.
