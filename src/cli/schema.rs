@@ -120,6 +120,7 @@ fn events(mut generator: SchemaGenerator) -> Schema {
     let schema = json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "type": "object",
+        "additionalProperties": false,
         "properties": properties,
         "definitions": definitions,
     });

@@ -85,7 +85,7 @@ fn an_editor_accepts_every_shipped_file() {
 }
 
 /// Wrong files: a kind, and a text with one mistake.
-const WRONG: [(&str, &str); 25] = [
+const WRONG: [(&str, &str); 26] = [
     ("scenario", "vehicels = 12"),
     ("scenario", "vehicles = \"many\""),
     ("scenario", "vehicles = 1"),
@@ -95,6 +95,7 @@ const WRONG: [(&str, &str); 25] = [
     ("scenario", "format = 2"),
     ("scenario", "[[road_user]]\nplace_m = 30"),
     ("scenario", "[demand]\nflows = [{ from = \"a\", to = \"b\" }]"),
+    ("events", "[[evnt]]\nname = \"a\""),
     ("events", "[[event]]\nname = \"a\"\ntrigger = { tim_s = 3 }\nactions = []"),
     ("events", "[[event]]\nname = \"a\"\ntrigger = { time_s = -1 }\nactions = []"),
     ("events", "[[event]]\nname = \"a\"\ntrigger = { time_s = 1 }\nactions = [{ brake = { vehicle = \"leader\" } }]"),
