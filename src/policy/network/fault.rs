@@ -1,7 +1,7 @@
 //! Faults of a trained network, by kind and as messages: its file, its settings, the advice that it corrects and its expected gain.
 
 use crate::{
-    policy::{FORMAT, Feature, LayerFault, identification::EstimatorFault},
+    policy::{FORMAT, Feature, LayerFault, NetworkInput, identification::EstimatorFault},
     toml_text::TomlError,
 };
 
@@ -128,4 +128,27 @@ pub enum SettingFault {
     /// An input's range is empty or not finite.
     #[error("input {}: `to` must be above `from`", .0.name())]
     Input(Feature),
+}
+
+/// Returns the faults of the settings that both file formats have, each with its key: limits of the action, m/s² or m/s, largest change
+/// of speed, m/s, least spacing, m, and inputs.
+pub(in crate::policy) fn setting_faults(
+    [low, high]: [f64; 2],
+    speed_change_mps: f64,
+    least_spacing_m: f64,
+    inputs: &[NetworkInput],
+) -> Vec<(String, SettingFault)> {
+    let mut faults = Vec::new();
+    if !(low.is_finite() && high.is_finite() && low < high) {
+        faults.push(("limits".into(), SettingFault::Limits { low, high }));
+    }
+    if !(speed_change_mps.is_finite() && speed_change_mps >= 0.0) {
+        faults.push(("speed_change_mps".into(), SettingFault::SpeedChange));
+    }
+    if !(least_spacing_m.is_finite() && least_spacing_m >= 0.0) {
+        faults.push(("least_spacing_m".into(), SettingFault::LeastSpacing));
+    }
+    let unsound = inputs.iter().enumerate().filter(|(_, input)| !input.is_sound());
+    faults.extend(unsound.map(|(i, input)| (format!("inputs.{i}"), SettingFault::Input(input.feature))));
+    faults
 }

@@ -11,6 +11,7 @@ pub use assisted::{AssistedPolicy, residual};
 pub(super) use corrected::stands_alone;
 pub use corrected::{CorrectedAdvice, EngagedAdvice};
 pub use expected_gain::ExpectedGain;
+pub(super) use fault::setting_faults;
 pub use fault::{CorrectionFault, ExpectedGainFault, NotCorrectable, PolicyNetworkFault, SettingFault};
 
 use super::{
@@ -142,19 +143,8 @@ impl Network {
             &["levels", "inputs"],
             check_layers(&self.layers, self.inputs.len(), outputs).err().map(Into::into),
         );
-        let setting = |is_sound: bool, fault: SettingFault| (!is_sound).then(|| fault.into());
-        let [low, high] = self.limits;
-        add(
-            "limits",
-            &[],
-            setting(low.is_finite() && high.is_finite() && low < high, SettingFault::Limits { low, high }),
-        );
-        for (i, input) in self.inputs.iter().enumerate() {
-            add(&format!("inputs.{i}"), &[], setting(input.is_sound(), SettingFault::Input(input.feature)));
-        }
-        let is_bound = |value: f64| value.is_finite() && value >= 0.0;
-        add("speed_change_mps", &[], setting(is_bound(self.speed_change_mps), SettingFault::SpeedChange));
-        add("least_spacing_m", &[], setting(is_bound(self.least_spacing_m), SettingFault::LeastSpacing));
+        let settings = setting_faults(self.limits, self.speed_change_mps, self.least_spacing_m, &self.inputs);
+        settings.into_iter().for_each(|(key, fault)| add(&key, &[], Some(fault.into())));
         let [shortest, longest] = self.holds_s;
         let is_sound = self.levels != 1 && shortest > 0.0 && shortest <= longest && longest.is_finite();
         add("holds_s", &["levels"], (!is_sound).then_some(PolicyNetworkFault::LevelsOrHolds));

@@ -2,7 +2,9 @@
 
 use super::DescriptionFault;
 use crate::{
-    policy::{CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, Probe, SettingFault, file_text::is_zero},
+    policy::{
+        CorrectedAdvice, ExpectedGain, NetworkInput, NetworkOutput, Probe, file_text::is_zero, network::setting_faults,
+    },
     toml_text::{self, KeyPart},
 };
 use serde::{Deserialize, Serialize};
@@ -93,20 +95,12 @@ impl NetworkDescription {
         let mut add = |key: &str, others: &'static [&'static str], message: Option<String>| {
             faults.extend(message.map(|message| (key.to_owned(), others, message)));
         };
-        let setting = |is_sound: bool, fault: SettingFault| (!is_sound).then(|| fault.to_string());
-        let [low, high] = self.limits;
-        add(
-            "limits",
-            &[],
-            setting(low.is_finite() && high.is_finite() && low < high, SettingFault::Limits { low, high }),
-        );
+        let settings = setting_faults(self.limits, self.speed_change_mps, self.least_spacing_m, &self.inputs);
+        settings.into_iter().for_each(|(key, fault)| add(&key, &[], Some(fault.to_string())));
         let [shortest, longest] = self.holds_s;
         let is_sound = shortest > 0.0 && shortest <= longest && longest.is_finite();
         let allowed = "allowed: numbers above 0, the first not above the second";
         add("holds_s", &[], (!is_sound).then(|| format!("holds_s are {shortest} to {longest}; {allowed}")));
-        let is_bound = |value: f64| value.is_finite() && value >= 0.0;
-        add("speed_change_mps", &[], setting(is_bound(self.speed_change_mps), SettingFault::SpeedChange));
-        add("least_spacing_m", &[], setting(is_bound(self.least_spacing_m), SettingFault::LeastSpacing));
         for (name, value) in self.fixed.iter().filter(|(_, value)| !value.is_finite()) {
             let message = format!("input `{name}` is fixed to {value}; allowed: a finite number");
             add(&format!("fixed.{name}"), &[], Some(message));
@@ -119,9 +113,6 @@ impl NetworkDescription {
             self.corrected.as_ref().and_then(|advice| advice.check(self.action, self.least_spacing_m).err());
         add("controller", &["action", "least_spacing_m"], corrected.map(|fault| fault.to_string()));
         add("inputs", &[], self.inputs.is_empty().then(|| "inputs are empty; allowed: at least one input".into()));
-        for (i, input) in self.inputs.iter().enumerate() {
-            add(&format!("inputs.{i}"), &[], setting(input.is_sound(), SettingFault::Input(input.feature)));
-        }
         faults
     }
 }
