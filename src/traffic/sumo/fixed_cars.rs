@@ -57,6 +57,8 @@ pub(super) struct FixedCars {
     highest_mps: Vec<f64>,
     /// Drivers with a model that SUMO has not.
     imposed: Option<ImposedDrivers>,
+    /// Cars whose speed was imposed in the last step, by number. SUMO keeps an imposed speed, without regard to others, until it is taken back.
+    is_imposed: Vec<bool>,
     /// Places of the reported cars on the route at the end of the present step.
     reported: Vec<RoutePosition>,
 }
@@ -141,6 +143,7 @@ impl FixedCars {
             chosen_mps: starts_mps.clone(),
             start_mps: starts_mps,
             is_seen: vec![true; n],
+            is_imposed: vec![false; n],
             bends: BendSpeeds::of(route, setup.lateral_accel_mps2),
             highest_mps: v0_mps.clone(),
             v0_mps,
@@ -183,6 +186,7 @@ impl FixedCars {
                 continue;
             }
             let id = VehicleId(i as u32);
+            let was_imposed = std::mem::replace(&mut self.is_imposed[i], true);
             if let Some(motion) = driven.next_if(|motion| motion.id == id) {
                 commands.push(Command::ImposedSpeed(Some(motion.mean_mps)).encode(id));
                 commands.push(Command::PreviousSpeed(self.start_mps[i]).encode(id));
@@ -191,6 +195,10 @@ impl FixedCars {
             if let Some(imposed) = &self.imposed {
                 commands.push(Command::ImposedSpeed(Some(imposed.chosen_mps(i))).encode(id));
                 continue;
+            }
+            self.is_imposed[i] = false;
+            if was_imposed {
+                commands.push(Command::ImposedSpeed(None).encode(id));
             }
             if let Some(bends) = &self.bends {
                 let highest_mps = self.v0_mps[i].min(bends.at(self.vehicles.s_m(i)));
@@ -243,7 +251,7 @@ impl FixedCars {
         }
         commands.push(Command::MoveToXy { lane: None, front, angle_deg }.encode(report.id));
         commands.push(Command::PreviousSpeed(report.state.speed_mps.max(0.0)).encode(report.id));
-        if self.imposed.is_some() {
+        if std::mem::take(&mut self.is_imposed[car]) {
             commands.push(Command::ImposedSpeed(None).encode(report.id));
         }
         point
