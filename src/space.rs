@@ -21,6 +21,14 @@ pub fn is_one_road(a_m: f64, b_m: f64) -> bool {
     (a_m - b_m).abs() < ONE_ROAD_M
 }
 
+/// Cosine of the largest angle between a vehicle and the road along which it drives: half a right angle.
+const ALONG_COS: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Checks whether a vehicle with this heading, rad, drives along a road with that one, rather than across or against it.
+pub fn is_along(heading_rad: f64, road_rad: f64) -> bool {
+    (heading_rad - road_rad).cos() > ALONG_COS
+}
+
 /// Returns 0 below `low`, 1 above `high`, and a smooth value between.
 pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);

@@ -59,6 +59,82 @@ fn a_driver_stays_behind_a_road_user_that_an_event_stops() {
 }
 
 #[test]
+fn a_driver_stops_for_a_road_user_where_the_path_changes_lanes() {
+    let _alone = one_at_a_time();
+    // Right at B1 from the outer lane, left at C1 from the inner one: the path changes lanes on B1C1, from 90 m to 159 m of the route. It is driven
+    // from the outer lane into the inner one, whose middle is the route's there.
+    let road =
+        "map = \"tests/data/networks/grid-signals.net.xml\"\npath = \"B0B1 B1C1 C1C2\"\npolicy = \"none\"\ntrees = 0\n";
+    let users = [
+        // A car stands in the lane into which the path changes, and in the one from which it does; one stands across both.
+        ("kind = \"car\"\nplace_m = 130\n", ""),
+        ("kind = \"car\"\nplace_m = 112\nlanes_left = -1\n", ""),
+        ("kind = \"car\"\nplace_m = 130\n", "walk = { vehicle = \"it\", points = [[130, -3], [130, -1]] }"),
+        ("kind = \"pedestrian\"\nplace_m = 112\nlanes_left = -1\n", ""),
+    ];
+    for (user, action) in users {
+        let acts = match action {
+            "" => String::new(),
+            _ => format!("[[event]]\nname = \"x\"\ntrigger = {{ time_s = 0.1 }}\nactions = [{{ {action} }}]\n"),
+        };
+        let text = format!("{road}[[road_user]]\nname = \"it\"\n{user}{acts}");
+        let mut ends = (0.0, 0.0);
+        let events = drive(&scenario(&text), 60.0, |world| {
+            ends = (world.snapshot().ego_s_m, world.snapshot().ego.speed_mps);
+        });
+        assert_eq!(contacts(&events), 0, "{text}");
+        // It drives up to it, and waits there or passes in the other lane.
+        assert!(ends.0 > 95.0, "{ends:?} {text}");
+    }
+}
+
+#[test]
+fn a_driver_brakes_for_what_crosses_and_for_nothing_that_does_not() {
+    let _alone = one_at_a_time();
+    // The ego starts at 100 m and is 22.9 m/s fast at 400 m.
+    let crosses = |points: &str, speed_mps: f64| {
+        format!(
+            "path_start_m = 100\nduration_s = 40\n[[road_user]]\nname = \"it\"\nplace_m = 400\noffset_m = -50\nspeed_mps = {speed_mps}\n\
+             [[event]]\nname = \"x\"\ntrigger = {{ place_m = 270 }}\nactions = [{{ walk = {{ vehicle = \"it\", points = [{points}] }} }}]\n"
+        )
+    };
+    let standing = |rest: &str| {
+        format!("path_start_m = 100\nduration_s = 40\n[[road_user]]\nname = \"it\"\nplace_m = 400\n{rest}\n")
+    };
+    let speeds_mps = |text: &str| {
+        let mut speeds_mps = Vec::new();
+        let events = drive(&on_lane(text), 40.0, |world| speeds_mps.push(world.snapshot().ego.speed_mps));
+        assert_eq!(contacts(&events), 0, "{text}");
+        speeds_mps
+    };
+    let undisturbed = speeds_mps(&standing("offset_m = -45"));
+    let slower_mps = |speeds_mps: &[f64]| {
+        undisturbed.iter().zip(speeds_mps).map(|(free, speed)| free - speed).fold(f64::NEG_INFINITY, f64::max)
+    };
+    // From the right and from the left at 8 m/s: when the ego would come, it is on the lane. Afterwards the ego drives on.
+    for text in [crosses("[400, -50], [400, 50]", 8.0), crosses("[400, 50], [400, -50]", 8.0)] {
+        let speeds = speeds_mps(&text);
+        let last_mps = speeds.last().copied().unwrap_or_default();
+        assert!(slower_mps(&speeds) > 3.0 && last_mps > 20.0, "{} {last_mps} {text}", slower_mps(&speeds));
+    }
+    // The driver stops before one that stands across the lane.
+    let speeds = speeds_mps(&crosses("[380, -1.5], [380, 0]", 0.0).replace("270", "110"));
+    assert!(speeds.last().is_some_and(|last_mps| *last_mps < 0.1), "{speeds:?}");
+    // The driver does not brake for what is over before the ego comes or comes after it, stands beside the road or passes in the other lane.
+    let free = [
+        crosses("[400, -20], [400, 80]", 20.0),
+        crosses("[400, -50], [400, 50]", 2.0),
+        crosses("[400, -50], [400, -10]", 1.0),
+        standing("offset_m = -5"),
+        standing("lanes_left = 1\nagainst = true\nspeed_mps = 15"),
+    ];
+    for text in free {
+        let slower_mps = slower_mps(&speeds_mps(&text));
+        assert!(slower_mps < 0.5, "{slower_mps} {text}");
+    }
+}
+
+#[test]
 fn traffic_of_sumo_stops_behind_a_road_user() {
     let _alone = one_at_a_time();
     let text = "[[road_user]]\nname = \"wreck\"\nplace_m = 600\n\

@@ -13,7 +13,7 @@
 //! lanes equally near, the first in the file is taken. Walking areas are never found: their shape is an outline, not a line.
 
 use super::{EdgeKind, LaneId, LanePosition, Network, Side, centre_line::Foot};
-use crate::space::{Pose3, wrap_angle};
+use crate::space::{Pose3, is_along, wrap_angle};
 use glam::DVec3;
 
 /// Largest distance between a point and the centre line of its lane, metres: the width of two lanes and a verge.
@@ -47,6 +47,13 @@ impl Network {
     /// As [`Network::locate`], with the heading of the pose taken into account.
     pub fn locate_pose(&self, pose: &Pose3, hint: Option<LaneId>) -> Option<LanePosition> {
         self.locate_heading(pose.position, Some(pose.yaw_rad), hint)
+    }
+
+    /// Returns the position of a pose in the lane whose strip contains it and along which it points; `None` beside all lanes, or across them.
+    pub fn lane_along(&self, pose: &Pose3, hint: Option<LaneId>) -> Option<LanePosition> {
+        let (lane, foot) = self.foot(pose.position, Some(pose.yaw_rad), hint)?;
+        let is_in = self.in_strip(lane, &foot) && is_along(pose.yaw_rad, foot.yaw_rad);
+        is_in.then_some(LanePosition { lane, s_m: foot.s_m, offset_m: foot.offset_m })
     }
 
     /// Returns the position in one lane that is nearest to a point, at any distance.

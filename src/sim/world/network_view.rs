@@ -157,14 +157,14 @@ impl NetworkView {
         self.right_of_way.merges_behind(snapshot, map)
     }
 
-    /// Returns the nearest vehicle across the way within a junction where the path has right of way.
+    /// Returns the nearest vehicle across the way: within a junction where the path has right of way, or one that follows no lane.
     pub fn across(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
-        vehicles_across::nearest(snapshot, map, &self.right_of_way)
+        vehicles_across::nearest(snapshot, map, &|s_m| self.beside_m(map, s_m), &self.right_of_way)
     }
 
     /// Returns the nearest person in the ego's way, or at the crossing where they are, as a driver sees them.
     pub fn person_ahead(&self, snapshot: &Snapshot, map: &RoadMap) -> Option<SeenLeader> {
-        self.persons.nearest(snapshot, &map.route)
+        self.persons.nearest(snapshot, &map.route, &|s_m| self.beside_m(map, s_m))
     }
 
     /// Returns the distance from the ego's front bumper to the line of the path's next signal, metres, if it must not be crossed now.

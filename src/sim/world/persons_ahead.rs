@@ -22,6 +22,10 @@ const WAITING_M: f64 = 2.0;
 /// Time for which a driver looks ahead at the way of a person, s: at 1.4 m/s the half width of a lane and of a car.
 const LOOKS_AHEAD_S: f64 = 2.0;
 
+/// Lateral offset of the line that an ego follows from its route's, m, positive to the left, at a place of the route, m. They differ where the
+/// path changes lanes.
+pub(super) type DrivenLine<'a> = &'a dyn Fn(f64) -> f64;
+
 /// Crossings along an ego's path.
 pub(super) struct PersonsAhead {
     crossings: Vec<Crossing>,
@@ -67,11 +71,11 @@ impl PersonsAhead {
     }
 
     /// Returns the nearest person in the ego's way, or the crossing where they are, as a driver sees them; `None` without such a person.
-    pub fn nearest(&self, snapshot: &Snapshot, route: &Route) -> Option<SeenLeader> {
+    pub fn nearest(&self, snapshot: &Snapshot, route: &Route, line_m: DrivenLine) -> Option<SeenLeader> {
         let ego = snapshot.ego.position.truncate();
         let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
         let seen = |person: &VehicleSnapshot| {
-            let beside = BesideRoute::of(person, snapshot, route);
+            let beside = BesideRoute::of(person, snapshot, route, line_m);
             let on_road = beside.on_road_ahead_m(person, snapshot, route);
             // A person who has crossed the ego's lane and walks on is not in its way.
             let waits = on_road.is_some() || !beside.has_passed();
@@ -115,27 +119,27 @@ pub(super) fn along(person: &VehicleSnapshot, turned_rad: f64) -> (f64, f64) {
     }
 }
 
-/// Position of a person or vehicle beside the ego's route.
+/// Position of a person or vehicle beside the line that an ego follows.
 pub(super) struct BesideRoute {
     pub s_m: f64,
-    /// Lateral offset from the route, positive to the left.
+    /// Lateral offset from the line, positive to the left.
     pub offset_m: f64,
-    /// Speed at which the person comes nearer to the route's line; negative for one who walks away.
+    /// Speed at which the person comes nearer to the line; negative for one who walks away.
     pub nearing_mps: f64,
 }
 
 impl BesideRoute {
-    pub fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Self {
+    pub fn of(person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route, line_m: DrivenLine) -> Self {
         let away_m = person.pose.position.distance(snapshot.ego.position.truncate());
-        Self::near(person, route, route.wrap(snapshot.ego_s_m + away_m))
+        Self::near(person, route, route.wrap(snapshot.ego_s_m + away_m), line_m)
     }
 
     /// Returns the position of a person near a place of the route.
-    pub fn near(person: &VehicleSnapshot, route: &Route, near_s_m: f64) -> Self {
+    pub fn near(person: &VehicleSnapshot, route: &Route, near_s_m: f64, line_m: DrivenLine) -> Self {
         let at = route.project(person.pose.position, Some(near_s_m));
+        let offset_m = at.offset_m - line_m(at.s_m);
         let to_left = person.pose.forward().dot(Pose::new(DVec2::ZERO, route.yaw_at(at.s_m)).left());
-        let nearing_mps = -at.offset_m.signum() * to_left * person.speed_mps;
-        Self { s_m: at.s_m, offset_m: at.offset_m, nearing_mps }
+        Self { s_m: at.s_m, offset_m, nearing_mps: -offset_m.signum() * to_left * person.speed_mps }
     }
 
     /// Checks whether the person is beside the ego's way and walks away from it.

@@ -16,7 +16,7 @@ use crate::{
         scripted_event::{Action, ChangeShape, LaneChange, Teleport, Walk},
     },
     sim::VehicleSnapshot,
-    space::{Pose, wrap_angle},
+    space::{Pose, Pose3, is_along, wrap_angle},
     time::TICK_S,
     traffic::{VehicleBody, VehicleId, VehicleLamps},
 };
@@ -305,9 +305,18 @@ impl MovedRoadUser {
 
     /// Updates what is drawn.
     fn show(&mut self, map: &RoadMap, pose: Pose, accel_mps2: f64, moved_m: f64) {
-        // A vehicle whose middle is in the lane of the route is one of those that follow each other there.
+        // A vehicle along the route whose middle is in its lane is one of those that follow each other there.
         let is_in_lane = self.lateral_m(map).abs() < map.route.width_m(self.s_m) / 2.0;
-        let is_on_route = is_in_lane && !self.against && !self.now.is_person();
+        let is_on_route = is_in_lane && is_along(pose.yaw_rad, map.route.yaw_at(self.s_m)) && !self.now.is_person();
+        // Drivers know vehicles by their lanes, and persons by where they are beside the line that they follow.
+        let near = if is_on_route {
+            map.route.lanes()[map.route.lane_at(self.s_m).0].lane
+        } else {
+            self.now.lane.map(|at| at.lane)
+        };
+        let front = pose.front(self.body.length_m).extend(map.route.height_m(self.s_m));
+        let front = Pose3 { position: front, yaw_rad: pose.yaw_rad, grade: 0.0 };
+        let lane = map.network.lane_along(&front, near).filter(|_| !self.now.is_person());
         let aside_m = match &self.way {
             UserWay::Shifts(shift) => shift.aside_m() * self.toward(),
             _ => 0.0,
@@ -315,6 +324,7 @@ impl MovedRoadUser {
         self.now = VehicleSnapshot {
             pose,
             s_m: is_on_route.then_some(self.seen().front_m),
+            lane,
             speed_mps: self.speed_mps,
             accel_mps2,
             odometer_m: self.now.odometer_m + moved_m,

@@ -54,7 +54,7 @@ fn ahead(car: &VehicleSnapshot, person: &VehicleSnapshot, route: &Route) -> Opti
     let (ahead_m, offset_m, nearing_mps, turned_rad) = match car.s_m {
         Some(s_m) => {
             let near_s_m = route.wrap(s_m + front.distance(person.pose.position));
-            let at = BesideRoute::near(person, route, near_s_m);
+            let at = BesideRoute::near(person, route, near_s_m, &|_| 0.0);
             let ahead_m = route.difference(s_m, at.s_m);
             (ahead_m, at.offset_m, at.nearing_mps, person.pose.yaw_rad - route.yaw_at(at.s_m))
         }
