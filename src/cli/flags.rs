@@ -3,10 +3,12 @@
 
 use super::CliError;
 use crate::{
+    file::{SETTINGS_BYTES, read_text},
     map::{self, is_path, quickest_way_through, scenario_file},
-    scenario::Scenario,
+    scenario::{PlanError, PlannedDrive, Scenario},
     settings::{Field, SettingKind},
-    toml_text::did_you_mean,
+    sim::WorldError,
+    toml_text::{self, KeyPart, did_you_mean},
 };
 use clap::{
     Arg, ArgAction, ArgMatches, Command,
@@ -279,6 +281,24 @@ pub fn scenario(matches: &ArgMatches) -> Result<Scenario, CliError> {
         None => base,
     };
     Ok(base.with(&changes(matches, &Scenario::fields()))?)
+}
+
+/// Plans the drive of a scenario that the command line asks for.
+///
+/// # Errors
+/// The road does not allow a setting; the message names the line of the scenario's file that has it.
+pub fn planned(matches: &ArgMatches, scenario: &Scenario) -> Result<PlannedDrive, CliError> {
+    PlannedDrive::new(scenario).map_err(|error| {
+        let named = matches.get_one::<PathBuf>("scenario").and_then(|path| scenario_place(path).ok());
+        let (PlanError::Setting { key, part, message }, Some(file)) = (&error, named) else {
+            return WorldError::from(error).into();
+        };
+        let (text, key) = (read_text(&file, SETTINGS_BYTES).unwrap_or_default(), format!("{key}{part}"));
+        match toml_text::has(&text, &key) {
+            true => CliError::Input(toml_text::at(&text, &file.display().to_string(), &key, KeyPart::Value, message)),
+            false => WorldError::from(error).into(),
+        }
+    })
 }
 
 /// Returns the file of `--scenario`: that of a map by the map's name, or the named one.

@@ -1,7 +1,7 @@
 //! `codrive run`: a whole drive by a simulated driver, without a window, at full speed.
 
 use super::{CliError, flags, out, progress::progress, stop_on_ctrl_c};
-use crate::{drive_loop::offline, scenario::PlannedDrive, sim::WorldError};
+use crate::drive_loop::offline;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use serde_json::json;
 use std::{path::PathBuf, sync::atomic::Ordering};
@@ -36,7 +36,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     if scenario.duration_s <= 0.0 && scenario.traffic.log_file().is_none() {
         return Err(CliError::Input("--duration is 0; a run without a window needs an end, for example 300".into()));
     }
-    let drive = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+    let drive = flags::planned(matches, &scenario)?;
     let scenario = drive.scenario().clone();
     if !(0.0..scenario.duration_s).contains(&from_s) {
         let text =

@@ -296,7 +296,7 @@ fn elsewhere(map: &str) -> (Scenario, TrainConfig) {
 fn plan_fault(error: PlanError) -> SettingsError {
     match error {
         PlanError::Map(error) => fault("map", error),
-        PlanError::Setting { key, message } => fault(key, message),
+        PlanError::Setting { key, message, .. } => fault(key, message),
     }
 }
 

@@ -39,7 +39,7 @@ pub struct LoggedTraffic {
 
 /// Returns the fault of a setting.
 fn fault(key: &'static str, message: String) -> PlanError {
-    PlanError::Setting { key, message }
+    PlanError::Setting { key, part: String::new(), message }
 }
 
 impl LoggedTraffic {

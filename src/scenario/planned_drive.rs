@@ -24,6 +24,8 @@ pub enum PlanError {
     Setting {
         /// Key of the setting in the scenario.
         key: &'static str,
+        /// Part of its value, such as `.0.actions.1` of a list; empty for all of it.
+        part: String,
         /// Value, allowed values and remedy.
         message: String,
     },
@@ -85,7 +87,7 @@ impl PlannedDrive {
         if !written.participant && !has_others {
             let message = "participant is false; allowed without a demand: true, because no other vehicle enters\n  \
                 remedy: a [demand], a map with one, such as merge, traffic FILE.csv, a [[road_user]], or participant = true";
-            return Err(PlanError::Setting { key: "participant", message: message.into() });
+            return Err(PlanError::Setting { key: "participant", part: String::new(), message: message.into() });
         }
         Self::of_learner(written, map)
     }
@@ -97,7 +99,7 @@ impl PlannedDrive {
     /// As [`PlannedDrive::on`], and for advised vehicles with full bodies on a closed route without a participant.
     pub fn of_learner(written: &Scenario, map: Arc<RoadMap>) -> Result<Self, PlanError> {
         let mut scenario = written.clone();
-        let fault = |(key, message)| PlanError::Setting { key, message };
+        let fault = |(key, message)| PlanError::Setting { key, part: String::new(), message };
         let traffic_drivers = TrafficDrivers::named(&scenario.traffic_drivers, scenario.idm);
         let traffic_drivers = traffic_drivers.map_err(|error| fault(("traffic_drivers", error.0)))?;
         let logged = LoggedTraffic::of(written, &map, &traffic_drivers)?;
@@ -121,7 +123,7 @@ impl PlannedDrive {
             {
                 let (key, why) = if is_fixed { ("advised_body", "light") } else { ("demand", "one with vehicles") };
                 let message = format!("participant is false; allowed on this road: with {key} = {why}, or true");
-                return Err(PlanError::Setting { key, message });
+                return Err(fault((key, message)));
             }
         }
         let (start_m, length_m) = (scenario.path_start_m, map.route.length_m());
@@ -130,12 +132,15 @@ impl PlannedDrive {
         }
         let road = DrivenRoad {
             map: &map,
-            is_open: fixed_vehicles.is_none(),
+            fixed_vehicles,
+            road_users: &scenario.road_users,
+            demand: &scenario.demand,
             duration_s: scenario.duration_s,
             has_automation: scenario.participant && scenario.automation.system != AutomationSystem::None,
         };
-        RoadUser::check_on(&scenario.road_users, &road).map_err(|message| fault(("road_user", message)))?;
-        ScriptedEvent::check_on(&scenario.events, &road).map_err(|message| fault(("event", message)))?;
+        let within = |key| move |(part, message)| PlanError::Setting { key, part, message };
+        RoadUser::check_on(&scenario.road_users, &road).map_err(within("road_user"))?;
+        ScriptedEvent::check_on(&scenario.events, &road).map_err(within("event"))?;
         let roadside = LazyRoadside::new(&map, scenario.seed, scenario.display.trees as usize);
         Ok(Self { scenario, map, roadside, fixed_vehicles, traffic_drivers, logged, policy: None })
     }

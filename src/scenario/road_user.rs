@@ -95,17 +95,19 @@ impl RoadUser {
     /// Checks that the road of a drive has room for the road users.
     ///
     /// # Errors
-    /// The first fault, with value and remedy.
-    pub fn check_on(users: &[Self], road: &DrivenRoad) -> Result<(), String> {
+    /// The first fault: the part of the list, such as `.0.place_m`, and a message with value and remedy.
+    pub fn check_on(users: &[Self], road: &DrivenRoad) -> Result<(), (String, String)> {
         let Some(user) = users.first() else { return Ok(()) };
-        if !road.is_open {
+        if !road.is_open() {
             let why = "allowed: on a network, as a closed route is full of its own vehicles";
-            return Err(format!("road_user \"{}\": {why}\n  remedy: a path or a [demand]", user.name));
+            let message = format!("road_user \"{}\": {why}\n  remedy: a path or a [demand]", user.name);
+            return Err((".0.name".into(), message));
         }
         let length_m = road.map.route.length_m();
-        users.iter().find(|user| user.place_m > length_m).map_or(Ok(()), |user| {
-            let Self { name, place_m, .. } = user;
-            Err(format!("road_user \"{name}\": place_m is {place_m}, and the route is {length_m:.1} m long"))
+        let mut beyond = users.iter().enumerate().filter(|(_, user)| user.place_m > length_m);
+        beyond.next().map_or(Ok(()), |(k, Self { name, place_m, .. })| {
+            let message = format!("road_user \"{name}\": place_m is {place_m}, and the route is {length_m:.1} m long");
+            Err((format!(".{k}.place_m"), message))
         })
     }
 

@@ -54,6 +54,14 @@ pub enum WorldError {
 }
 
 impl WorldError {
+    /// Returns the part of the value of the first of [`WorldError::settings`] that is at fault, such as `.0.actions.1`; empty for all of it.
+    pub fn part(&self) -> &str {
+        match self {
+            Self::Plan(PlanError::Setting { part, .. }) => part,
+            _ => "",
+        }
+    }
+
     /// Returns the keys of the settings that the error depends on, the most likely cause first.
     pub fn settings(&self) -> &'static [&'static str] {
         match self {

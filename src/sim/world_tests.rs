@@ -171,7 +171,7 @@ fn the_ego_creeps_if_the_scenario_says_so() {
 #[test]
 fn an_error_names_the_settings_it_depends_on_the_most_likely_first() {
     assert_eq!(WorldError::NoParticipant.settings(), ["participant"]);
-    let setting = |key| WorldError::Plan(PlanError::Setting { key, message: String::new() });
+    let setting = |key| WorldError::Plan(PlanError::Setting { key, part: String::new(), message: String::new() });
     assert_eq!(setting("participant").settings(), ["participant", "demand", "map"]);
     let scenario = Scenario { traffic: EngineChoice::Native, vehicles: 1, ..Scenario::default() };
     let error = World::new(&scenario).err().expect("an ego alone on a ring");

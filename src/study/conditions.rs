@@ -176,7 +176,13 @@ impl Study {
     ) -> Result<CheckedDrive, WrongSetting> {
         let wrong = |keys: &[&str], message: String| self.wrong(segment, condition, keys, message);
         driver::named(&scenario.driver).map_err(|error| wrong(&["driver"], error.to_string()))?;
-        CheckedDrive::new(scenario).map_err(|error| wrong(error.settings(), error.to_string()))
+        CheckedDrive::new(scenario).map_err(|error| {
+            let mut wrong = wrong(error.settings(), error.to_string());
+            if error.settings().first().is_some_and(|first| wrong.key.ends_with(&format!(".{first}"))) {
+                wrong.key += error.part();
+            }
+            wrong
+        })
     }
 
     /// Returns an error about one of these settings, located where it was last set.

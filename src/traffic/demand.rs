@@ -250,6 +250,12 @@ impl Demand {
         Ok(())
     }
 
+    /// Returns the names of the flows in SUMO, which numbers their vehicles.
+    pub(super) fn flow_names(&self) -> impl Iterator<Item = String> {
+        let parts = self.flows.iter().enumerate().flat_map(|(k, flow)| flow.kinds().iter().map(move |part| (k, part)));
+        parts.filter(|(_, part)| part.share > 0.0).map(|(k, part)| flow_name(k, part.kind))
+    }
+
     /// Returns the flows as a SUMO file, with `car` as attributes of the type of passenger cars. Each kind in a flow gets a flow of its
     /// own: exponential times between vehicles stay exponential when they are split. Vehicles at a standstill do not change lanes, and
     /// neither do vehicles without a type in a file: SUMO would move them sideways at 1 m/s, through vehicles beside them. Vehicles of files
@@ -276,18 +282,16 @@ impl Demand {
             );
         }
         let (begin_s, end_s) = (self.begin_s, self.begin_s + 1_000_000.0);
-        const CARS: [KindShare; 1] = [KindShare { kind: VehicleKind::Car, share: 1.0 }];
         for (k, flow) in self.flows.iter().enumerate() {
-            let mix = if flow.mix.is_empty() { &CARS[..] } else { &flow.mix };
-            let sum: f64 = mix.iter().map(|part| part.share).sum();
-            for part in mix.iter().filter(|part| part.share > 0.0) {
+            let sum: f64 = flow.kinds().iter().map(|part| part.share).sum();
+            for part in flow.kinds().iter().filter(|part| part.share > 0.0) {
                 let per_s = flow.per_hour * part.share / sum / 3600.0;
-                let (name, kind) = (part.kind.name(), type_name(part.kind));
+                let (name, kind) = (flow_name(k, part.kind), type_name(part.kind));
                 let (from, to) = (escaped(&flow.from), escaped(&flow.to));
                 push(
                     &mut text,
                     format_args!(
-                        "  <flow id=\"flow{k}.{name}\" type=\"{kind}\" begin=\"{begin_s}\" end=\"{end_s}\" period=\"exp({per_s:.9})\" from=\"{from}\" \
+                        "  <flow id=\"{name}\" type=\"{kind}\" begin=\"{begin_s}\" end=\"{end_s}\" period=\"exp({per_s:.9})\" from=\"{from}\" \
                          to=\"{to}\" departLane=\"best\" departSpeed=\"desired\" departPos=\"base\"/>\n"
                     ),
                 );
@@ -295,6 +299,19 @@ impl Demand {
         }
         text + "</routes>\n"
     }
+}
+
+impl Flow {
+    /// Returns the shares of the vehicle kinds.
+    fn kinds(&self) -> &[KindShare] {
+        const CARS: [KindShare; 1] = [KindShare { kind: VehicleKind::Car, share: 1.0 }];
+        if self.mix.is_empty() { &CARS } else { &self.mix }
+    }
+}
+
+/// Returns the name of the vehicles of a kind in the flow with a number.
+fn flow_name(flow: usize, kind: VehicleKind) -> String {
+    format!("flow{flow}.{}", kind.name())
 }
 
 /// Returns the name of the vehicle type of a kind.

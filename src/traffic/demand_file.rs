@@ -59,11 +59,7 @@ pub(super) fn copy(
         return Err(DemandFault::FlowVehicles { value: count.vehicles(), until_s });
     }
     let mut references = DemandReferences::new(network);
-    let kinds = demand
-        .additional_files
-        .iter()
-        .map(|_| FileKind::Additional)
-        .chain(demand.files.iter().map(|_| FileKind::Routes));
+    let kinds = FileKind::of(demand);
     for (k, ((file, copied), kind)) in demand.input_files().zip(copies.demand.input_files_mut()).zip(kinds).enumerate()
     {
         let path = folder.join(format!("{k}.{}.xml", kind.name()));
@@ -103,7 +99,7 @@ pub(super) fn copy(
 
 /// Kind of a file of a demand.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum FileKind {
+pub(super) enum FileKind {
     /// Read at the start, in any order of departures.
     Additional,
     /// Read as the drive goes on, by ascending times of departure.
@@ -111,6 +107,12 @@ enum FileKind {
 }
 
 impl FileKind {
+    /// Returns the kinds of a demand's files, in their order ([`Demand::input_files`]).
+    pub fn of(demand: &Demand) -> impl Iterator<Item = Self> {
+        let additional = demand.additional_files.iter().map(|_| Self::Additional);
+        additional.chain(demand.files.iter().map(|_| Self::Routes))
+    }
+
     /// Returns the middle of the file names that SUMO's documentation uses.
     fn name(self) -> &'static str {
         match self {
@@ -119,7 +121,8 @@ impl FileKind {
         }
     }
 
-    fn vocabulary(self) -> &'static Vocabulary {
+    /// Returns the elements that the gate lets through.
+    pub fn vocabulary(self) -> &'static Vocabulary {
         match self {
             Self::Additional => sumo_xml::additional(),
             Self::Routes => sumo_xml::demand(),

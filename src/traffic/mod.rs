@@ -9,6 +9,7 @@ mod crossings;
 mod demand;
 mod demand_count;
 mod demand_file;
+mod demand_names;
 mod demand_references;
 mod drivers;
 mod engine;
@@ -32,6 +33,7 @@ pub use choice::{EngineChoice, UnknownEngine};
 pub use demand::{Demand, DemandFault, Flow, KindShare};
 pub use demand_count::{Departures, time_of_day_s};
 pub use demand_file::CanonicalDemand;
+pub use demand_names::DemandNames;
 pub use drivers::{
     AccelNoise, CarFollowing, PersonCorrelation, PersonParameter, PopulationError, PopulationModel, RING_STUDY,
     TrafficDriver, TrafficDrivers, TrafficPopulation, is_path as is_population_path, names as population_names,

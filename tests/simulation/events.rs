@@ -45,6 +45,11 @@ pub(crate) fn scenario(text: &str) -> Scenario {
 pub(crate) const RING: &str =
     "traffic = \"native\"\nwarm_up_s = 60\nidm = { noise = 0 }\npolicy = \"none\"\ntrees = 0\n";
 
+/// Returns a scenario with these events on the ring of 22 vehicles, with a traffic engine.
+fn on_ring(traffic: &str, events: &str) -> Scenario {
+    scenario(&format!("{}{events}", RING.replace("native", traffic)))
+}
+
 /// Returns the speed of a vehicle, m/s.
 fn speed_mps(world: &World, id: u32) -> f64 {
     world.snapshot().vehicle(VehicleId(id)).expect("on the ring").speed_mps
@@ -52,32 +57,63 @@ fn speed_mps(world: &World, id: u32) -> f64 {
 
 #[test]
 fn the_leader_brakes_evenly_stands_and_drives_on() {
+    let _alone = one_at_a_time();
     // On the ring with even gaps after a minute all have the same speed: 3.7 m/s or so. It brakes with 2 m/s² and stands for 3 s.
-    let text = format!(
-        "{RING}[[event]]\nname = \"stop\"\ntrigger = {{ time_s = 2 }}\nactions = [{{ brake = {{ vehicle = \"leader\", decel_mps2 = 2, keep_s = 3 }} }}]\n"
-    );
-    let mut speeds = Vec::new();
-    let stages = drive(&scenario(&text), 12.0, |world| speeds.push(speed_mps(world, 1)));
-    let [
-        (0, None, 0, EventStage::Armed),
-        (0, None, 200, EventStage::Triggered),
-        (0, Some(1), 201, EventStage::Onset),
-        (0, None, end, EventStage::Ended),
-    ] = stages[..]
-    else {
-        panic!("{stages:?}")
-    };
-    let before_mps = speeds[19];
-    assert!(before_mps > 2.0, "{before_mps}");
-    // Steps of 0.1 s: 0.2 m/s less in each.
-    for k in 1..=5 {
-        assert!((speeds[19 + k] - (before_mps - 0.2 * k as f64)).abs() < 1e-9, "step {k}: {speeds:?}");
+    let text = "[[event]]\nname = \"stop\"\ntrigger = { time_s = 2 }\nactions = [{ brake = { vehicle = \"leader\", decel_mps2 = 2, keep_s = 3 } }]\n";
+    for traffic in ["native", "sumo"] {
+        let mut speeds = Vec::new();
+        let stages = drive(&on_ring(traffic, text), 12.0, |world| speeds.push(speed_mps(world, 1)));
+        let [
+            (0, None, 0, EventStage::Armed),
+            (0, None, 200, EventStage::Triggered),
+            (0, Some(1), 201, EventStage::Onset),
+            (0, None, end, EventStage::Ended),
+        ] = stages[..]
+        else {
+            panic!("{traffic}: {stages:?}")
+        };
+        let before_mps = speeds[19];
+        assert!(before_mps > 2.0, "{traffic}: {before_mps}");
+        // Steps of 0.1 s: 0.2 m/s less in each.
+        for k in 1..=5 {
+            assert!((speeds[19 + k] - (before_mps - 0.2 * k as f64)).abs() < 1e-9, "{traffic}, step {k}: {speeds:?}");
+        }
+        let braking_steps = (before_mps / 0.2).ceil() as u64;
+        assert_eq!(end, 200 + 10 * braking_steps + 300, "{traffic}: it stands for 3 s from the end of braking on");
+        let standing = speeds[19..].iter().filter(|speed| **speed == 0.0).count();
+        assert!((30..=32).contains(&standing), "{traffic}: {standing} steps");
+        assert!(*speeds.last().expect("speeds") > 0.5, "{traffic}: {speeds:?}");
     }
-    let braking_steps = (before_mps / 0.2).ceil() as u64;
-    assert_eq!(end, 200 + 10 * braking_steps + 300, "it stands for 3 s from the end of braking on");
-    let standing = speeds[19..].iter().filter(|speed| **speed == 0.0).count();
-    assert!((30..=32).contains(&standing), "{standing} steps");
-    assert!(*speeds.last().expect("speeds") > 0.5, "{speeds:?}");
+}
+
+#[test]
+fn a_vehicle_is_given_back_after_each_action_on_a_ring() {
+    let _alone = one_at_a_time();
+    // The native engine forgets each motion after its step. In SUMO a speed stands until it is taken back. Vehicle 5 acts twice, and in the end the
+    // traffic brakes for a pedestrian. Both engines have the same models. The follower of an ego differs by 4.3 mm/s at most (docs/decisions.md: 4),
+    // which the wave amplifies; what remains of an action would be some m/s.
+    let event = |at_s: f64, action: &str| {
+        format!("[[event]]\nname = \"at {at_s}\"\ntrigger = {{ time_s = {at_s} }}\nactions = [{{ {action} }}]\n")
+    };
+    let text = event(1.0, "brake = { vehicle = \"5\", decel_mps2 = 3, to_mps = 2, keep_s = 1 }")
+        + &event(1.5, "keep_speed = { vehicle = \"follower\", for_s = 3 }")
+        + &event(2.0, "accelerate = { vehicle = \"12\", accel_mps2 = 1, to_mps = 4, keep_s = 1 }")
+        + &event(8.0, "break_down = { vehicle = \"5\", decel_mps2 = 3, for_s = 2 }")
+        + &event(14.0, "pedestrian_crosses = { place_m = 150, from = \"right\" }");
+    let speeds = ["native", "sumo"].map(|traffic| {
+        let mut speeds: Vec<Vec<f64>> = Vec::new();
+        let stages = drive(&on_ring(traffic, &text), 40.0, |world| {
+            speeds.push(world.snapshot().vehicles().map(|car| car.speed_mps).collect());
+        });
+        let ended = stages.iter().filter(|stage| stage.3 == EventStage::Ended).count();
+        assert_eq!(ended, 5, "{traffic}: {stages:?}");
+        speeds
+    });
+    for (k, [native, sumo]) in speeds[0].iter().zip(&speeds[1]).map(|(a, b)| [a, b]).enumerate() {
+        assert_eq!((native.len(), sumo.len()), (21, 21));
+        let apart = native.iter().zip(sumo).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 0.1, "step {k}: {apart} m/s\n{native:?}\n{sumo:?}");
+    }
 }
 
 #[test]
@@ -227,8 +263,9 @@ fn hidden_advice_appears_again() {
 
 #[test]
 fn an_event_without_its_vehicle_is_recorded_as_not_done() {
+    // On a ring no vehicle is in a lane to the left.
     let text = format!(
-        "{RING}[[event]]\nname = \"ghost\"\ntrigger = {{ time_s = 1 }}\nactions = [{{ brake = {{ vehicle = \"99\", decel_mps2 = 2 }} }}]\n\
+        "{RING}[[event]]\nname = \"ghost\"\ntrigger = {{ time_s = 1 }}\nactions = [{{ brake = {{ vehicle = \"left_leader\", decel_mps2 = 2 }} }}]\n\
          [[event]]\nname = \"one\"\ntrigger = {{ time_s = 2 }}\nactions = [{{ brake = {{ vehicle = \"5\", decel_mps2 = 2, keep_s = 5 }} }}]\n\
          [[event]]\nname = \"two\"\ntrigger = {{ time_s = 3 }}\nactions = [{{ brake = {{ vehicle = \"5\", decel_mps2 = 2 }} }}]\n"
     );
@@ -253,6 +290,50 @@ fn what_cannot_happen_on_a_road_is_said_before_the_drive() {
     assert!(lane.contains("change_lane; allowed: on a network"), "{lane}");
     let light = fault("{ time_s = 1 }", "{ signal_ahead = { light = \"red\" } }");
     assert!(light.contains("signal_ahead; the road has no signals"), "{light}");
+}
+
+#[test]
+fn a_vehicle_that_cannot_be_there_is_said_before_the_drive() {
+    let fault = |road: &str, trigger: &str, action: &str| {
+        let text = format!("{road}[[event]]\nname = \"x\"\ntrigger = {trigger}\nactions = [{action}]\n");
+        PlannedDrive::new(&scenario(&text)).map(drop).map_err(|error| error.to_string())
+    };
+    let brake = |vehicle: &str| format!("{{ brake = {{ vehicle = \"{vehicle}\", decel_mps2 = 3 }} }}");
+    let (at_2_s, word) = ("{ time_s = 2 }", "{ message = { text = \"a\", for_s = 1 } }");
+    let typo = fault(RING, at_2_s, &brake("leadr")).expect_err("no such vehicle");
+    assert_eq!(
+        typo,
+        "event \"x\": brake: no vehicle of this drive can be \"leadr\" (did you mean leader?); allowed: leader, follower, left_leader, \
+         right_leader, the number of another vehicle, 1 to 21"
+    );
+    // The last of 22 vehicles has number 21.
+    assert_eq!([fault(RING, at_2_s, &brake("21")), fault(RING, at_2_s, &brake("right_leader"))], [Ok(()), Ok(())]);
+    assert!(fault(RING, at_2_s, &brake("22")).is_err_and(|fault| fault.contains("can be \"22\"; allowed:")));
+    assert!(fault(RING, at_2_s, &brake("ego")).is_err_and(|fault| fault.contains("can be \"ego\"")));
+    let near = |to: &str| format!("{{ all = [{{ time_s = 1 }}, {{ distance = {{ to = \"{to}\", below_m = 9 }} }}] }}");
+    let trigger = fault(RING, &near("lader"), word).expect_err("no such vehicle");
+    assert!(
+        trigger.contains("event \"x\": trigger: no vehicle of this drive can be \"lader\" (did you mean leader?)"),
+        "{trigger}"
+    );
+    assert_eq!(fault(RING, &near("leader"), word), Ok(()));
+    assert_eq!(fault(RING, "{ reaches = { vehicle = \"ego\", place_m = 9 } }", word), Ok(()));
+    // The demand of the motorway is in a file, with a flow `lorries`.
+    let motorway = "map = \"motorway\"\ntrees = 0\n[[road_user]]\nname = \"wreck\"\nplace_m = 40\n";
+    for name in ["wreck", "7", "leader", "lorries.3"] {
+        assert_eq!(fault(motorway, at_2_s, &brake(name)), Ok(()), "{name}");
+    }
+    let user = fault(motorway, at_2_s, &brake("wrek")).expect_err("no such vehicle");
+    assert!(user.contains("\"wrek\" (did you mean wreck?); allowed: leader, follower, left_leader, right_leader, wreck, the number of a vehicle, its name in the demand"), "{user}");
+    let lorry = fault(motorway, at_2_s, &brake("lories.3")).expect_err("no such flow");
+    assert!(lorry.contains("(did you mean lorries.3?)"), "{lorry}");
+    // Without a demand only road users are there.
+    let empty = "map = \"lane-10km\"\npath = \"e0\"\ntrees = 0\n[[road_user]]\nname = \"wreck\"\nplace_m = 40\n";
+    assert_eq!(fault(empty, at_2_s, &brake("wreck")), Ok(()));
+    assert!(
+        fault(empty, at_2_s, &brake("7"))
+            .is_err_and(|fault| fault.ends_with("allowed: leader, follower, left_leader, right_leader, wreck"))
+    );
 }
 
 #[test]

@@ -5,9 +5,7 @@ use crate::{
     drive_loop::{RunError, offline::OfflineDrive},
     private,
     render::{DrivePictures, MAX_SIDE},
-    scenario::PlannedDrive,
     scene::ViewKind,
-    sim::WorldError,
 };
 use clap::{Arg, ArgMatches, Command, value_parser};
 use image::{ImageFormat, RgbaImage};
@@ -89,7 +87,7 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let kind = view_kind(matches.get_one::<String>("view").map_or("driver", String::as_str));
     // The picture may lie after the end of the scenario's drive.
     scenario.duration_s = 0.0;
-    let planned = PlannedDrive::new(&scenario).map_err(WorldError::from)?;
+    let planned = flags::planned(matches, &scenario)?;
     let (map, on_thread) = (Arc::clone(planned.map()), scenario.clone());
     // The world starts meanwhile.
     let pictures = std::thread::spawn(move || DrivePictures::new(&map, &on_thread));

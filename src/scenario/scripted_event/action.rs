@@ -276,7 +276,7 @@ impl Action {
     /// Returns the reason why this action is impossible on a road; `None` if it is possible.
     pub(super) fn impossible(&self, road: &DrivenRoad) -> Option<String> {
         match self {
-            Self::ChangeLane(_) | Self::CutIn { .. } if !road.is_open => Some(
+            Self::ChangeLane(_) | Self::CutIn { .. } if !road.is_open() => Some(
                 "allowed: on a network, as vehicles of a closed route keep their lane\n  remedy: a path or a [demand]"
                     .into(),
             ),

@@ -8,6 +8,7 @@ mod motion;
 mod people;
 mod trigger;
 mod values;
+mod vehicle_names;
 
 use super::RoadUser;
 use crate::{settings::SettingFault, toml_text::did_you_mean};
@@ -21,6 +22,7 @@ pub use trigger::{DrivenRoad, DriverInput, EventLight, Trigger};
 pub use values::{EGO_NAME, FOLLOWER, LEADER, LEFT_LEADER, PLACES, RIGHT_LEADER, VehicleName};
 pub(super) use values::{FARTHEST_M, FASTEST_MPS, MOST_LANES, within};
 use values::{LATEST_S, check_vehicle, is_zero};
+use vehicle_names::KnownVehicles;
 
 /// Fault of a part of an event, such as `trigger`: the part, the lists of the scenario because of which it is one, and a message.
 type PartFault = (String, &'static [&'static str], String);
@@ -201,22 +203,25 @@ impl ScriptedEvent {
     /// Checks that each event can begin on the road of its drive, and that its actions are possible there.
     ///
     /// # Errors
-    /// The first fault, with value and remedy.
-    pub fn check_on(events: &[Self], road: &DrivenRoad) -> Result<(), String> {
-        for event in events {
+    /// The first fault: the part of the list, such as `.0.actions.1`, and a message with value and remedy.
+    pub fn check_on(events: &[Self], road: &DrivenRoad) -> Result<(), (String, String)> {
+        let known = KnownVehicles::new(road);
+        for (k, event) in events.iter().enumerate() {
+            let of_trigger = |why| (format!(".{k}.trigger"), format!("event \"{}\"{why}", event.name));
             if let Some(why) = event.trigger.unreachable(road) {
-                return Err(format!("event \"{}\" can never begin: {why}", event.name));
+                return Err(of_trigger(format!(" can never begin: {why}")));
             }
+            known.check_trigger(&event.trigger).map_err(|why| of_trigger(format!(": trigger: {why}")))?;
             let length_m = road.map.route.length_m();
-            if let Some(place_m) = event.actions.iter().filter_map(Action::place_m).find(|m| *m >= length_m) {
-                return Err(format!(
-                    "event \"{}\": place_m is {place_m}, and the route is {length_m:.1} m long",
-                    event.name
-                ));
-            }
-            let mut impossible = event.actions.iter().filter_map(|action| Some((action, action.impossible(road)?)));
-            if let Some((action, why)) = impossible.next() {
-                return Err(format!("event \"{}\": {}; {why}", event.name, action.name()));
+            for (n, action) in event.actions.iter().enumerate() {
+                let fault = |why| Err((format!(".{k}.actions.{n}"), format!("event \"{}\": {why}", event.name)));
+                if let Some(place_m) = action.place_m().filter(|m| *m >= length_m) {
+                    return fault(format!("place_m is {place_m}, and the route is {length_m:.1} m long"));
+                }
+                if let Some(why) = action.impossible(road) {
+                    return fault(format!("{}; {why}", action.name()));
+                }
+                known.check_action(action).or_else(|why| fault(format!("{}: {why}", action.name())))?;
             }
         }
         Ok(())

@@ -8,7 +8,9 @@ use super::{
 use crate::{
     controls::{Controls, Indicator, PEDAL_PRESSED, TaskButton},
     map::{RoadMap, SHOULDER_M, network::SignalLight},
+    scenario::RoadUser,
     toml_text::did_you_mean,
+    traffic::Demand,
 };
 use serde::{Deserialize, Serialize};
 
@@ -226,8 +228,11 @@ impl DriverInput {
 #[derive(Clone, Copy, Debug)]
 pub struct DrivenRoad<'a> {
     pub map: &'a RoadMap,
-    /// True where vehicles enter and leave.
-    pub is_open: bool,
+    /// Number of vehicles of a closed route, the ego included; `None` where vehicles enter and leave.
+    pub fixed_vehicles: Option<u32>,
+    /// Road users and demand of the drive, for the names of vehicles.
+    pub road_users: &'a [RoadUser],
+    pub demand: &'a Demand,
     /// Length of the drive, s; 0 without an end.
     pub duration_s: f64,
     /// True if the participant's vehicle has an automation.
@@ -235,6 +240,11 @@ pub struct DrivenRoad<'a> {
 }
 
 impl DrivenRoad<'_> {
+    /// Checks whether vehicles enter and leave.
+    pub fn is_open(&self) -> bool {
+        self.fixed_vehicles.is_none()
+    }
+
     /// Returns the reason why the ego's path has no such place; `None` if it has.
     fn no_place(&self, id: &str, lane: Option<usize>, at_m: f64) -> Option<String> {
         let network = &self.map.network;

@@ -104,12 +104,15 @@ impl ScriptView<'_> {
         let own = self.own()?;
         let own_m = self.map.route.project(own.pose.position, Some(self.view.ego_s_m));
         let ahead = self.view.vehicles().filter_map(|car| {
-            let near = own.pose.position.distance(car.pose.position) < NEIGHBOUR_M;
-            let is_along = own.pose.forward().dot(car.pose.forward()) > 0.0;
-            let at = (near && is_along).then(|| self.map.route.project(car.pose.position, Some(self.view.ego_s_m)))?;
+            let away_m = own.pose.position.distance(car.pose.position);
+            // In a bend a vehicle ahead in the ego's own lane is beside the ego's straight way.
+            let near_m = car.s_m.unwrap_or(self.map.route.wrap(own_m.s_m + away_m));
+            let at = (away_m < NEIGHBOUR_M).then(|| self.map.route.project(car.pose.position, Some(near_m)))?;
+            let is_along = (car.pose.yaw_rad - self.map.route.yaw_at(at.s_m)).cos() > 0.0;
             let aside_m = left * (at.offset_m - own_m.offset_m);
             let ahead_m = self.map.route.drawn_ahead_m(own_m.s_m, at.s_m);
-            ((ASIDE_M[0]..ASIDE_M[1]).contains(&aside_m) && ahead_m >= 0.0).then_some((ahead_m, car.id))
+            let is_beside = is_along && (ASIDE_M[0]..ASIDE_M[1]).contains(&aside_m);
+            (is_beside && ahead_m >= 0.0).then_some((ahead_m, car.id))
         });
         ahead.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
     }
