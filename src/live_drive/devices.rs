@@ -192,6 +192,10 @@ impl LiveDrive {
             return self.put_back();
         }
         if self.led {
+            if action == ButtonAction::Abort {
+                // Before the ticks of this frame.
+                self.hold(true);
+            }
             self.pressed.push(action);
             return;
         }

@@ -395,11 +395,12 @@ impl LiveDrive {
         if is_beside { world.snapshot().task.shown } else { TaskPicture::None }
     }
 
-    /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end
+    /// Pauses the drive on a person's request, or resumes it, with sound and force. A wheel that is plugged in during this pause does not end
     /// it.
     pub fn hold(&mut self, held: bool) {
         self.waiting = false;
         self.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
+        self.update_rig();
     }
 
     /// Pauses the drive, or resumes it in real time.

@@ -50,7 +50,7 @@ pub struct ItemRun {
     /// Folder of the run's recording, relative to the session file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
-    /// Answers to a questionnaire that was not completed.
+    /// Answers to a questionnaire that was not completed, with what was typed and not yet entered.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<TimedAnswer>,
 }
