@@ -265,7 +265,13 @@ impl Session {
     ) -> Result<(), SessionError> {
         if let Some(running) = &mut self.log.running {
             running.answers.clear();
-            self.log.answers.insert(running.item.clone(), answers);
+            let before = self.log.answers.insert(running.item.clone(), answers);
+            // The run that gave the answers before keeps them.
+            let mut runs = self.log.item_runs.iter_mut().rev();
+            let earlier = runs.find(|run| run.item == running.item && run.outcome == ItemOutcome::Done);
+            if let (Some(answers), Some(earlier)) = (before, earlier) {
+                earlier.answers = answers;
+            }
         }
         if let Some(SessionEnding { cause, reason, .. }) = ending {
             self.pass(ItemOutcome::Done, "", now);

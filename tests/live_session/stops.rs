@@ -189,3 +189,29 @@ fn typed_words_are_kept_at_each_orderly_end_and_back_in_their_field() {
         }
     }
 }
+
+#[test]
+fn each_run_of_a_repeated_questionnaire_keeps_its_answers() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut rig = Rig::of(&with_texts(folder.path()));
+    rig.next();
+    for (k, words) in ["first", "second", "third"].into_iter().enumerate() {
+        if k > 0 {
+            rig.command(SessionCommand::Repeat { item: "before".into(), reason: "once more".into() });
+            rig.command(SessionCommand::Abort("it comes first".into()));
+            rig.command(SessionCommand::Go);
+        }
+        rig.next();
+        type_in(&mut rig, words);
+        (0..3).for_each(|_| rig.input(FormInput::Next));
+        assert_eq!(rig.sees(), "text before practice");
+    }
+    let log = rig.log();
+    let words = |answers: &[codrive::study::session::TimedAnswer]| {
+        answers.iter().map(|a| a.answer.as_str().unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(words(&log.answers["before"]), ["third"], "the last completed run counts");
+    let done = log.item_runs.iter().filter(|run| run.item == "before" && run.outcome == ItemOutcome::Done);
+    let runs: Vec<Vec<String>> = done.map(|run| words(&run.answers)).collect();
+    assert_eq!(runs, [vec!["first".to_owned()], vec!["second".to_owned()], Vec::new()]);
+}
