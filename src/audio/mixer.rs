@@ -15,8 +15,10 @@ use crate::scenario::{SoundLevels, sound::gain};
 const KNEE: f32 = 0.6;
 /// Full scale, less the rounding of a 16-bit sample.
 pub(super) const FULL: f32 = 0.999;
-/// Time constant of fading in and out at the start and at a pause, s.
+/// Time constant of fading in at the start and after a pause, s.
 const FADE_S: f32 = 0.03;
+/// Time of the way to silence at a pause, s: short enough that the next block of a device is silent, long enough that nothing clicks.
+const SILENCE_S: f32 = 0.005;
 /// Time constant of speed and ground, s.
 const SPEED_S: f32 = 0.05;
 /// Speed that the levels of tyres and wind refer to, m/s.
@@ -39,6 +41,8 @@ pub struct Mixer {
     tone: Tone,
     question: Tone,
     master: SmoothedValue,
+    /// Decrease of the master for each sample of a pause.
+    silence_step: f32,
     speed_mps: SmoothedValue,
     grass: SmoothedValue,
     /// Contacts, changes of advice and questions that have been heard; `None` before the first sample.
@@ -83,6 +87,7 @@ impl Mixer {
             tone: Tone::of_advice(rate_hz),
             question: Tone::of_question(rate_hz),
             master: SmoothedValue::new(0.0, FADE_S, rate_hz),
+            silence_step: gain(levels.master_db) / (SILENCE_S * rate_hz),
             speed_mps: SmoothedValue::new(0.0, SPEED_S, rate_hz),
             grass: SmoothedValue::new(0.0, SPEED_S, rate_hz),
             heard: None,
@@ -118,7 +123,10 @@ impl Mixer {
     }
 
     fn sample(&mut self, sound_scene: &SoundScene) -> [f32; 2] {
-        let master = self.master.to(if sound_scene.running { self.levels.master } else { 0.0 });
+        let master = match sound_scene.running {
+            true => self.master.to(self.levels.master),
+            false => self.master.fall(self.silence_step),
+        };
         let middle = self.levels.engine * self.engine.next(sound_scene.engine_rpm, sound_scene.throttle)
             + self.levels.horn * (self.horn.next(sound_scene.horn) + self.thump.next())
             + self.levels.tone * (self.tone.next() + self.question.next());

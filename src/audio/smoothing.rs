@@ -20,6 +20,12 @@ impl SmoothedValue {
         self.value
     }
 
+    /// Returns the next value on a straight way down to 0, `step` lower than the last; exactly 0 at its end.
+    pub fn fall(&mut self, step: f32) -> f32 {
+        self.value = (self.value - step).max(0.0);
+        self.value
+    }
+
     /// Jumps to a value: for the first sample.
     pub fn jump(&mut self, value: f32) {
         self.value = value;

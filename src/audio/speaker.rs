@@ -12,15 +12,46 @@ use std::{
     sync::{
         Arc,
         atomic::{AtomicBool, AtomicU32, Ordering},
-        mpsc::{self, Sender},
+        mpsc::{self, RecvTimeoutError, Sender},
     },
     thread::JoinHandle,
+    time::Duration,
 };
 
 /// Requested buffer size of a device, samples: 11 ms at 48 kHz.
 const BUFFER: u32 = 512;
 /// Number of samples mixed at a time.
 const CHUNK: usize = 64;
+/// Interval at which a thread looks after its device.
+pub(super) const LOOK: Duration = Duration::from_millis(20);
+/// Number of looks without a request for samples after which a device counts as lost: half a second. Devices ask for a buffer every few
+/// hundredths of a second.
+const LOST_LOOKS: u32 = 25;
+
+/// Requests of a device for samples, the only sign that it plays.
+#[derive(Default)]
+pub(super) struct DeviceRequests {
+    count: Arc<AtomicU32>,
+    seen: u32,
+    idle_looks: u32,
+}
+
+impl DeviceRequests {
+    /// Returns the counter of requests, to be raised with each.
+    pub fn counter(&self) -> Arc<AtomicU32> {
+        Arc::clone(&self.count)
+    }
+
+    /// Looks once. Returns true once the device has asked for samples and not stopped since; `None` while it has neither asked nor had the
+    /// time to.
+    pub fn look(&mut self) -> Option<bool> {
+        let count = self.count.load(Ordering::Relaxed);
+        self.idle_looks = if count == self.seen { self.idle_looks + 1 } else { 0 };
+        self.seen = count;
+        let is_lost = self.idle_looks >= LOST_LOOKS;
+        (is_lost || count > 0).then_some(!is_lost)
+    }
+}
 
 /// Sound scene shared between two threads.
 struct SharedScene([AtomicU32; WORDS]);
@@ -60,11 +91,16 @@ impl Speaker {
         let (close, closed) = mpsc::channel::<()>();
         let (theirs, playing) = (Arc::clone(&board), Arc::clone(&plays));
         let started = std::thread::Builder::new().name("sound".into()).spawn(move || {
-            match start(&levels, theirs) {
+            let mut requests = DeviceRequests::default();
+            match start(&levels, theirs, requests.counter()) {
                 Ok(stream) => {
-                    playing.store(true, Ordering::Relaxed);
                     // Until the other end is dropped.
-                    let _ = closed.recv();
+                    while closed.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                        let plays = requests.look() == Some(true);
+                        if playing.swap(plays, Ordering::Relaxed) && !plays {
+                            log::warn!("the sound device asks for no more samples; continuing without sound");
+                        }
+                    }
                     drop(stream);
                 }
                 Err(why) => log::warn!("no sound: {why}; continuing without sound"),
@@ -79,9 +115,22 @@ impl Speaker {
         self.board.put(sound_scene);
     }
 
-    /// Returns true once a device plays.
+    /// Returns true while a device plays: it asks for samples.
     pub fn plays(&self) -> bool {
         self.plays.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+impl Speaker {
+    /// Returns a speaker without a thread whose device plays or does not.
+    pub(crate) fn stand_in(plays: bool) -> Self {
+        Self { board: Arc::new(SharedScene::new()), plays: Arc::new(AtomicBool::new(plays)), close: None, thread: None }
+    }
+
+    /// Sets whether the device plays.
+    pub(crate) fn set_plays(&self, plays: bool) {
+        self.plays.store(plays, Ordering::Relaxed);
     }
 }
 
@@ -148,10 +197,18 @@ pub(super) fn there_may_be_sound() -> bool {
     card || server
 }
 
-fn start(levels: &SoundLevels, board: Arc<SharedScene>) -> Result<cpal::Stream, SpeakerFault> {
+fn start(
+    levels: &SoundLevels,
+    board: Arc<SharedScene>,
+    requests: Arc<AtomicU32>,
+) -> Result<cpal::Stream, SpeakerFault> {
     stream(|rate_hz| {
         let (mut mixer, board) = (Mixer::new(levels, rate_hz as f32), Arc::clone(&board));
-        move |out: &mut [[f32; 2]]| mixer.render(&board.get(), out)
+        let requests = Arc::clone(&requests);
+        move |out: &mut [[f32; 2]]| {
+            requests.fetch_add(1, Ordering::Relaxed);
+            mixer.render(&board.get(), out);
+        }
     })
 }
 
@@ -243,6 +300,24 @@ mod tests {
         }
         board.put(&sound_scene);
         assert_eq!(board.get(), sound_scene);
+    }
+
+    #[test]
+    fn a_device_plays_while_it_asks_for_samples_and_no_longer() {
+        let mut requests = DeviceRequests::default();
+        let counter = requests.counter();
+        assert_eq!(requests.look(), None, "it has had no time");
+        counter.fetch_add(3, Ordering::Relaxed);
+        assert_eq!(requests.look(), Some(true));
+        // A buffer of a quarter of a second is no loss, half a second is; another request is sound again.
+        assert!((0..13).all(|_| requests.look() == Some(true)));
+        counter.fetch_add(1, Ordering::Relaxed);
+        let later: Vec<_> = (0..27).map(|_| requests.look()).collect();
+        assert_eq!((later[24], later[25], later[26]), (Some(true), Some(false), Some(false)));
+        counter.fetch_add(1, Ordering::Relaxed);
+        assert_eq!(requests.look(), Some(true));
+        let mut silent = DeviceRequests::default();
+        assert_eq!((0..25).filter_map(|_| silent.look()).collect::<Vec<_>>(), [false], "a device that never asks");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! has the reason.
 
 use super::{
-    speaker::{self, SpeakerFault},
+    speaker::{self, DeviceRequests, LOOK, SpeakerFault},
     speech::{self, SpeechFault},
 };
 use hound::WavReader;
@@ -11,16 +11,14 @@ use std::{
     io::Cursor,
     sync::{
         Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
+        atomic::{AtomicBool, AtomicU32, Ordering},
         mpsc::{self, RecvTimeoutError, Sender},
     },
     thread::JoinHandle,
     time::Duration,
 };
 
-/// Interval at which the thread checks for the end of the text, and the time that a device may still need to play its
-/// buffer.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time that a device may still need to play its buffer after the end of the text.
 const TAIL: Duration = Duration::from_millis(150);
 
 /// Progress of a spoken text.
@@ -45,6 +43,8 @@ enum VoiceFault {
     File(#[from] hound::Error),
     #[error("{0}")]
     Speech(#[from] SpeechFault),
+    #[error("the sound device asks for no samples")]
+    Lost,
 }
 
 /// A text that is being played; dropping it stops the playback.
@@ -70,11 +70,15 @@ impl Voice {
         let (close, closed) = mpsc::channel::<()>();
         let theirs = Arc::clone(&status);
         let started = std::thread::Builder::new().name("voice".into()).spawn(move || {
-            let over = Arc::new(AtomicBool::new(false));
-            match text().and_then(|wav| start(&wav, gain, Arc::clone(&over))) {
+            let (over, mut requests) = (Arc::new(AtomicBool::new(false)), DeviceRequests::default());
+            match text().and_then(|wav| start(&wav, gain, &over, &requests.counter())) {
                 Ok(stream) => {
-                    put(&theirs, VoiceStatus::Playing);
                     while !over.load(Ordering::Relaxed) {
+                        match requests.look() {
+                            None => {}
+                            Some(true) => put(&theirs, VoiceStatus::Playing),
+                            Some(false) => return put(&theirs, VoiceStatus::Failed(VoiceFault::Lost.to_string())),
+                        }
                         if closed.recv_timeout(LOOK) == Err(RecvTimeoutError::Disconnected) {
                             return;
                         }
@@ -112,11 +116,13 @@ fn put(status: &Mutex<VoiceStatus>, now: VoiceStatus) {
     }
 }
 
-fn start(wav: &[u8], gain: f32, over: Arc<AtomicBool>) -> Result<cpal::Stream, VoiceFault> {
+fn start(wav: &[u8], gain: f32, over: &Arc<AtomicBool>, requests: &Arc<AtomicU32>) -> Result<cpal::Stream, VoiceFault> {
     let text = WavSamples::read(wav)?;
     Ok(speaker::stream(|rate_hz| {
-        let (mut playback, over) = (Playback::new(text.clone(), rate_hz, gain), Arc::clone(&over));
+        let (mut playback, over) = (Playback::new(text.clone(), rate_hz, gain), Arc::clone(over));
+        let requests = Arc::clone(requests);
         move |out: &mut [[f32; 2]]| {
+            requests.fetch_add(1, Ordering::Relaxed);
             if !playback.fill(out) {
                 over.store(true, Ordering::Relaxed);
             }

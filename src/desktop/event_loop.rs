@@ -42,6 +42,11 @@ pub trait Windows: Sized {
 
     /// Returns the window that is drawn each turn.
     fn first(&self) -> &Window;
+
+    /// Returns false while the loop must not end on Ctrl-C; it then ends as soon as it may.
+    fn may_end(&mut self) -> bool {
+        true
+    }
 }
 
 /// Variable of the environment by which winit scales windows on X11.
@@ -118,7 +123,7 @@ impl<W: Windows> ApplicationHandler for WindowedLoop<'_, W> {
     }
 
     fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
-        if self.stop.load(Ordering::Relaxed) {
+        if self.stop.load(Ordering::Relaxed) && self.windows.as_mut().is_none_or(W::may_end) {
             event_loop.exit();
         }
         if let Some(windows) = &self.windows {

@@ -10,7 +10,7 @@ use egui::{Context, TextureId, Ui};
 use std::time::{Duration, Instant};
 use winit::{
     dpi::{LogicalSize, PhysicalPosition},
-    event::WindowEvent,
+    event::{ElementState, WindowEvent},
     event_loop::ActiveEventLoop,
     window::{Window, WindowId},
 };
@@ -20,7 +20,8 @@ use winit::{
 const EVERY: Duration = Duration::from_millis(80);
 const EVERY_BY_SOFTWARE: Duration = Duration::from_millis(500);
 /// Minimum time between two pictures as a multiple of the time of one picture, which limits the window to a twelfth of
-/// the loop. After a key or a click, which need a quick response, one picture may take a quarter.
+/// the loop. After a key, which needs a quick response, one picture may take a quarter. A click and a key with Ctrl are
+/// drawn at once.
 const RESTS: u32 = 12;
 const RESTS_AFTER_INPUT: u32 = 4;
 const SIZE: LogicalSize<u32> = LogicalSize::new(1280, 800);
@@ -36,6 +37,9 @@ pub struct ExperimenterWindow {
     took: Duration,
     /// True if there was input since the last picture, or the picture has to change once more.
     asked: bool,
+    /// True if a click or a key of a command waits, which must act before the next frame of the driver's.
+    is_urgent: bool,
+    has_command_key: bool,
     by_software: bool,
     picture: Option<(wgpu::TextureView, TextureId)>,
 }
@@ -55,7 +59,16 @@ impl ExperimenterWindow {
         }
         let side = SideWindow::open(event_loop, gpu, attributes)?;
         theme::apply(&side.egui.ctx);
-        Ok(Self { side, last: None, took: Duration::ZERO, asked: false, by_software: gpu.is_software(), picture: None })
+        Ok(Self {
+            side,
+            last: None,
+            took: Duration::ZERO,
+            asked: false,
+            is_urgent: false,
+            has_command_key: false,
+            by_software: gpu.is_software(),
+            picture: None,
+        })
     }
 
     /// Returns the id of this window.
@@ -75,13 +88,27 @@ impl ExperimenterWindow {
 
     /// Handles an event of this window. Closing it is left to the loop.
     pub fn on_event(&mut self, gpu: &Gpu, event: &WindowEvent) {
-        use WindowEvent::{KeyboardInput, MouseInput, MouseWheel};
+        use WindowEvent::{KeyboardInput, ModifiersChanged, MouseInput, MouseWheel};
+        if let ModifiersChanged(modifiers) = event {
+            let state = modifiers.state();
+            self.has_command_key = state.control_key() || state.super_key();
+        }
+        self.is_urgent |= match event {
+            KeyboardInput { event: key, .. } => {
+                self.has_command_key && key.state == ElementState::Pressed && !key.repeat
+            }
+            MouseInput { .. } => true,
+            _ => false,
+        };
         self.asked |= matches!(event, KeyboardInput { .. } | MouseInput { .. } | MouseWheel { .. });
         self.side.on_event(gpu, event);
     }
 
     /// Returns true when it is time for the next picture.
     pub fn due(&self) -> bool {
+        if self.is_urgent {
+            return true;
+        }
         let rest = match (self.asked, self.by_software) {
             (true, _) => EVERY.max(RESTS_AFTER_INPUT * self.took),
             (false, true) => EVERY_BY_SOFTWARE.max(RESTS * self.took),
@@ -114,6 +141,7 @@ impl ExperimenterWindow {
     pub fn draw(&mut self, gpu: &Gpu, live: impl FnMut(&mut Ui)) {
         let begin = now();
         self.last = Some(begin);
+        self.is_urgent = false;
         let output = self.side.run(live);
         // A widget that has just got the focus is drawn so in the next pass, which egui requests.
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);

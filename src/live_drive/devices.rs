@@ -38,8 +38,17 @@ impl LiveDrive {
         if self.sound.frame(self.running(), horn) {
             self.note(sound::HORN, if horn { "on" } else { "off" });
         }
-        if let Some((kind, sentence)) = self.sound.speak() {
+        let world = &self.drive.world;
+        let is_paused = self.drive.clock.pace() == Pace::Paused && world.ended().is_none();
+        if let Some((kind, sentence)) = self.sound.speak(world.snapshot().tick, is_paused) {
+            if kind == sound::SPOKEN_DIGIT {
+                self.digits.heard();
+            }
             self.note(kind, &sentence);
+        }
+        if let Some(fault) = self.sound.take_fault() {
+            log::warn!("{fault}");
+            self.news.push(fault);
         }
         let scenario = self.drive.world.scenario();
         let (shows_advice, has_led) = (scenario.rev_lamps, scenario.secondary_task.has_led());
@@ -183,6 +192,10 @@ impl LiveDrive {
             return self.put_back();
         }
         if self.led {
+            if action == ButtonAction::Abort {
+                // Before the ticks of this frame.
+                self.hold(true);
+            }
             self.pressed.push(action);
             return;
         }

@@ -6,7 +6,7 @@
 //! * `devices`: effect of the participant's devices on the drive, and feedback to them.
 //! * `drive_picture`: the picture; `flash_patch`: the square for a photodiode; [`sound`]: the sound.
 //! * [`lab`]: laboratory devices: LSL streams and triggers.
-//! * `recording`: the files. [`latency`], `loop_health`, [`contacts`]: values that the experimenter watches.
+//! * `presentation`: which digits of an n-back task were heard or shown. `recording`: the files. [`latency`], `loop_health`, [`contacts`]: values that the experimenter watches.
 //! * [`wheel_calibration`]: state of the page that calibrates wheel and pedals.
 
 pub mod contacts;
@@ -16,6 +16,7 @@ mod flash_patch;
 pub mod lab;
 pub mod latency;
 mod loop_health;
+mod presentation;
 mod recording;
 mod restart;
 pub mod sound;
@@ -27,6 +28,7 @@ use self::{
     devices::LedSignal,
     lab::LabDevices,
     latency::{InputLatency, Latency},
+    presentation::{DigitPresentation, UnscoredDigit},
     recording::DriveRecording,
     sound::DriveSound,
     start::{PendingDrive, ReadyDrive},
@@ -34,14 +36,18 @@ use self::{
 use crate::{
     drive_loop::{Drive, RunError, drive::note_failure, summary_text},
     input::{ButtonAction, Devices, TimeStamp},
-    record::{WriterStatus, inputs, manifest::ScreenInfo, tables::FrameRow},
+    record::{
+        WriterStatus, inputs,
+        manifest::ScreenInfo,
+        tables::{FrameRow, NOT_SCORED},
+    },
     render::Gpu,
     scenario::Scenario,
     scene::{StaticScene, View},
     sim::{Summary, SummaryAccumulator, World},
     snapshot::TaskPicture,
     study::ParticipantCode,
-    time::{DueTicks, Pace},
+    time::{DueTicks, Pace, Tick},
 };
 use std::{
     path::{Path, PathBuf},
@@ -70,6 +76,7 @@ pub struct LiveDrive {
     lab: LabDevices,
     latency: InputLatency,
     sound: DriveSound,
+    digits: DigitPresentation,
     /// True while the drive is paused because the wheel was unplugged.
     waiting: bool,
     /// True once a pulse of an event could not be felt.
@@ -100,7 +107,7 @@ impl LiveDrive {
         let of_world = || StaticScene::of_drive(world.map(), world.scenario(), world.drive().roadside());
         let static_scene = static_scene.unwrap_or_else(of_world);
         let scenario = drive.world.scenario();
-        let sound = DriveSound::new(scenario);
+        let (sound, digits) = (DriveSound::new(scenario), DigitPresentation::new(scenario.secondary_task.n));
         Self {
             picture: DrivePicture::new(&drive.world, static_scene),
             summary: SummaryAccumulator::new([0.0, f64::INFINITY]),
@@ -113,6 +120,7 @@ impl LiveDrive {
             recording: DriveRecording::default(),
             lab: LabDevices::default(),
             latency: InputLatency::default(),
+            digits,
             sound,
             waiting: false,
             is_pulse_missed: false,
@@ -203,6 +211,7 @@ impl LiveDrive {
 
     /// Notes that a frame was handed to the screen, `wall` after the first one and `elapsed` after the last.
     pub fn shown(&mut self, wall: Duration, elapsed: Duration, due: &DueTicks) {
+        self.digits.shown();
         let patch = self.picture.shown();
         let [input_to_tick_s, latency_s] = self.latency.shown(elapsed);
         let row = FrameRow {
@@ -261,6 +270,9 @@ impl LiveDrive {
     /// The recording cannot be written; its data can be recovered.
     pub fn finish_recording(&mut self) -> Result<Option<PathBuf>, RunError> {
         let ended = self.lab.end_trial();
+        if let Some(missed) = self.digits.end() {
+            leave_unscored(&mut self.summary, &mut self.recording, self.drive.world.snapshot().tick, &missed);
+        }
         let finished = self.recording.finish(&self.summary.to_summary())?;
         Ok(ended.map(|()| finished)?)
     }
@@ -278,7 +290,7 @@ impl LiveDrive {
             self.update_rig();
             return Ok(DueTicks::default());
         }
-        let Self { drive, devices, summary, contacts, lane_help, recording, lab, sound, picture, .. } = self;
+        let Self { drive, devices, summary, contacts, lane_help, recording, lab, sound, picture, digits, .. } = self;
         let mut recorded = Ok(());
         recording.force(torque_nm);
         let ticked = TimeStamp::now();
@@ -298,6 +310,10 @@ impl LiveDrive {
                 watch(world);
                 if recorded.is_ok() {
                     recorded = recording.tick(world, controls);
+                }
+                // After the rows of the stimuli themselves.
+                for unscored in digits.tick(world.events()) {
+                    leave_unscored(summary, recording, world.snapshot().tick, &unscored);
                 }
             },
         );
@@ -346,15 +362,25 @@ impl LiveDrive {
 
     /// Returns the present view; to be called once per picture.
     pub fn view(&mut self) -> View {
-        let view = self.picture.view(self.drive.world.snapshot(), self.drive.clock.fraction(), self.contacts.jolt());
-        match view.task {
-            TaskPicture::Digit { .. } if self.sound.speaks_digits() => View { task: TaskPicture::None, ..view },
-            TaskPicture::Search { .. } if self.task_beside() != TaskPicture::None => {
-                View { task: TaskPicture::None, ..view }
-            }
-            TaskPicture::Signal if self.led_signal == LedSignal::Lit => View { task: TaskPicture::None, ..view },
-            _ => view,
+        let snapshot = self.drive.world.snapshot();
+        let mut view = self.picture.view(snapshot, self.drive.clock.fraction(), self.contacts.jolt());
+        if let (Some(dial), Some(sentence)) = (&mut view.dial, self.sound.shown_sentence(snapshot.tick)) {
+            dial.message = Some(match dial.message.take() {
+                Some(text) => format!("{text}\n{sentence}").into(),
+                None => sentence,
+            });
         }
+        let is_elsewhere = match view.task {
+            TaskPicture::Digit { .. } => self.sound.speaks_digits(),
+            TaskPicture::Search { .. } => self.task_beside() != TaskPicture::None,
+            TaskPicture::Signal => self.led_signal == LedSignal::Lit,
+            TaskPicture::None | TaskPicture::Closed { .. } => false,
+        };
+        if is_elsewhere {
+            view.task = TaskPicture::None;
+        }
+        self.digits.view(matches!(view.task, TaskPicture::Digit { .. }));
+        view
     }
 
     /// States whether there is a window for the display of a secondary task; without one it is in the picture.
@@ -369,11 +395,12 @@ impl LiveDrive {
         if is_beside { world.snapshot().task.shown } else { TaskPicture::None }
     }
 
-    /// Pauses the drive on a person's request, or resumes it. A wheel that is plugged in during this pause does not end
+    /// Pauses the drive on a person's request, or resumes it, with sound and force. A wheel that is plugged in during this pause does not end
     /// it.
     pub fn hold(&mut self, held: bool) {
         self.waiting = false;
         self.drive.clock.set_pace(if held { Pace::Paused } else { Pace::RealTime });
+        self.update_rig();
     }
 
     /// Pauses the drive, or resumes it in real time.
@@ -397,6 +424,17 @@ impl LiveDrive {
         let (driver, policy) = (self.devices.describe(), world.policy().to_string());
         summary_text::summary(world.drive(), &world.traffic_engine(), &driver, &policy, &self.summary.to_summary())
     }
+}
+
+/// Leaves a digit out of the scores, in the summary and in the recording.
+fn leave_unscored(
+    summary: &mut SummaryAccumulator,
+    recording: &mut DriveRecording,
+    now: Tick,
+    UnscoredDigit { onset, detail }: &UnscoredDigit,
+) {
+    summary.leave_unscored(*onset);
+    recording.note_value(now, NOT_SCORED, detail, onset.seconds());
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use super::{
     LiveDrive,
     contacts::ContactCount,
+    presentation::DigitPresentation,
     start::{PendingDrive, ReadyDrive},
 };
 use crate::{drive_loop::RunError, input::AdviceState, scenario::Scenario, sim::SummaryAccumulator, time::Pace};
@@ -93,6 +94,7 @@ impl LiveDrive {
         self.darken_led();
         self.contacts = ContactCount::default();
         self.sound.restart(&old, scenario);
+        self.digits = DigitPresentation::new(scenario.secondary_task.n);
         self.picture.restart(&drive.world, static_scene);
         drive.clock.set_pace(self.drive.clock.pace());
         self.drive = drive;

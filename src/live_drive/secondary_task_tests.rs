@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::{
+    analysis::data::trial::RecordedTrial,
     controls::TaskButton,
     input::{Rig, wheel::WheelMessage},
     record::{Manifest, Recorder, Table, TableReader},
@@ -106,6 +107,36 @@ fn an_led_is_lit_with_the_signal_which_is_on_the_screen_if_it_fails() {
         (10 * onset..=10 * onset + 11).contains(&rows[0].2) && (rows[1].2 - rows[0].2).abs_diff(100) <= 2,
         "{rows:?}"
     );
+}
+
+#[test]
+fn digits_count_once_a_picture_shows_them_and_have_no_score_before() {
+    let score_with = |shown_from_s: f64| {
+        let mut live = live(SecondaryTaskKind::NBack);
+        let folder = tempfile::tempdir().unwrap();
+        let manifest = Manifest { driver: "keyboard".into(), seed: 1, ..Manifest::default() };
+        let recorder = Recorder::begin(&folder.path().join("drive"), live.drive.world.scenario(), manifest);
+        live.recording.recorder = Some(recorder.unwrap());
+        for frame in 0..240 {
+            responses(&mut live, 0.1);
+            let has_digit = matches!(live.view().task, TaskPicture::Digit { .. });
+            assert_eq!(has_digit, matches!(live.drive.world.snapshot().task.shown, TaskPicture::Digit { .. }));
+            if f64::from(frame) / 10.0 >= shown_from_s {
+                live.shown(Duration::ZERO, Duration::ZERO, &DueTicks::default());
+            }
+        }
+        let recording = live.finish_recording().unwrap().unwrap();
+        let scores = live.summary().secondary_task.n_back.map(|n| (n.n_back_digits, n.n_back_accuracy.is_some()));
+        let recorded = RecordedTrial::open(&recording).unwrap().task.scores(24.0);
+        let recorded = recorded.n_back.map(|n| (n.n_back_digits, n.n_back_accuracy.is_some()));
+        assert_eq!(scores, recorded, "as the analysis reads it");
+        scores
+    };
+    // Digits come from 5 s on, every 2.25 s: 9 in 24 s, of which the first is compared with none.
+    assert_eq!(score_with(0.0), Some((9, true)));
+    assert_eq!(score_with(99.0), None, "neither heard nor shown: no score");
+    // The first two are not shown, and the third is compared with the second.
+    assert_eq!(score_with(9.0), Some((6, true)));
 }
 
 #[test]

@@ -91,16 +91,28 @@ pub struct TaskLog {
     pub shutter: Vec<(Tick, bool)>,
     /// Changes of questions to the participant, each with its tick; that of a question is the first that shows it.
     pub questions: Vec<(Tick, QuestionChange)>,
+    /// Places in `stimuli` of those that are not scored, because the participant neither heard nor saw them or what they are compared with.
+    pub unscored: Vec<usize>,
 }
 
 impl TaskLog {
+    /// Leaves the stimulus with this onset out of the scores.
+    pub fn leave_unscored(&mut self, onset: Tick) {
+        self.unscored.extend(self.stimuli.iter().rposition(|(tick, _)| *tick == onset));
+    }
+
     /// Returns the scores of a drive that ends at `end_s`.
     pub fn scores(&self, end_s: f64) -> TaskScores {
         let (mut signals, mut digits, mut displays) = (Vec::new(), Vec::new(), Vec::new());
-        for (tick, stimulus) in &self.stimuli {
+        let mut scored_digits = 0;
+        for (place, (tick, stimulus)) in self.stimuli.iter().enumerate() {
             match *stimulus {
                 TaskStimulus::Signal => signals.push(tick.seconds()),
-                TaskStimulus::Digit { is_match, .. } => digits.push((tick.seconds(), is_match)),
+                TaskStimulus::Digit { is_match, .. } => {
+                    let is_scored = !self.unscored.contains(&place);
+                    scored_digits += u32::from(is_scored);
+                    digits.push((tick.seconds(), is_match.filter(|_| is_scored)));
+                }
                 TaskStimulus::Display { target_column } => displays.push((tick.seconds(), target_column)),
             }
         }
@@ -114,7 +126,8 @@ impl TaskLog {
         let shutter: Vec<(f64, bool)> = self.shutter.iter().map(|(tick, open)| (tick.seconds(), *open)).collect();
         TaskScores {
             detection: (!signals.is_empty()).then(|| DetectionScore::of(&signals, &presses, end_s)),
-            n_back: (!digits.is_empty()).then(|| NBackScore::of(&digits, &presses, end_s)),
+            n_back: (scored_digits > 0)
+                .then(|| NBackScore { n_back_digits: scored_digits, ..NBackScore::of(&digits, &presses, end_s) }),
             search: (!displays.is_empty()).then(|| SearchScore::of(&displays, &columns)),
             occlusion: (!shutter.is_empty()).then(|| OcclusionScore::of(&shutter, end_s)),
             questions: (!self.questions.is_empty()).then(|| QuestionScore::of(&self.questions)),
@@ -128,7 +141,7 @@ pub struct TaskScores {
     /// Detection response task; `None` if no signal was shown.
     #[serde(flatten)]
     pub detection: Option<DetectionScore>,
-    /// n-back task; `None` if no digit was shown.
+    /// n-back task; `None` if no digit was presented.
     #[serde(flatten)]
     pub n_back: Option<NBackScore>,
     /// Surrogate reference task; `None` if no display was shown.
@@ -185,7 +198,7 @@ impl DetectionScore {
 /// Score of an n-back task with a button.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct NBackScore {
-    /// Number of digits shown.
+    /// Number of digits that were heard or shown, without those compared with one that was not.
     pub n_back_digits: u32,
     /// Share of the digits with a right decision, 0..1: pressed at a match and not pressed at others; `None` without such digits.
     pub n_back_accuracy: Option<f64>,
@@ -343,6 +356,31 @@ mod tests {
             assert_eq!(TaskResponse::of_words(detail, value), Some(response));
         }
         assert_eq!((TaskStimulus::of_words("match", None), TaskResponse::of_words("knee", None)), (None, None));
+    }
+
+    #[test]
+    fn digits_that_were_not_presented_have_no_score() {
+        let at = Tick::at_seconds;
+        let digit = |is_match| TaskStimulus::Digit { digit: 3, is_match };
+        let stimuli = [None, Some(true), Some(false), Some(true), Some(false)];
+        let mut log = TaskLog {
+            stimuli: stimuli.iter().enumerate().map(|(k, is_match)| (at(k as f64), digit(*is_match))).collect(),
+            // At the second digit, which matches, and at the third, which does not.
+            responses: vec![(at(1.5), TaskResponse::Button), (at(2.5), TaskResponse::Button)],
+            ..TaskLog::default()
+        };
+        let score =
+            |log: &TaskLog| log.scores(9.0).n_back.map(|n| (n.n_back_digits, n.n_back_accuracy, n.n_back_false_alarms));
+        // Hit, false alarm, miss; the last digit has no end.
+        assert_eq!(score(&log), Some((5, Some(1.0 / 3.0), 1)));
+        // The press at the third does not count, and not for the second.
+        log.leave_unscored(at(2.0));
+        log.leave_unscored(at(3.0));
+        assert_eq!(score(&log), Some((3, Some(1.0), 0)));
+        log.leave_unscored(at(2.5));
+        assert_eq!(score(&log), Some((3, Some(1.0), 0)), "no stimulus has this onset");
+        [0.0, 1.0, 4.0].into_iter().for_each(|s| log.leave_unscored(at(s)));
+        assert_eq!(score(&log), None, "no digit was presented");
     }
 
     #[test]

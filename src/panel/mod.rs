@@ -21,7 +21,7 @@ pub use rig::{
     display_check::{DisplayTruth, show as check},
 };
 pub use screens::{ParticipantScreen, SCREEN_KEYS, ScreenPainter, ScreenState};
-pub use session::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase};
+pub use session::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase, StopRequest};
 pub use settings::{PresetError, PresetList, SettingChoices};
 
 use std::{path::Path, time::Duration};

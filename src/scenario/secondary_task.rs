@@ -14,7 +14,7 @@ pub struct SecondaryTask {
     /// n-back: number of digits back, 0 to 2; 0 asks for a press at each 0
     #[schemars(range(min = 0, max = 2))]
     pub n: u8,
-    /// n-back: speak the digits in English, by the program espeak-ng; otherwise, and where it is missing, they are shown
+    /// n-back: speak the digits in English, by the program espeak-ng; otherwise, and where they cannot be heard, they are shown
     pub spoken_digits: bool,
     /// n-back: responses are spoken. Blocks then have each digit once, and no button is scored
     pub spoken_response: bool,

@@ -4,9 +4,12 @@
 use super::{CommandRefusal, DriveBackend, LiveSession, SessionState};
 use crate::{
     drive_loop::RunError,
-    panel::SessionCommand,
+    panel::{SessionCommand, StopRequest},
     study::{ItemOutcome, Session, SessionError},
 };
+
+/// Kind of the notes with words that were typed in the panel and not entered.
+pub const DRAFT: &str = "draft";
 
 impl From<RunError> for CommandRefusal {
     fn from(error: RunError) -> Self {
@@ -15,20 +18,26 @@ impl From<RunError> for CommandRefusal {
 }
 
 impl LiveSession {
-    /// Carries out a command of the experimenter. A refusal is shown in the panel.
+    /// Carries out a command of the experimenter. A refusal is shown in the panel. While the log cannot be written, commands that go on with the
+    /// plan are not carried out.
     ///
     /// # Errors
-    /// The session cannot be written.
+    /// The drive cannot go on.
     pub fn command(&mut self, command: SessionCommand, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        self.write_again();
+        if self.waits_for_disk() && !Self::may_wait(&command) {
+            return Ok(());
+        }
         (self.error, self.drive_failed) = (None, false);
-        match self.obey(command, backend) {
+        let done = match self.obey(command, backend) {
             Ok(()) => Ok(()),
             Err(CommandRefusal::Message(text)) => {
                 self.error = Some(text);
                 Ok(())
             }
             Err(CommandRefusal::Failure(error)) => Err(error),
-        }
+        };
+        self.or_wait(done, backend)
     }
 
     fn obey(&mut self, command: SessionCommand, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
@@ -45,6 +54,8 @@ impl LiveSession {
             }
             SessionCommand::Extend { seconds, reason } => self.extend(seconds, &reason, backend),
             SessionCommand::Note(text) => Ok(self.write("note", &text, backend)?),
+            SessionCommand::Draft(text) => Ok(self.session.note(DRAFT, &text, &(self.utc)())?),
+            SessionCommand::Hold => Ok(self.hold_everything(StopRequest::Experimenter, backend)?),
             SessionCommand::Mark(text) => {
                 let text = if text.is_empty() { "by the experimenter" } else { &text };
                 Ok(self.write("mark", text, backend)?)
@@ -60,10 +71,7 @@ impl LiveSession {
             SessionCommand::StopTechnically(reason) => self.stop(&reason, Session::stop_technically, backend),
             SessionCommand::Exclude(reason) => {
                 if !self.is_over() {
-                    self.leave("excluded", &reason, backend)?;
-                    self.session.stop(&reason, &(self.utc)())?;
-                    self.asked = false;
-                    self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
+                    self.end_for_good(["excluded", &reason], Session::stop, backend);
                 }
                 Ok(self.session.exclude(&reason)?)
             }
@@ -78,13 +86,26 @@ impl LiveSession {
         backend: &mut dyn DriveBackend,
     ) -> Result<(), CommandRefusal> {
         self.not_over()?;
-        self.stop_spoken_text();
-        self.write_voice()?;
-        self.leave("stopped", reason, backend)?;
-        end(&mut self.session, reason, &(self.utc)())?;
-        self.asked = false;
-        self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
+        self.end_for_good(["stopped", reason], end, backend);
         Ok(())
+    }
+
+    /// Ends drive and session, whatever the disk says: the end stands in memory until it is written.
+    fn end_for_good(
+        &mut self,
+        [kind, reason]: [&str; 2],
+        end: fn(&mut Session, &str, &str) -> Result<(), SessionError>,
+        backend: &mut dyn DriveBackend,
+    ) {
+        self.stop_spoken_text();
+        self.end_drive(kind, reason, backend);
+        if let Err(error) =
+            self.write_voice().and(end(&mut self.session, reason, &(self.utc)()).map_err(RunError::from))
+        {
+            log::error!("{error}");
+        }
+        self.asked = None;
+        self.enter(SessionState::Stopped(self.study.file.texts.stopped.clone()));
     }
 
     fn not_over(&self) -> Result<(), CommandRefusal> {
@@ -92,7 +113,7 @@ impl LiveSession {
     }
 
     fn go(&mut self, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
-        if self.asked {
+        if self.asked.is_some() {
             return self.hold(false, backend);
         }
         match &self.at {
@@ -117,7 +138,7 @@ impl LiveSession {
 
     /// Pauses or resumes a drive or its countdown. Resuming also clears a participant's request to stop, in any state.
     fn hold(&mut self, held: bool, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
-        let asked = !held && std::mem::take(&mut self.asked);
+        let asked = !held && self.asked.take().is_some();
         let was = match &mut self.at {
             SessionState::Countdown(_, now) => std::mem::replace(now, held),
             SessionState::Driving => {
@@ -134,27 +155,43 @@ impl LiveSession {
         Ok(())
     }
 
-    /// Ends the current drive, if there is one, with a note in its recording. Returns true if there was a drive or one was loading.
-    pub(super) fn leave(&mut self, kind: &str, reason: &str, backend: &mut dyn DriveBackend) -> Result<bool, RunError> {
-        let drives = self.drives() || matches!(self.at, SessionState::Loading(_));
+    /// Leaves the current item: ends its drive, if there is one, with a note in its recording, and keeps what was typed in its questionnaire.
+    ///
+    /// # Errors
+    /// The recording cannot be finished, or the session cannot be written.
+    pub(super) fn leave(&mut self, kind: &str, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        if let SessionState::Questions(form) = &self.at {
+            self.session.keep(form.answered())?;
+        }
         if matches!(self.at, SessionState::Driving) {
             backend.note(kind, reason);
         }
-        if drives {
+        if self.drives() || matches!(self.at, SessionState::Loading(_)) {
             backend.end()?;
         }
-        Ok(drives)
+        Ok(())
+    }
+
+    /// Leaves the current item, also if its recording cannot be finished: the experimenter then sees the reason. Returns true if there was a drive or
+    /// one was loading.
+    fn end_drive(&mut self, kind: &str, reason: &str, backend: &mut dyn DriveBackend) -> bool {
+        let drives = self.drives() || matches!(self.at, SessionState::Loading(_));
+        if let Err(error) = self.leave(kind, reason, backend) {
+            log::error!("{error}");
+            self.error = drives.then(|| error.to_string());
+        }
+        drives
     }
 
     fn abort(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
         if self.session.log().running.is_none() {
             return Err(CommandRefusal::Message("there is no item to break off".into()));
         }
-        self.leave("aborted", reason, backend)?;
-        self.session.end(ItemOutcome::Aborted, reason, &(self.utc)())?;
-        self.asked = false;
+        self.end_drive("aborted", reason, backend);
+        let ended = self.session.end(ItemOutcome::Aborted, reason, &(self.utc)());
+        self.asked = None;
         self.enter(SessionState::Hold);
-        Ok(())
+        Ok(ended?)
     }
 
     fn skip(&mut self, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
@@ -164,15 +201,15 @@ impl LiveSession {
             return Err(CommandRefusal::Message(text.into()));
         }
         let runs = self.session.log().running.is_some();
-        let drove = self.leave("skipped", reason, backend)?;
-        self.session.skip(reason, &(self.utc)())?;
-        self.asked = false;
-        if drove {
+        let drove = self.end_drive("skipped", reason, backend);
+        let skipped = self.session.skip(reason, &(self.utc)());
+        self.asked = None;
+        if drove || (runs && skipped.is_err()) {
             self.enter(SessionState::Hold);
         } else if runs {
             self.begin_next_item()?;
         }
-        Ok(())
+        Ok(skipped?)
     }
 
     fn extend(&mut self, seconds: f64, reason: &str, backend: &mut dyn DriveBackend) -> Result<(), CommandRefusal> {
@@ -180,7 +217,12 @@ impl LiveSession {
             return Err(CommandRefusal::Message(format!("the extension is {seconds} s; allowed: 1 to 3600 s")));
         }
         match &mut self.at {
-            SessionState::Driving => backend.extend(seconds)?,
+            SessionState::Driving => {
+                if let Err(error) = backend.extend(seconds) {
+                    self.fail(&error, backend);
+                    return Ok(());
+                }
+            }
             SessionState::Rest(_, left_s) => *left_s += seconds,
             _ => return Err(CommandRefusal::Message("there is no drive or rest to extend".into())),
         }

@@ -73,6 +73,16 @@ impl ExperimenterView {
         self.experimenter.notes.add_note(now.time_s, words);
     }
 
+    /// Takes the words that were typed in the panel and not entered; `None` if there are none.
+    pub fn take_words(&mut self) -> Option<String> {
+        self.live_session.take_words()
+    }
+
+    /// Puts words that an earlier opening of the session left into the field for a note.
+    pub fn restore(&mut self, words: &str) {
+        self.live_session.restore(words);
+    }
+
     /// Draws the whole window and returns the experimenter's commands. `wheel` is the participant's wheel between drives, `work`
     /// describes background work, `picture` is the participant's picture with its size.
     #[expect(clippy::too_many_arguments, reason = "one frame's facts, from one place")]

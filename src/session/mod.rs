@@ -9,11 +9,12 @@
 //! * [`drives`]: drives in the participant's window.
 //! * `rating`: the sickness scale that is asked while driving.
 //! * [`voice`]: spoken instructions.
-//! * `command`: the experimenter's commands. `experimenter_view`: the experimenter's window.
+//! * `command`: the experimenter's commands. `disk_wait`: the wait for a disk that is full. `experimenter_view`: the experimenter's window.
 //! * `admission`: checks before a session. [`window`]: the windows, and the only module that reads the clock.
 
 mod admission;
 mod command;
+mod disk_wait;
 pub mod drives;
 mod experimenter_view;
 mod overview;
@@ -23,8 +24,10 @@ pub mod voice;
 pub mod wheel_navigation;
 pub mod window;
 
+use self::disk_wait::DiskWait;
 use crate::{
     drive_loop::RunError,
+    panel::StopRequest,
     scenario::Scenario,
     study::{
         FormInput, ItemOutcome, PlanItem, PlannedItem, PracticeProgress, QuestionnaireForm, Session, SessionError,
@@ -135,7 +138,9 @@ pub struct LiveSession {
     seen_s: f64,
     /// Folder for the recording of the running item.
     folder: PathBuf,
-    asked: bool,
+    /// Request to stop that holds everything until the experimenter decides, by the one who made it.
+    asked: Option<StopRequest>,
+    disk_wait: Option<DiskWait>,
     /// Sickness scale of the running drive, if its segment asks it.
     fms: Option<FmsScale>,
     /// Skills of the running drive that the log has.
@@ -166,7 +171,8 @@ impl LiveSession {
             elapsed_s: 0.0,
             seen_s: 0.0,
             folder: PathBuf::new(),
-            asked: false,
+            asked: None,
+            disk_wait: None,
             fms: None,
             noted_skills: ShownSkills::default(),
             missing_skills: String::new(),
@@ -202,19 +208,27 @@ impl LiveSession {
         matches!(self.at, SessionState::Countdown(..) | SessionState::Driving)
     }
 
-    /// Returns true if the participant asked to stop and the experimenter has not decided yet.
-    pub fn asked(&self) -> bool {
+    /// Returns the request to stop that the experimenter has not decided yet.
+    pub fn asked(&self) -> Option<StopRequest> {
         self.asked
     }
 
-    /// Advances the session by the elapsed time.
+    /// Advances the session by the elapsed time. Nothing goes on while the log cannot be written.
     ///
     /// # Errors
-    /// The session cannot be written.
+    /// The drive cannot go on.
     pub fn tick(&mut self, elapsed: Duration, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         self.elapsed_s += elapsed.as_secs_f64();
+        if self.pass_disk_wait(elapsed) {
+            return Ok(());
+        }
+        let advanced = self.advance(elapsed, backend);
+        self.or_wait(advanced, backend)
+    }
+
+    fn advance(&mut self, elapsed: Duration, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         self.write_voice()?;
-        if self.asked {
+        if self.asked.is_some() {
             // A request to stop holds every state: page, loading, countdown, drive, rest.
             return Ok(());
         }
@@ -254,6 +268,8 @@ impl LiveSession {
                 self.watch(backend)?;
             }
             SessionState::Rest(_, left_s) => *left_s = (*left_s - elapsed.as_secs_f64()).max(0.0),
+            // Its end waited for the disk.
+            SessionState::Questions(_) if self.session.log().running.is_none() => self.begin_next_item()?,
             _ => {}
         }
         Ok(())
@@ -288,6 +304,8 @@ impl LiveSession {
             Err(also) => format!("{text}\nThe session's log: {also}"),
         });
         self.enter(SessionState::Hold);
+        // An error in writing stays with the session, which waits for the disk.
+        let _ = self.or_wait(Ok(()), backend);
     }
 
     /// Interrupts the running item because the program ends; it comes again.
@@ -301,18 +319,23 @@ impl LiveSession {
         Ok(self.session.end(ItemOutcome::Cut, reason, &(self.utc)())?)
     }
 
-    /// Handles the participant's input. After a request to stop, only marks are taken until the experimenter has decided.
+    /// Handles the participant's input. After a request to stop, and while the log cannot be written, only marks and requests to stop are taken.
     ///
     /// # Errors
-    /// The session cannot be written.
+    /// The drive cannot go on.
     pub fn input(&mut self, input: FormInput, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        let done = match input {
+            FormInput::Stop => self.hold_everything(StopRequest::Participant, backend),
+            FormInput::Mark => self.write("mark", "by the participant", backend),
+            _ if self.asked.is_some() || self.waits_for_disk() => return Ok(()),
+            input => self.go_on(input, backend),
+        };
+        self.or_wait(done, backend)
+    }
+
+    /// Applies input to the present screen.
+    fn go_on(&mut self, input: FormInput, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
         let seen_for_s = self.elapsed_s - self.seen_s;
-        match input {
-            FormInput::Stop => return self.ask_to_stop(backend),
-            FormInput::Mark => return self.write("mark", "by the participant", backend),
-            _ if self.asked => return Ok(()),
-            _ => {}
-        }
         match &mut self.at {
             SessionState::Questions(form) => {
                 // Text is saved when the participant moves on, not with each letter.
@@ -324,11 +347,13 @@ impl LiveSession {
                     let answers = form.answered();
                     let planned = self.running();
                     let ending = planned.and_then(|planned| self.study.ending(planned, &as_map(&answers)));
-                    self.session.end_answered(answers, ending.as_ref(), &(self.utc)())?;
-                    match ending {
-                        Some(ending) => self.stopped_by(ending),
-                        None => self.begin_next_item()?,
+                    let ended = self.session.end_answered(answers, ending.as_ref(), &(self.utc)());
+                    if let Some(ending) = ending {
+                        self.stopped_by(ending);
+                    } else if ended.is_ok() {
+                        self.begin_next_item()?;
                     }
+                    ended?;
                 }
             }
             SessionState::Driving => self.rate(&input, backend)?,
@@ -420,24 +445,29 @@ impl LiveSession {
         self.session.plan().items.iter().find(|planned| planned.name == *name)
     }
 
-    fn ask_to_stop(&mut self, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
-        if self.asked || self.is_over() {
+    /// Holds drive, voice and screens before any question is asked, until the experimenter decides.
+    fn hold_everything(&mut self, by: StopRequest, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        if self.asked.is_some() || self.is_over() {
             return Ok(());
         }
-        self.asked = true;
+        self.asked = Some(by);
         self.stop_spoken_text();
         if matches!(self.at, SessionState::Driving) {
             backend.hold(true);
         }
-        self.write("asked", "the participant asks to stop", backend)
+        match by {
+            StopRequest::Participant => self.write("asked", "the participant asks to stop", backend),
+            StopRequest::Experimenter => self.write("paused", "by the experimenter, who may stop", backend),
+        }
     }
 
     /// Notes a contact with another vehicle in the session log. The recording has the contact with its speeds.
     ///
     /// # Errors
-    /// The session cannot be written.
-    pub fn note_contact(&mut self, words: &str) -> Result<(), RunError> {
-        Ok(self.session.note("contact", words, &(self.utc)())?)
+    /// The session refuses notes.
+    pub fn note_contact(&mut self, words: &str, backend: &mut dyn DriveBackend) -> Result<(), RunError> {
+        let noted = self.session.note("contact", words, &(self.utc)());
+        self.or_wait(noted.map_err(RunError::from), backend)
     }
 
     /// Writes a note to the session log, and to the recording while a drive runs.

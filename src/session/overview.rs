@@ -3,7 +3,7 @@
 
 use super::{BackendStatus, LiveSession, SessionState};
 use crate::{
-    panel::{ItemState, ParticipantScreen, SessionItem, SessionPhase},
+    panel::{ItemState, ParticipantScreen, SessionItem, SessionPhase, StopRequest},
     study::{ItemOutcome, session::SessionLog},
 };
 
@@ -33,11 +33,15 @@ impl LiveSession {
     /// Returns the participant's screen.
     pub fn screen(&self, now: BackendStatus) -> ParticipantScreen<'_> {
         let texts = &self.study.file.texts;
+        let held = self.disk_text().or(match self.asked {
+            Some(StopRequest::Participant) => Some(&*texts.asked),
+            Some(StopRequest::Experimenter) if self.drives() => Some(&*texts.paused),
+            Some(StopRequest::Experimenter) => Some(&*texts.wait),
+            None => None,
+        });
         match &self.at {
-            SessionState::Countdown(..) | SessionState::Driving if self.asked => {
-                ParticipantScreen::Drive(Some(&texts.asked))
-            }
-            _ if self.asked => ParticipantScreen::Wait(&texts.asked),
+            SessionState::Countdown(..) | SessionState::Driving if held.is_some() => ParticipantScreen::Drive(held),
+            _ if held.is_some() => ParticipantScreen::Wait(held.unwrap_or_default()),
             SessionState::Hold => ParticipantScreen::Wait(&texts.wait),
             SessionState::Loading(_) => ParticipantScreen::Wait(&texts.ready),
             SessionState::Text(text) | SessionState::Intro(text) => ParticipantScreen::Page(text),
@@ -132,7 +136,7 @@ impl LiveSession {
     pub fn phase(&self, now: BackendStatus) -> SessionPhase {
         match &self.at {
             SessionState::End | SessionState::Stopped(_) => SessionPhase::Over,
-            _ if self.asked => SessionPhase::Held,
+            _ if self.asked.is_some() || self.waits_for_disk() => SessionPhase::Held,
             SessionState::Hold => SessionPhase::Experimenter,
             SessionState::Countdown(_, held) if *held => SessionPhase::Held,
             SessionState::Driving if now.held => SessionPhase::Held,
@@ -154,10 +158,5 @@ impl LiveSession {
     /// Returns the error of a drive that could not go on. Refused commands and ends by a rule are not errors of a drive.
     pub fn drive_fault(&self) -> Option<&str> {
         self.error().filter(|_| self.drive_failed && !self.is_over())
-    }
-
-    /// Returns the last error, or the reason why the session ended.
-    pub fn error(&self) -> Option<&str> {
-        self.error.as_deref()
     }
 }

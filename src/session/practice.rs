@@ -39,9 +39,9 @@ impl LiveSession {
         }
         match backend.end() {
             Ok(()) => {
-                self.session.end(ItemOutcome::Done, "", &(self.utc)())?;
+                let ended = self.session.end(ItemOutcome::Done, "", &(self.utc)());
                 self.enter(SessionState::Over);
-                Ok(())
+                Ok(ended?)
             }
             Err(error) => {
                 self.fail(&error, backend);

@@ -66,11 +66,11 @@ impl LiveSession {
                 log::error!("{error}");
             }
         }
-        self.session.rate(rating, ending.as_ref(), &(self.utc)())?;
+        let rated = self.session.rate(rating, ending.as_ref(), &(self.utc)());
         if let Some(ending) = ending {
             self.stopped_by(ending);
         }
-        Ok(())
+        Ok(rated?)
     }
 
     /// Returns the question to show in the participant's picture.

@@ -63,7 +63,7 @@ impl LiveSession {
 
     /// Returns true if the current page has a spoken text that may be played.
     pub fn is_spoken(&self) -> bool {
-        !self.asked && self.spoken_now().is_some()
+        self.asked.is_none() && self.spoken_now().is_some()
     }
 
     /// Takes the order issued since the last call.
@@ -99,9 +99,10 @@ impl LiveSession {
 
     /// Writes pending notes to the session log.
     pub(super) fn write_voice(&mut self) -> Result<(), RunError> {
+        let mut written = Ok(());
         for text in std::mem::take(&mut self.voice.notes) {
-            self.session.note("spoken", &text, &(self.utc)())?;
+            written = self.session.note("spoken", &text, &(self.utc)());
         }
-        Ok(())
+        Ok(written?)
     }
 }

@@ -5,6 +5,7 @@
 use super::{
     DriveBackend, LiveSession,
     admission::{check_frame_rate, look_ahead, open_session, scenarios},
+    command::DRAFT,
     drives::{SessionResources, WindowBackend},
     experimenter_view::ExperimenterView,
     voice::VoiceOrder,
@@ -46,7 +47,7 @@ use std::{
 use winit::{
     event::{ElementState, KeyEvent, WindowEvent},
     event_loop::ActiveEventLoop,
-    keyboard::PhysicalKey,
+    keyboard::{KeyCode, PhysicalKey},
     window::{Window, WindowId},
 };
 
@@ -154,6 +155,10 @@ impl<'a> Windows for SessionWindows<'a> {
             theme::add_font(picture.ctx(), font);
             theme::add_font(experimenter.ctx(), font);
         }
+        let mut experimenter_view = ExperimenterView::new(&options.study);
+        if let Some(note) = session.log().notes.last().filter(|note| note.kind == DRAFT) {
+            experimenter_view.restore(&note.text);
+        }
         let start = now();
         Ok(Self {
             options,
@@ -163,7 +168,7 @@ impl<'a> Windows for SessionWindows<'a> {
             live_session: LiveSession::new(&options.study, session, recording_manifest::now)?,
             resources,
             screens: ScreenPainter::default(),
-            experimenter_view: ExperimenterView::new(&options.study),
+            experimenter_view,
             voice: None,
             making: None,
             made: false,
@@ -178,7 +183,7 @@ impl<'a> Windows for SessionWindows<'a> {
 
     fn handle_event(&mut self, id: WindowId, event: WindowEvent) -> Result<LoopControl, RunError> {
         if event == WindowEvent::CloseRequested {
-            return Ok(LoopControl::End);
+            return Ok(if self.may_end() { LoopControl::End } else { LoopControl::GoOn });
         }
         if self.experimenter.id() == id {
             self.experimenter.on_event(self.picture.gpu(), &event);
@@ -191,7 +196,7 @@ impl<'a> Windows for SessionWindows<'a> {
         }
         match event {
             WindowEvent::Focused(false) => self.release_keys(),
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event, is_of_task),
+            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => self.key(&event, is_of_task)?,
             WindowEvent::RedrawRequested if !is_of_task => return self.draw(),
             _ => {}
         }
@@ -201,12 +206,28 @@ impl<'a> Windows for SessionWindows<'a> {
     fn first(&self) -> &Window {
         self.picture.window()
     }
+
+    fn may_end(&mut self) -> bool {
+        self.live_session.may_close()
+    }
 }
 
 impl SessionWindows<'_> {
-    /// Runs one frame: devices and drive, the participant's input, the picture, the experimenter's commands. Returns the end of the loop
-    /// when the experimenter closes the session.
+    /// Runs one frame: the experimenter's commands, devices and drive, the participant's input, the picture. A command that holds the drive
+    /// therefore acts before the frame moves. Returns the end of the loop when the experimenter closes the session.
     fn draw(&mut self) -> Result<LoopControl, RunError> {
+        for command in self.draw_experimenter() {
+            match command {
+                SessionCommand::Close if !self.live_session.is_over() => {}
+                SessionCommand::Close | SessionCommand::Interrupt(_) if !self.may_end() => {}
+                SessionCommand::Close => return Ok(LoopControl::End),
+                SessionCommand::Interrupt(reason) => {
+                    self.reason = Some(reason);
+                    return Ok(LoopControl::End);
+                }
+                command => self.on_backend(|live_session, backend| live_session.command(command, backend))?,
+            }
+        }
         let elapsed = self.lap();
         let Self { resources, experimenter_view, .. } = self;
         let (due, inputs) = match resources.frame(elapsed, |world| experimenter_view.watch(world)) {
@@ -220,7 +241,7 @@ impl SessionWindows<'_> {
             self.on_backend(|live_session, backend| live_session.input(input, backend))?;
         }
         for words in self.resources.take_contacts() {
-            self.live_session.note_contact(&words)?;
+            self.on_backend(|live_session, backend| live_session.note_contact(&words, backend))?;
         }
         self.speak();
         if self.live_session.has_consent() {
@@ -247,19 +268,6 @@ impl SessionWindows<'_> {
             }
         }
         self.after_the_session()?;
-        for command in self.draw_experimenter() {
-            match command {
-                SessionCommand::Close => {
-                    return Ok(if self.live_session.is_over() { LoopControl::End } else { LoopControl::GoOn });
-                }
-                SessionCommand::Interrupt(reason) => {
-                    self.reason = Some(reason);
-                    return Ok(LoopControl::End);
-                }
-                _ => {}
-            }
-            self.on_backend(|live_session, backend| live_session.command(command, backend))?;
-        }
         Ok(LoopControl::GoOn)
     }
 
@@ -369,7 +377,7 @@ impl SessionWindows<'_> {
 
     /// Finishes a session that is over: drives missing baselines on a thread, then publishes the tables of the data set.
     fn after_the_session(&mut self) -> Result<(), RunError> {
-        if !self.live_session.is_over() || self.made {
+        if !self.live_session.is_over() || self.live_session.waits_for_disk() || self.made {
             return Ok(());
         }
         let code = self.live_session.session().log().participant.clone();
@@ -405,6 +413,10 @@ impl SessionWindows<'_> {
         let stopped = options.stop.load(Ordering::Relaxed);
         let usual = if stopped { "stopped by Ctrl-C" } else { "the window was closed" };
         let reason = self.reason.take().unwrap_or_else(|| usual.into());
+        if let Some(words) = self.experimenter_view.take_words() {
+            let draft = SessionCommand::Draft(words);
+            self.on_backend(|live_session, backend| live_session.command(draft, backend))?;
+        }
         self.on_backend(|live_session, backend| live_session.close(&reason, backend))?;
         if let Some(making) = &mut self.making {
             making.finish(true)?;
@@ -430,12 +442,19 @@ impl SessionWindows<'_> {
     }
 
     /// Handles a key of the participant's window or of the secondary task's; screens receive their keys through egui.
-    fn key(&mut self, event: &KeyEvent, is_of_task: bool) {
-        let PhysicalKey::Code(code) = event.physical_key else { return };
+    ///
+    /// # Errors
+    /// The drive cannot go on.
+    fn key(&mut self, event: &KeyEvent, is_of_task: bool) -> Result<(), RunError> {
+        let PhysicalKey::Code(code) = event.physical_key else { return Ok(()) };
         let down = event.state == ElementState::Pressed;
         let drives = self.live_session.drives();
         if let (Some(key), Some(devices)) = (keys::driving(code), self.resources.devices()) {
             devices.keyboard.set(key, down && drives);
+        }
+        if code == KeyCode::Escape && down && drives && !self.help_open {
+            // At the key: the screens read it after the next frame has moved.
+            self.on_backend(|live_session, backend| live_session.input(FormInput::Stop, backend))?;
         }
         match keys::command(code).filter(|_| down && !event.repeat) {
             Some(KeyCommand::Help) => self.help_open = !self.help_open,
@@ -453,5 +472,6 @@ impl SessionWindows<'_> {
             }
             _ => {}
         }
+        Ok(())
     }
 }

@@ -2,7 +2,10 @@
 //! always stated (docs/references.md: ring).
 
 use super::{Event, EventKind, Snapshot, event::EndReason};
-use crate::metrics::{TakeoverLog, TakeoverScores, TaskLog, TaskScores, TickTotals};
+use crate::{
+    metrics::{TakeoverLog, TakeoverScores, TaskLog, TaskScores, TickTotals},
+    time::Tick,
+};
 use serde::Serialize;
 
 /// A contact in the summary.
@@ -155,6 +158,11 @@ impl SummaryAccumulator {
     pub fn fail(&mut self, why: String) {
         self.ended = Some(EndReason::Failed);
         self.failure = Some(why);
+    }
+
+    /// Leaves the stimulus of the secondary task with this onset out of its scores.
+    pub fn leave_unscored(&mut self, onset: Tick) {
+        self.task.leave_unscored(onset);
     }
 
     fn note(&mut self, event: &Event) {

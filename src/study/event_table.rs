@@ -17,7 +17,7 @@ pub const HED_VERSION: &str = "8.4.0";
 pub(super) const SIDECAR: &str = "events.json";
 
 /// Events of a drive: word, meaning, tags.
-const WORDS: [[&str; 3]; 67] = [
+const WORDS: [[&str; 3]; 69] = [
     [
         "advice",
         "a new target appears on the speedometer",
@@ -219,6 +219,16 @@ const WORDS: [[&str; 3]; 67] = [
         "spoken_digit",
         "a voice began to say a digit of the secondary task",
         "Sensory-event, Experimental-stimulus, Auditory-presentation, Loudspeaker, Label/Spoken-digit",
+    ],
+    [
+        "not_scored",
+        "a digit of the secondary task is not scored: it was neither heard nor shown, or follows such a digit; the value is its onset",
+        "Experiment-structure, Omitted-action, Label/Not-scored",
+    ],
+    [
+        "shown_sentence",
+        "a sentence that cannot be heard appears above the speedometer",
+        "Sensory-event, Experimental-stimulus, Visual-presentation, Computer-screen, Label/Shown-sentence",
     ],
     [
         "question_asked",

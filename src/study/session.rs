@@ -28,6 +28,8 @@ pub struct Session {
     folder: PathBuf,
     plan: SessionPlan,
     log: SessionLog,
+    /// Reason that the last state of the log is not on the disk; `None` if it is.
+    unwritten: Option<String>,
     /// Held while the session is open; the system releases it when the program ends.
     _lock: File,
 }
@@ -71,7 +73,7 @@ impl Session {
                 format!("the session of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });
         }
-        let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
+        let mut session = Self { folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
         session.mend(now)?;
         Ok(session)
     }
@@ -89,7 +91,7 @@ impl Session {
         let folder = data.source(code);
         let lock = lock::lock(&folder, code)?;
         let log = SessionLog::load(&folder.join(FILE))?;
-        let mut session = Self { folder, plan: study.plan(log.index), log, _lock: lock };
+        let mut session = Self { folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
         session.mend(now)?;
         Ok(session)
     }
@@ -147,9 +149,20 @@ impl Session {
         })
     }
 
-    fn save(&self) -> Result<(), SessionError> {
+    /// Writes the log. A log that cannot be written stays complete in memory; each later call writes all of it.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn save(&mut self) -> Result<(), SessionError> {
         let text = serde_json::to_string_pretty(&self.log).expect("numbers and words");
-        Ok(record::replace(&self.folder.join(FILE), (text + "\n").as_bytes())?)
+        let saved = record::replace(&self.folder.join(FILE), (text + "\n").as_bytes());
+        self.unwritten = saved.as_ref().err().map(ToString::to_string);
+        Ok(saved?)
+    }
+
+    /// Returns the reason that the log in memory is not on the disk; `None` if it is.
+    pub fn unwritten(&self) -> Option<&str> {
+        self.unwritten.as_deref()
     }
 
     /// Returns the log so far.
@@ -186,7 +199,11 @@ impl Session {
         let cut = self.log.last(&item).filter(|item_run| item_run.outcome == ItemOutcome::Cut);
         let answers = cut.map_or(Vec::new(), |item_run| item_run.answers.clone());
         self.log.running = Some(RunningItem { item, recording, began: now.into(), answers });
-        self.save()?;
+        if let Err(error) = self.save() {
+            // An item whose beginning is not on the disk has not begun.
+            self.log.running = None;
+            return Err(error);
+        }
         fail_point!("session.begin");
         Ok(folder)
     }
@@ -248,7 +265,13 @@ impl Session {
     ) -> Result<(), SessionError> {
         if let Some(running) = &mut self.log.running {
             running.answers.clear();
-            self.log.answers.insert(running.item.clone(), answers);
+            let before = self.log.answers.insert(running.item.clone(), answers);
+            // The run that gave the answers before keeps them.
+            let mut runs = self.log.item_runs.iter_mut().rev();
+            let earlier = runs.find(|run| run.item == running.item && run.outcome == ItemOutcome::Done);
+            if let (Some(answers), Some(earlier)) = (before, earlier) {
+                earlier.answers = answers;
+            }
         }
         if let Some(SessionEnding { cause, reason, .. }) = ending {
             self.pass(ItemOutcome::Done, "", now);
@@ -369,7 +392,7 @@ impl Session {
     /// # Errors
     /// The file cannot be written.
     pub fn stop(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.end(ItemOutcome::Aborted, reason, now)?;
+        self.pass(ItemOutcome::Aborted, reason, now);
         self.close(false, reason, None, now)
     }
 
@@ -378,7 +401,7 @@ impl Session {
     /// # Errors
     /// The file cannot be written.
     pub fn stop_technically(&mut self, reason: &str, now: &str) -> Result<(), SessionError> {
-        self.end(ItemOutcome::Aborted, reason, now)?;
+        self.pass(ItemOutcome::Aborted, reason, now);
         self.close(false, reason, Some(EndCause::Technical), now)
     }
 

@@ -50,7 +50,8 @@ pub struct ItemRun {
     /// Folder of the run's recording, relative to the session file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
-    /// Answers to a questionnaire that was not completed.
+    /// Answers to a questionnaire that was not completed, with what was typed and not yet entered; and those of a completed one that was repeated
+    /// and completed again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub answers: Vec<TimedAnswer>,
 }
@@ -173,7 +174,7 @@ pub struct SessionLog {
     /// Notes of the experimenter.
     #[serde(default)]
     pub notes: Vec<SessionNote>,
-    /// Answers of the last completed run, by the item's name.
+    /// Answers of the last completed run, by the item's name. These count; those of runs before it are with their run.
     #[serde(default)]
     pub answers: BTreeMap<String, Vec<TimedAnswer>>,
     /// Ratings of sickness while driving, in order, including drives that were broken off.

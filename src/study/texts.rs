@@ -51,6 +51,8 @@ pub struct ParticipantTexts {
     pub paused: String,
     /// After the participant asked to stop.
     pub asked: String,
+    /// Notice while the session cannot be saved, as the disk is full.
+    pub disk: String,
     /// At a required question without an answer.
     pub required: String,
     /// At a question for a number with another answer; `{low}` and `{high}` stand for the range.
@@ -125,6 +127,7 @@ impl Default for ParticipantTexts {
             wait: "Please wait a moment.".into(),
             paused: "A short pause. The drive will continue soon.".into(),
             asked: "You asked to stop. The experimenter will be with you in a moment.".into(),
+            disk: "Please wait. The computer cannot save the data yet; the experimenter is taking care of it.".into(),
             required: "Please answer this question.".into(),
             number: "Please write a number from {low} to {high}.".into(),
             star: "* Please answer".into(),

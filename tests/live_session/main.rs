@@ -9,6 +9,7 @@ mod practice;
 mod rating;
 mod rig;
 mod standing_start;
+mod stops;
 mod voice;
 mod wheel;
 
@@ -291,7 +292,8 @@ fn notes_and_marks_are_in_the_session_and_during_drives_in_the_recording() {
     rig.command(SessionCommand::Mark(String::new()));
     rig.input(FormInput::Mark);
     rig.command(SessionCommand::Note(reason("coughs")));
-    rig.live_session().note_contact("contact with car 3, closing at 4.2 m/s").unwrap();
+    let Rig { live_session, road, .. } = &mut rig;
+    live_session.as_mut().unwrap().note_contact("contact with car 3, closing at 4.2 m/s", road).unwrap();
     assert_eq!(rig.road.notes, ["mark: by the experimenter", "mark: by the participant", "note: coughs"]);
     let notes = rig.log().notes;
     let list: Vec<(&str, Option<&str>)> = notes.iter().map(|n| (n.text.as_str(), n.item.as_deref())).collect();
@@ -311,12 +313,12 @@ fn a_request_to_stop_holds_the_drive_and_sickness_ends_the_session() {
     rig.until_practice();
     rig.drive_off();
     rig.input(FormInput::Stop);
-    assert!(rig.road.now.held && rig.live_session().asked());
+    assert!(rig.road.now.held && rig.live_session().asked().is_some());
     let words = rig.study.file.texts.asked.clone();
     let now = rig.road.now;
     assert!(matches!(rig.live_session().screen(now), ParticipantScreen::Drive(Some(text)) if text == words));
     rig.command(SessionCommand::Go);
-    assert!(!rig.road.now.held && !rig.live_session().asked());
+    assert!(!rig.road.now.held && rig.live_session().asked().is_none());
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Stop(reason("sickness")));
     assert!(rig.live_session().is_over() && rig.road.scenario.is_none());
@@ -375,17 +377,20 @@ fn a_request_to_stop_holds_every_screen_until_the_experimenter_decides() {
         assert_eq!(message, words);
         assert_eq!(rig.live_session().phase(BackendStatus::default()), SessionPhase::Held, "Go and Resume are offered");
         rig.command(SessionCommand::Go);
-        assert!(!rig.live_session().asked() && rig.sees() == sees || sees == "practice is loading", "as it was");
+        assert!(
+            rig.live_session().asked().is_none() && rig.sees() == sees || sees == "practice is loading",
+            "as it was"
+        );
     }
     let kinds: Vec<String> = rig.log().notes.into_iter().map(|note| note.kind).collect();
     assert_eq!(kinds, ["asked", "resumed"].repeat(7), "each with the experimenter's answer");
     // The other decisions of the experimenter.
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Skip(reason("enough rest")));
-    assert!(!rig.live_session().asked() && rig.sees() == "text before trial-1-narrow");
+    assert!(rig.live_session().asked().is_none() && rig.sees() == "text before trial-1-narrow");
     rig.input(FormInput::Stop);
     rig.command(SessionCommand::Abort(reason("coffee")));
-    assert!(!rig.live_session().asked() && rig.sees() == "please wait");
+    assert!(rig.live_session().asked().is_none() && rig.sees() == "please wait");
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! The experimenter's part of a session: its commands by keys and mouse, and the rows of the plan.
 
 use crate::screens::{keys, save, type_in};
-use codrive::panel::{ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase, theme};
+use codrive::panel::{
+    ItemState, SessionCommand, SessionItem, SessionPanel, SessionPanelState, SessionPhase, StopRequest, theme,
+};
 use egui::{Key, Modifiers, accesskit::Role};
 use egui_kittest::{
     Harness,
@@ -13,7 +15,7 @@ struct Lead {
     panel: SessionPanel,
     items: Vec<SessionItem>,
     phase: SessionPhase,
-    asked: bool,
+    asked: Option<StopRequest>,
     error: Option<&'static str>,
     commands: Vec<SessionCommand>,
 }
@@ -34,7 +36,7 @@ impl Lead {
             item("trial-1-narrow", "300 s on ring-250, 22 cars, policy ring-250-speed", ItemState::Now, ""),
             item("trial-rest-1", "rest, 60 s", ItemState::Ahead, ""),
         ];
-        Self { panel: SessionPanel::default(), items, phase, asked: false, error: None, commands: Vec::new() }
+        Self { panel: SessionPanel::default(), items, phase, asked: None, error: None, commands: Vec::new() }
     }
 
     fn show(&mut self, ui: &mut egui::Ui) {
@@ -96,13 +98,20 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
         assert_eq!(enter(&mut harness), [expected]);
         assert!(harness.query_by_label("Cancel").is_none(), "done is done");
     }
-    // Sickness has its reason already but asks for confirmation; Esc cancels it.
-    assert_eq!(ctrl(&mut harness, Key::I), []);
+    // Sickness has its reason already but asks for confirmation; Esc cancels it. The key itself holds everything.
+    assert_eq!(ctrl(&mut harness, Key::I), [SessionCommand::Hold]);
     harness.get_by_label("End the session");
     keys(&mut harness, &[Key::Escape]);
     assert!(harness.query_by_label("End the session").is_none() && harness.state().commands.is_empty());
-    assert_eq!(ctrl(&mut harness, Key::I), []);
+    assert_eq!(ctrl(&mut harness, Key::I), [SessionCommand::Hold]);
     assert_eq!(enter(&mut harness), [SessionCommand::Stop("sickness".into())]);
+    for (key, stop) in
+        [(Key::T, SessionCommand::StopTechnically("smoke".into())), (Key::D, SessionCommand::Exclude("smoke".into()))]
+    {
+        assert_eq!(ctrl(&mut harness, key), [SessionCommand::Hold]);
+        type_in(&mut harness, "smoke");
+        assert_eq!(enter(&mut harness), [stop]);
+    }
     // The commands ask which item, and for how long.
     ctrl(&mut harness, Key::R);
     keys(&mut harness, &[Key::ArrowUp, Key::ArrowUp]);
@@ -112,6 +121,35 @@ fn every_command_is_given_by_keys_alone_with_its_reason() {
     assert_eq!(ctrl(&mut harness, Key::ArrowUp), []);
     type_in(&mut harness, "y");
     assert_eq!(enter(&mut harness), [SessionCommand::Extend { seconds: 70.0, reason: "y".into() }]);
+}
+
+#[test]
+fn words_that_were_typed_outlive_another_command_and_the_end() {
+    let mut harness = lead(Lead::new(SessionPhase::Driving), [420.0, 700.0]);
+    ctrl(&mut harness, Key::N);
+    type_in(&mut harness, "looks pale");
+    assert_eq!(ctrl(&mut harness, Key::N), [], "the same question stays open");
+    let draft = |words: &str| SessionCommand::Draft(words.into());
+    assert_eq!(ctrl(&mut harness, Key::I), [SessionCommand::Hold, draft("looks pale")]);
+    assert_eq!(harness.state_mut().panel.take_words(), None, "nothing was typed for the stop");
+    ctrl(&mut harness, Key::E);
+    type_in(&mut harness, "traffic");
+    harness.state_mut().phase = SessionPhase::Over;
+    harness.run();
+    assert_eq!(std::mem::take(&mut harness.state_mut().commands), [draft("Extend: traffic")], "the drive is over");
+    // At the end of the program the words are taken, and the next opening has them in the field of a note.
+    ctrl(&mut harness, Key::N);
+    type_in(&mut harness, "tired");
+    let words = harness.state_mut().panel.take_words().unwrap();
+    let mut again = lead(Lead::new(SessionPhase::Experimenter), [420.0, 700.0]);
+    again.state_mut().panel.restore(&words);
+    again.run();
+    assert_eq!(enter(&mut again), [SessionCommand::Note("tired".into())]);
+    // Esc throws words away.
+    ctrl(&mut again, Key::N);
+    type_in(&mut again, "no");
+    keys(&mut again, &[Key::Escape]);
+    assert_eq!((again.state_mut().panel.take_words(), again.state().commands.len()), (None, 0));
 }
 
 #[test]
@@ -147,7 +185,7 @@ fn buttons_act_only_when_possible_and_ending_a_drive_asks_first() {
     }
     assert!(harness.query_by_label("Cancel").is_none());
     harness.state_mut().error = Some("the disk is full");
-    harness.state_mut().asked = true;
+    harness.state_mut().asked = Some(StopRequest::Participant);
     harness.run();
     harness.get_by_label("the disk is full");
     harness.get_by_label_contains("The participant asks to stop:");
@@ -195,7 +233,7 @@ fn rows_of_the_plan_do_not_overlap_at_any_width() {
 #[test]
 fn the_experimenters_part_has_its_pictures() {
     let mut asked = Lead::new(SessionPhase::Held);
-    (asked.asked, asked.error) = (true, Some("there is no drive or rest to extend"));
+    (asked.asked, asked.error) = (Some(StopRequest::Experimenter), Some("there is no drive or rest to extend"));
     save(&mut lead(asked, [360.0, 560.0]), "lead-asked");
     let mut repeat = lead(Lead::new(SessionPhase::Experimenter), [360.0, 560.0]);
     ctrl(&mut repeat, Key::R);

@@ -18,7 +18,7 @@ use crate::{
     metrics::{AutomationChange, GazeSample, QuestionChange, TaskLog, TaskResponse, TaskStimulus},
     record::{
         self, RecordError, Table, TableParts, TableReader,
-        tables::{PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
+        tables::{NOT_SCORED, PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS},
     },
     time::{TICKS_PER_S, Tick},
 };
@@ -225,6 +225,7 @@ fn add_to_log(log: &mut TaskLog, tick: Tick, [kind, detail]: [&str; 2], value: O
     match kind {
         TASK_STIMULUS => log.stimuli.extend(TaskStimulus::of_words(detail, value).map(|stimulus| (tick, stimulus))),
         TASK_RESPONSE => log.responses.extend(TaskResponse::of_words(detail, value).map(|response| (tick, response))),
+        NOT_SCORED => value.into_iter().for_each(|onset_s| log.leave_unscored(Tick::at_seconds(onset_s))),
         SHUTTER => log.shutter.push((tick, detail == SHUTTER_OPENS)),
         _ => log.questions.extend(QuestionChange::of_words(kind, detail, value).map(|change| (tick, change))),
     }

@@ -34,7 +34,7 @@ pub(super) const MEASURES: &[Measure] = &[
         "presses that are no hit: earlier than 0.1 s, later than 2.5 s, or repeated",
     )
     .by("secondary-tasks"),
-    ego("n_back_digits", "Digits of the n-back task", "", "digits of the n-back task; empty in drives without the task")
+    ego("n_back_digits", "Digits of the n-back task", "", "digits of the n-back task that count: heard or shown, without those compared with one that was not; empty without such digits")
         .by("secondary-tasks"),
     ego(
         "n_back_accuracy",

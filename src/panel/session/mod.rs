@@ -5,7 +5,7 @@
 mod prompt;
 mod state;
 
-pub use state::{ItemState, SessionCommand, SessionItem, SessionPanelState, SessionPhase};
+pub use state::{ItemState, SessionCommand, SessionItem, SessionPanelState, SessionPhase, StopRequest};
 
 use super::{notice, theme};
 use egui::{Button, Color32, Grid, Key, KeyboardShortcut, Label, Modifiers, RichText, ScrollArea, Ui};
@@ -53,6 +53,16 @@ impl SessionPanel {
         commands
     }
 
+    /// Takes the words that were typed and not entered, with the name of their command; `None` if there are none.
+    pub fn take_words(&mut self) -> Option<String> {
+        self.draft.take().and_then(CommandDraft::into_words)
+    }
+
+    /// Puts words back into the field for a note.
+    pub fn restore(&mut self, words: &str) {
+        self.draft = Some(CommandDraft::of_note(words));
+    }
+
     fn head(&self, ui: &mut Ui, state: &SessionPanelState<'_>) {
         ui.horizontal(|ui| {
             ui.heading(state.code);
@@ -77,13 +87,16 @@ impl SessionPanel {
             ui.label(RichText::new(state.left_s.map_or("—".into(), time)).monospace());
             ui.end_row();
         });
-        if state.asked {
-            notice(
-                ui,
-                "The participant asks to stop: everything waits for you. Go continues; Break off and Sickness stop end it.",
-                theme::AMBER,
-            );
-        }
+        let asked = match state.asked {
+            Some(StopRequest::Participant) => {
+                "The participant asks to stop: everything waits for you. Go continues; Break off and Sickness stop end it."
+            }
+            Some(StopRequest::Experimenter) => {
+                "Motion and sound have ended for a stop: everything waits for you. Go or Resume continues; a stop ends the session."
+            }
+            None => return,
+        };
+        notice(ui, asked, theme::AMBER);
     }
 
     fn buttons(&mut self, ui: &mut Ui, state: &SessionPanelState<'_>, commands: &mut Vec<SessionCommand>) {
@@ -114,6 +127,11 @@ impl SessionPanel {
             for prompt in PROMPTS.iter().filter(|prompt| !(over && prompt.command == PromptedCommand::Close)) {
                 let fill = (prompt.command == PromptedCommand::Stop).then_some(Color32::from_rgb(110, 40, 40));
                 if pressed(ui, prompt.label, prompt.key, prompt.tip, is_possible(prompt.command, state), fill) {
+                    commands.extend((prompt.command.ends_session() && !over).then_some(SessionCommand::Hold));
+                    if self.draft.as_ref().is_some_and(|draft| draft.is_of(prompt)) {
+                        continue;
+                    }
+                    commands.extend(self.take_words().map(SessionCommand::Draft));
                     self.draft = Some(CommandDraft::new(prompt, state));
                 }
             }

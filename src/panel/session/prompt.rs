@@ -20,6 +20,16 @@ pub(super) enum PromptedCommand {
     Close,
 }
 
+impl PromptedCommand {
+    /// Returns true for a command that ends the session for good. Its question holds everything from the start.
+    pub(super) fn ends_session(self) -> bool {
+        matches!(self, Stop | StopTechnically | Exclude)
+    }
+}
+
+/// Reason of a sickness stop that is in its field from the start.
+const SICKNESS: &str = "sickness";
+
 /// Texts and key of a command that asks for a text first.
 #[derive(Debug)]
 pub(super) struct PromptSpec {
@@ -101,7 +111,7 @@ impl CommandDraft {
     pub(super) fn new(spec: &'static PromptSpec, state: &SessionPanelState<'_>) -> Self {
         Self {
             spec,
-            reason: if spec.command == Stop { "sickness".into() } else { String::new() },
+            reason: if spec.command == Stop { SICKNESS.into() } else { String::new() },
             seconds: 60.0,
             item: repeatable(state).len().saturating_sub(1),
             focused: false,
@@ -109,8 +119,29 @@ impl CommandDraft {
         }
     }
 
-    /// Shows the command. Sends it if it is confirmed with a text. Returns it if it is still being written; one that no longer applies is
-    /// dropped.
+    /// Returns a note with these words that is being written.
+    pub(super) fn of_note(words: &str) -> Self {
+        let [spec, ..] = &PROMPTS;
+        Self { spec, reason: words.into(), seconds: 60.0, item: 0, focused: false, refused: false }
+    }
+
+    /// Returns true if this command is being written.
+    pub(super) fn is_of(&self, spec: &PromptSpec) -> bool {
+        self.spec.command == spec.command
+    }
+
+    /// Returns the words so far; those of other commands than a note with the name of the command. `None` if nothing was typed.
+    pub(super) fn into_words(self) -> Option<String> {
+        let words = self.reason.trim();
+        let is_typed = !words.is_empty() && !(self.spec.command == Stop && words == SICKNESS);
+        is_typed.then(|| match self.spec.command {
+            Note => words.to_owned(),
+            _ => format!("{}: {words}", self.spec.label),
+        })
+    }
+
+    /// Shows the command. Sends it if it is confirmed with a text. Returns it if it is still being written; of one that no longer applies the
+    /// words are kept.
     pub(super) fn show(
         mut self,
         ui: &mut Ui,
@@ -118,6 +149,7 @@ impl CommandDraft {
         commands: &mut Vec<SessionCommand>,
     ) -> Option<Self> {
         if !is_possible(self.spec.command, state) {
+            commands.extend(self.into_words().map(SessionCommand::Draft));
             return None;
         }
         let items = repeatable(state);

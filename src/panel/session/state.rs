@@ -21,12 +21,21 @@ pub struct SessionPanelState<'a> {
     pub left_s: Option<f64>,
     /// Current phase of the session.
     pub phase: SessionPhase,
-    /// True if the participant has asked to stop.
-    pub asked: bool,
+    /// Request to stop that is not decided yet.
+    pub asked: Option<StopRequest>,
     /// Last error, if there was one.
     pub error: Option<&'a str>,
     /// Work of the program in the background: baselines, tables.
     pub work: Option<&'a str>,
+}
+
+/// Maker of a request to stop, which holds everything until the experimenter decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopRequest {
+    /// The participant, by key or button.
+    Participant,
+    /// The experimenter, who has opened the question of a command that ends the session.
+    Experimenter,
 }
 
 /// Phase of a session: the event that it waits for.
@@ -116,6 +125,10 @@ pub enum SessionCommand {
     },
     /// Write a note, with its time.
     Note(String),
+    /// Keep words that were typed in the panel and not entered.
+    Draft(String),
+    /// Hold drive, sound and screens at once: the question of a command that ends the session is open.
+    Hold,
     /// Mark this moment; the text may be empty.
     Mark(String),
     /// Begin the event of this number in the drive's scenario by hand.

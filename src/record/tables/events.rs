@@ -30,6 +30,9 @@ pub const ADVICE_WITHHELD: &str = "advice_withheld";
 pub const PUT_BACK: &str = "put_back";
 /// Event of a stimulus of the secondary task, which is seen from its tick on.
 pub const TASK_STIMULUS: &str = "task_stimulus";
+/// Event of a stimulus of the secondary task that is not scored, because the participant neither heard nor saw it or what it is compared with; the
+/// value is its onset, s.
+pub const NOT_SCORED: &str = "not_scored";
 /// Event of a response to the secondary task.
 pub const TASK_RESPONSE: &str = "task_response";
 /// Event of a shutter that opens or closes; the detail is `open` or `closed`.

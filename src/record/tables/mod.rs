@@ -13,7 +13,9 @@ pub use advice::{ADVICE, AdviceRow};
 pub use advised::{ADVISED, AdvisedRow};
 pub use cars::{CARS, CarRow, recorded_cars};
 pub use ego::{EGO, EgoRow, selector_word};
-pub use events::{ADVICE_WITHHELD, EVENTS, EventRow, PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS};
+pub use events::{
+    ADVICE_WITHHELD, EVENTS, EventRow, NOT_SCORED, PUT_BACK, SHUTTER, SHUTTER_OPENS, TASK_RESPONSE, TASK_STIMULUS,
+};
 pub use frames::{FRAMES, FrameRow};
 pub use networks::{ARRIVALS, ArrivalRow, DEPARTURES, DepartureRow, PATH, PathRow, SIGNALS, SignalRow};
 pub(super) use networks::{NetworkObserver, NetworkRows};

@@ -1,4 +1,4 @@
-//! Texts above the speedometer: that of an event, and a question with its answers. In: a [`DialView`]. Out: shapes on dark plates within the picture.
+//! Texts above the speedometer: those of events and sentences, and a question with its answers. In: a [`DialView`]. Out: shapes on dark plates within the picture.
 
 use super::{
     brush::{DialBrush, black, opaque},
@@ -19,25 +19,55 @@ enum AnswerButton {
     Right,
 }
 
-/// Draws the text of an event above the dial, on a dark plate within the picture.
+/// Largest number of letters in a row of a text: the longest text of an event.
+const ROW_LETTERS: usize = 60;
+
+/// Returns the rows of a text, broken at its line breaks and between words.
+fn rows(text: &str) -> Vec<String> {
+    let mut rows: Vec<String> = Vec::new();
+    for line in text.lines() {
+        rows.push(String::new());
+        for word in line.split_whitespace() {
+            let row = rows.last_mut().filter(|row| row.chars().count() + 1 + word.chars().count() <= ROW_LETTERS);
+            match row {
+                Some(row) if row.is_empty() => row.push_str(word),
+                Some(row) => row.extend([" ", word]),
+                None => rows.push(word.to_owned()),
+            }
+        }
+    }
+    rows.retain(|row| !row.is_empty());
+    rows
+}
+
+/// Returns the distance of a question's answers that a text takes above the dial, as a multiple of its radius.
+fn height_of_message(dial: &DialView) -> f32 {
+    let (.., of_row) = layout::QUESTION;
+    dial.message.as_ref().map_or(0.0, |text| of_row * rows(text).len() as f32)
+}
+
+/// Draws the text of an event or a sentence above the dial, on a dark plate for each row within the picture.
 pub(super) fn message(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let Some(text) = &dial.message else { return };
     let (height, alone, above_sign) = layout::MESSAGE;
+    let (.., of_row) = layout::QUESTION;
     let up = if dial.pictogram.is_some() { above_sign } else { alone };
     let height = height * brush.radius;
-    let plate = plate_size(lettering::set(text).width, height);
-    let middle = pos2(within(brush, plate.x), brush.below(-up).y);
-    paint_plate(brush, middle, plate);
-    write(brush, text, middle, height, opaque(palette.needle));
+    for (k, row) in rows(text).iter().rev().enumerate() {
+        let plate = plate_size(lettering::set(row).width, height);
+        let middle = pos2(within(brush, plate.x), brush.below(-up - of_row * k as f32).y);
+        paint_plate(brush, middle, plate);
+        write(brush, row, middle, height, opaque(palette.needle));
+    }
 }
 
 /// Draws a question above sign and text, and below it the answers, each with the mark of its button: arrows to the left and right, a disc for the
 /// response button.
 pub(super) fn question(brush: &DialBrush<'_>, dial: &DialView, palette: &Palette) {
     let Some(shown) = &dial.question else { return };
-    let (height, rows, alone, above_sign, above_text) = layout::QUESTION;
+    let (height, rows, alone, above_sign, _) = layout::QUESTION;
     let sign = if dial.pictogram.is_some() { above_sign } else { alone };
-    let up = sign + if dial.message.is_some() { above_text } else { 0.0 };
+    let up = sign + height_of_message(dial);
     let (colour, height) = (opaque(palette.needle), height * brush.radius);
     let widths: Vec<f32> =
         shown.answers.iter().map(|answer| plate_size(lettering::set(answer).width + MARK, height).x).collect();
@@ -130,6 +160,17 @@ mod tests {
             _ => None,
         });
         rects.collect()
+    }
+
+    #[test]
+    fn a_long_sentence_is_broken_between_words_into_rows() {
+        let sentence =
+            "The road ahead is closed, please prepare to turn around at the next roundabout and follow the signs";
+        let broken = rows(sentence);
+        assert!(broken.len() == 2 && broken.iter().all(|row| row.chars().count() <= ROW_LETTERS), "{broken:?}");
+        assert_eq!(broken.join(" "), sentence);
+        assert_eq!(rows("TAKE OVER NOW\nTurn left."), ["TAKE OVER NOW", "Turn left."]);
+        assert_eq!(rows("Reduce speed"), ["Reduce speed"]);
     }
 
     #[test]
