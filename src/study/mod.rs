@@ -9,7 +9,8 @@
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * `reckoning`: expected durations of pages and questionnaires.
 //! * [`practice`]: the progress of a practice drive. [`skills`]: its skills and their criteria.
-//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. [`scores`]: scores computed from answers.
+//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. `answer_condition`: conditions on
+//!   answers. [`scores`]: scores computed from answers.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: the code that names a participant in files.
 //! * [`session`]: one participant's session: the next item, and everything done so far; written to disk after every step.
@@ -25,6 +26,7 @@
 //! * [`spoken`]: spoken instructions.
 //! * [`simulated`]: simulated participants, for a rehearsal.
 
+mod answer_condition;
 mod answer_tables;
 pub mod bids;
 pub mod checksums;
