@@ -19,6 +19,7 @@
 //! * `exclusion`: excludes a participant after the session windows are closed. [`erasure`]: removes all data of a participant. `export`:
 //!   copies all data of a participant for them.
 //! * [`dataset`]: the folder of a study, in BIDS layout; [`bids`]: its tables and sidecars; `answer_tables`: tables of answers;
+//!   `participant_table`: the table of participants;
 //!   `event_table`: tables of events; `motion`: the ego's motion; `scans`: all files with shifted dates.
 //! * `source`: the copy of the study file that a data set keeps.
 //! * [`checksums`]: the list of a data set's files with their SHA-256. [`places`]: checks that each recording lies where it belongs.
@@ -48,6 +49,7 @@ mod mentions;
 mod motion;
 pub mod order;
 pub mod participant_code;
+mod participant_table;
 pub mod places;
 pub mod plan;
 pub mod practice;
