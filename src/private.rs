@@ -19,6 +19,45 @@ pub fn folder(path: &Path) -> io::Result<()> {
     builder.create(path)
 }
 
+/// Makes a folder and its parents below `base`, which the user named and which may itself be a link. A link on the way from `base` to the
+/// folder is not followed: another person's recording or data set can carry one that leads to the user's own files.
+///
+/// # Errors
+/// A link is on the way; or an I/O error.
+pub fn folder_within(base: &Path, path: &Path) -> io::Result<()> {
+    check_way(base, path)?;
+    folder(path)
+}
+
+/// Checks that no link is on the way from `base` to `path`, both included in the way except `base`. Names that do not exist are no links.
+///
+/// # Errors
+/// A link is on the way; the message names it, with the remedy.
+pub fn check_way(base: &Path, path: &Path) -> io::Result<()> {
+    let mut at = base.to_path_buf();
+    for part in path.strip_prefix(base).unwrap_or(Path::new("")) {
+        at.push(part);
+        if at.is_symlink() {
+            let text = format!(
+                "{} is a symbolic link, and results are not written through a link in a recording, a data set or a folder \
+                 of results\n  remedy: remove the link, or put the folder itself in its place",
+                at.display()
+            );
+            return Err(io::Error::new(ErrorKind::AlreadyExists, text));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the folder from which on links to `path` are not followed: `owner`, if `path` lies in it under any name, else `path` itself.
+pub fn base_of<'a>(path: &'a Path, owner: &Path) -> &'a Path {
+    let same = |folder: &Path| {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        folder.canonicalize().ok().zip(owner.canonicalize().ok()).is_some_and(|(one, other)| one == other)
+    };
+    path.ancestors().find(|folder| same(folder)).unwrap_or(path)
+}
+
 /// Makes a new, empty file.
 ///
 /// # Errors
@@ -127,6 +166,25 @@ mod tests {
             assert_eq!(file(&link).unwrap_err().kind(), ErrorKind::AlreadyExists);
             fs::remove_file(&link).unwrap();
         }
+        // A folder is not made through a link either, wherever the link is on the way; the base itself may be one.
+        let (base, elsewhere) = (scratch.path().join("base"), scratch.path().join("elsewhere"));
+        folder(&elsewhere.join("inner")).unwrap();
+        symlink(&elsewhere, &base).unwrap();
+        folder_within(&base, &base.join("a/b")).unwrap();
+        folder_within(&base, &base).unwrap();
+        symlink(&inner, elsewhere.join("inner/link")).unwrap();
+        symlink("nowhere", elsewhere.join("broken")).unwrap();
+        for (way, link) in [("inner/link", "inner/link"), ("inner/link/c/d", "inner/link"), ("broken/c", "broken")] {
+            let error = folder_within(&base, &base.join(way)).unwrap_err().to_string();
+            let named = base.join(link).display().to_string();
+            assert!(error.starts_with(&named) && error.contains("remedy: remove the link"), "{error}");
+        }
+        assert!(!inner.join("c").exists() && !scratch.path().join("nowhere").exists());
+        // A path in the owner's folder begins there, under whatever name; another path is its own base.
+        let owner = scratch.path().join("elsewhere");
+        assert_eq!(base_of(&base.join("inner/x"), &owner), base);
+        assert_eq!(base_of(&inner, &owner), inner);
+
         // The temporary name may be a link, too.
         symlink(&victim, inner.join("file.txt.new")).unwrap();
         replace(&path, b"three").unwrap();

@@ -31,8 +31,8 @@ pub mod text;
 pub use columns::{quoted_cell, text_cell};
 pub use data::{
     MethodsStatements,
-    found::{FolderContents, FoundRecording, find},
-    people::StudyParticipants,
+    found::{FolderContents, FoundRecording, find, find_undamaged},
+    people::{DamagedParticipants, StudyParticipants},
     setup::DriveSetup,
     trial::RecordedTrial,
 };

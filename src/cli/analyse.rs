@@ -3,22 +3,29 @@
 use super::{CliError, out, progress::progress};
 use crate::{
     analysis::{
-        AnalysisError, FolderContents, analyse,
+        AnalysisError, DamagedParticipants, FolderContents, FoundRecording, analyse,
         data::{RecordedTrial, write_log},
         drivers::participants as drivers,
-        find,
+        find_undamaged,
         models::{plan::PlanHistory, planned::PlannedAnalysis},
         network::LinePlace,
         report::{AnalysisResults, FileProof},
         text::count,
     },
     drive_loop::RunError,
-    record,
-    study::{bids, checksums, erasure, places},
+    private,
+    record::{self, AlteredFile},
+    study::{
+        bids, checksums, erasure, places,
+        session::{self, SessionLog},
+    },
 };
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::{
+    fmt::{Display, Formatter},
+    path::{Path, PathBuf},
+};
 
 pub(super) fn command() -> Command {
     Command::new("analyse")
@@ -43,8 +50,9 @@ pub(super) fn command() -> Command {
              lines.csv      vehicles that passed each --line on a network\n\n\
              Every call makes all results again, and only reads the recordings.\n\
              Every file is first compared with its checksum.\n\
-             Every recording is first compared with its participant, trial, condition, session and plan.\n\
-             The exit code is 1 if anything differs, also with --accept-changes.\n\n\
+             Every recording is first compared with its participant, trial, condition, session log and plan.\n\
+             The exit code is 1 if anything differs, also with --accept-changes.\n\
+             A participant with a lost or unreadable recording or table is named and left out; the others are analysed.\n\n\
              Figures of long drives show the paths of the first hour, and speeds of evenly spaced steps.\n\
              A drive with more than 500,000 changes of advice is refused.\n\
              On networks, vehicles far from the ego are recorded once a second. columns.json names the measures that \
@@ -93,18 +101,16 @@ pub(super) fn command() -> Command {
 pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let Some(folder) = matches.get_one::<PathBuf>("folder") else { return Ok(()) };
     erasure::finish_around(folder).map_err(RunError::from)?;
-    let contents = find(folder)?;
+    let (contents, found) = compared(folder)?;
     let out = matches.get_one::<PathBuf>("out").unwrap_or(&contents.out);
-    let changed = changes(&contents)?;
-    if !changed.is_empty() && !matches.get_flag("accept-changes") {
-        return Err(CliError::Failed(refusal(folder, &changed)));
+    if !found.iter().all(|change| is_left_out(&contents, change)) && !matches.get_flag("accept-changes") {
+        return Err(CliError::Failed(refusal(folder, &found)));
     }
+    let changed: Vec<String> = found.iter().map(ToString::to_string).collect();
     for what in &changed {
         out::line(format_args!("not as written: {what}"))?;
     }
-    let is_said = changed.is_empty() || matches.contains_id("signer");
-    let signed = || super::sign::signature(contents.root.as_deref().unwrap_or(folder), matches);
-    let signature = is_said.then(signed).transpose()?;
+    let signature = super::sign::of_analysis(&contents, !changed.is_empty(), matches)?;
     if let Some(signature) = &signature {
         out::line(format_args!("{signature}"))?;
     }
@@ -145,10 +151,25 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
         return Ok(());
     }
     Err(CliError::Failed(format!(
-        "{}: analysed although {} not as written (named above and in the report)",
+        "{}: analysed although {} not as written (named above and in the report){}",
         folder.display(),
-        things(proof.changed.len())
+        things(proof.changed.len()),
+        left_out(&contents.damaged)
     )))
+}
+
+/// Returns a sentence on the participants who are left out, with the remedy; empty if there are none.
+fn left_out(damaged: &DamagedParticipants) -> String {
+    if damaged.is_empty() {
+        return String::new();
+    }
+    let ids: Vec<&str> = damaged.keys().map(String::as_str).collect();
+    let are = if ids.len() == 1 { "is" } else { "are" };
+    format!(
+        "; {} {are} left out, because files cannot be read any more\n  remedy: restore the files from a copy, or exclude \
+         the participant (codrive study exclude); files that can be read are analysed as they are with --accept-changes",
+        ids.join(", ")
+    )
 }
 
 /// Writes the trajectories of one recording.
@@ -157,45 +178,107 @@ fn trajectories(contents: &FolderContents, file: &Path) -> Result<(), CliError> 
         let text = format!("--trajectories is for one recording; this folder has {}", contents.found.len());
         return Err(CliError::Input(text));
     };
+    let way = file.parent().unwrap_or(file);
+    private::check_way(private::base_of(way, contents.folder()), way)
+        .map_err(|why| CliError::Input(format!("{}: {why}", file.display())))?;
     let vehicles = write_log(&RecordedTrial::open(&found.recording)?, file)?;
     out::line(format_args!("{}: trajectories of {vehicles} vehicles", file.display()))
 }
 
-/// Returns the parts of a folder that were changed since they were written or lie in the wrong place.
-pub(super) fn disagreements(folder: &Path) -> Result<Vec<String>, CliError> {
-    changes(&find(folder)?)
+/// A part that was changed or lies in the wrong place.
+#[derive(Clone, PartialEq)]
+pub(super) struct Change {
+    /// Participant that the part belongs to, such as `sub-P03`; `None` for a part of the whole data set.
+    subject: Option<String>,
+    text: String,
 }
 
-/// Returns the parts that were changed or lie in the wrong place. Files of the data set are checked against its list,
-/// recordings against their place in it and their own seals.
-fn changes(contents: &FolderContents) -> Result<Vec<String>, CliError> {
-    let mut found: Vec<String> = Vec::new();
+impl Display for Change {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+/// Returns the contents of a folder without its damaged participants, and the parts that were changed since they were written, cannot be
+/// read any more, or lie in the wrong place. Files of a data set are checked against its list, recordings against their place in it and
+/// their own seals.
+pub(super) fn compared(folder: &Path) -> Result<(FolderContents, Vec<Change>), CliError> {
+    let contents = find_undamaged(folder, &DamagedParticipants::new())?;
+    let (mut found, mut damaged) = (Vec::new(), contents.damaged.clone());
     if let Some(root) = &contents.root {
         let listed = checksums::changes(root).map_err(RunError::from)?;
         let placed = places::misplaced(root).map_err(RunError::from)?;
-        found.extend(listed.iter().chain(&placed).map(ToString::to_string));
+        let change = |one: &AlteredFile| Change { subject: checksums::subject(&one.file), text: one.to_string() };
+        found.extend(listed.iter().chain(&placed).map(change));
+        for lost in listed.iter().filter(|one| is_lost(root, &one.file)) {
+            damaged.entry(checksums::subject(&lost.file).unwrap_or_default()).or_insert_with(|| lost.to_string());
+        }
     }
-    let recordings = contents.found.iter().flat_map(|found| [Some(&found.recording), found.baseline.as_ref()]);
-    let recordings: Vec<&PathBuf> = recordings.flatten().collect();
-    let of_one = |folder: &&PathBuf| -> Result<Vec<String>, CliError> {
-        // Running and cut recordings are refused with their own messages.
-        record::open(folder)?;
-        let changes = record::changes(folder)?;
-        let shown = contents.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
-        Ok(changes.iter().map(|change| format!("{}: {}", shown.join(&change.file).display(), change.what)).collect())
-    };
-    let all: Vec<Vec<String>> = recordings.par_iter().map(of_one).collect::<Result<_, _>>()?;
-    // A file that differs from both the data set's list and its recording's seals is listed with both.
-    found.extend(all.into_iter().flatten());
+    let one = |drive: &FoundRecording| compare_drive(&contents, drive);
+    let all: Vec<(Vec<Change>, Option<String>)> = contents.found.par_iter().map(one).collect::<Result<_, _>>()?;
+    for (drive, (changes, why)) in contents.found.iter().zip(all) {
+        // A file that differs from both the data set's list and its recording's seals is listed with both.
+        found.extend(changes);
+        if let Some(why) = why {
+            damaged.entry(drive.participant.clone()).or_insert(why);
+        }
+    }
     found.dedup();
-    Ok(found)
+    let left = |(subject, why): (&String, &String)| Change {
+        subject: Some(subject.clone()),
+        text: format!("{subject} is left out: {why}"),
+    };
+    found.extend(damaged.iter().map(left));
+    let contents = if damaged == contents.damaged { contents } else { find_undamaged(folder, &damaged)? };
+    Ok((contents, found))
+}
+
+/// Compares a drive and its baseline with their seals. Also returns the reason why a drive of a data set cannot be analysed any more, if
+/// anything differs and it cannot.
+fn compare_drive(contents: &FolderContents, drive: &FoundRecording) -> Result<(Vec<Change>, Option<String>), CliError> {
+    let subject = Some(drive.participant.clone()).filter(|_| contents.root.is_some());
+    let mut found = Vec::new();
+    for folder in [Some(&drive.recording), drive.baseline.as_ref()].into_iter().flatten() {
+        let shown = contents.root.as_deref().and_then(|root| folder.strip_prefix(root).ok()).unwrap_or(folder);
+        // Running and cut recordings are refused with their own messages.
+        match record::open(folder).and_then(|_| record::changes(folder)) {
+            Ok(changes) => found.extend(changes.iter().map(|change| Change {
+                subject: subject.clone(),
+                text: format!("{}: {}", shown.join(&change.file).display(), change.what),
+            })),
+            Err(why) if subject.is_none() => return Err(why.into()),
+            Err(why) => return Ok((found, Some(format!("{}: {why}", shown.display())))),
+        }
+    }
+    if found.is_empty() || subject.is_none() {
+        return Ok((found, None));
+    }
+    let failed = analyse(std::slice::from_ref(drive), &[], &|| ()).err();
+    let shown = contents.root.as_deref().and_then(|root| drive.recording.strip_prefix(root).ok());
+    let why = failed.map(|why| format!("{}: {why}", shown.unwrap_or(&drive.recording).display()));
+    Ok((found, why))
+}
+
+/// Returns true for a change of a participant whose data are not analysed.
+fn is_left_out(contents: &FolderContents, change: &Change) -> bool {
+    change.subject.as_ref().is_some_and(|of| {
+        let is_other = !contents.is_whole && !contents.found.iter().any(|drive| drive.participant == *of);
+        is_other || contents.damaged.contains_key(of) || contents.people.is_excluded(of)
+    })
+}
+
+/// Returns true if the participant of this file cannot be analysed without it: their log, or the list of their drives.
+fn is_lost(root: &Path, file: &str) -> bool {
+    let path = root.join(file);
+    file.ends_with("_scans.tsv") && !path.exists()
+        || file.starts_with("sourcedata/") && path.ends_with(session::FILE) && SessionLog::load(&path).is_err()
 }
 
 /// Returns the refusal to analyse, with the remedy.
-fn refusal(folder: &Path, changed: &[String]) -> String {
+fn refusal(folder: &Path, changed: &[Change]) -> String {
     const MOST: usize = 20;
     let mut lines = vec![format!("{}: {} not as written or misplaced", folder.display(), things(changed.len()))];
-    lines.extend(changed.iter().take(MOST).cloned());
+    lines.extend(changed.iter().take(MOST).map(ToString::to_string));
     if changed.len() > MOST {
         lines.push(format!("and {} more", changed.len() - MOST));
     }

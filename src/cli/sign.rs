@@ -5,6 +5,7 @@
 
 use super::{CliError, analyse, out};
 use crate::{
+    analysis::{FolderContents, text::joined_with_and},
     drive_loop::RunError,
     file::read_bounded,
     record::{self, RecordError, is_there, manifest, seals::SIGNATURE},
@@ -33,6 +34,7 @@ pub(super) fn command() -> Command {
              codrive analyse data --signer lab-key.pub  refuses data that the lab did not sign\n\n\
              Signed file: manifest.json of a recording (manifest.json.sig), SHA256SUMS of a data set. Both list the \
              SHA-256 of all other files.\n\
+             A data set is signed when all its sessions are over; an added participant or plan is then detected.\n\
              Sign again after each change, such as another participant in a data set.\n\
              Check with OpenSSH: ssh-keygen -Y verify -f signers -I NAME -n codrive -s manifest.json.sig < \
              manifest.json\n\
@@ -60,11 +62,20 @@ pub(super) fn main(matches: &ArgMatches) -> Result<(), CliError> {
     let (Some(folder), Some(key)) = (matches.get_one::<PathBuf>("folder"), matches.get_one::<PathBuf>("key")) else {
         return Ok(());
     };
-    let changed = if is_recording(folder)? {
+    let changed: Vec<String> = if is_recording(folder)? {
         record::open(folder)?;
         record::changes(folder)?.iter().map(ToString::to_string).collect()
     } else {
-        analyse::disagreements(folder)?
+        let (contents, changed) = analyse::compared(folder)?;
+        not_covered(&contents)?.map_or(Ok(()), |parts| {
+            Err(CliError::Failed(format!(
+                "{}: not signed, because {} does not list {parts}, which an analysis uses\n  remedy: end the session, or \
+                 exclude or erase the participant, and sign then",
+                folder.display(),
+                checksums::FILE
+            )))
+        })?;
+        changed.iter().map(ToString::to_string).collect()
     };
     if !changed.is_empty() {
         let found = changed.join("\n  ");
@@ -103,6 +114,52 @@ fn beside(file: &Path) -> PathBuf {
 
 fn read(path: &Path) -> Result<Vec<u8>, CliError> {
     read_bounded(path, MOST_BYTES).map_err(|why| CliError::Failed(format!("{}: {why}", path.display())))
+}
+
+/// Returns the parts of a data set that an analysis uses although no signature covers them; `None` if there are none.
+fn not_covered(contents: &FolderContents) -> Result<Option<String>, CliError> {
+    let Some(root) = &contents.root else { return Ok(None) };
+    let parts: Vec<String> = checksums::open_parts(root).map_err(RunError::from)?.into_iter().collect();
+    Ok((!parts.is_empty()).then(|| joined_with_and(&parts)))
+}
+
+/// Returns a line on the signature of what is analysed: the signer, or that no signature was checked. `None` if no signer is asked for and
+/// parts were changed.
+///
+/// # Errors
+/// No listed signer has signed all that the analysis uses.
+pub(super) fn of_analysis(
+    contents: &FolderContents,
+    is_changed: bool,
+    matches: &ArgMatches,
+) -> Result<Option<String>, CliError> {
+    let folder = contents.folder();
+    let Some(list) = matches.get_one::<PathBuf>("signer") else {
+        return if is_changed { Ok(None) } else { signature(folder, matches).map(Some) };
+    };
+    let list = SignerList::load(list)?;
+    let signer = signer(folder, &list)?;
+    let not_authentic = |why: String| Err(CliError::Failed(format!("{}: not authentic: {why}", folder.display())));
+    if let Some(parts) = not_covered(contents)? {
+        return not_authentic(format!(
+            "the signature of {signer} does not cover {parts}\n  remedy: remove what does not belong to the data set, or let \
+             {} sign again",
+            signer.name
+        ));
+    }
+    // The drive without advice beside a recording alone is analysed, too.
+    let alone = contents.found.iter().filter(|_| contents.root.is_none());
+    for baseline in alone.filter_map(|drive| drive.baseline.as_ref()) {
+        if let Err(why) = self::signer(baseline, &list) {
+            return not_authentic(format!("the baseline beside it is analysed, too: {why}"));
+        }
+    }
+    let own_plan = if matches.contains_id("study") { "; the plan of --study is not part of it" } else { "" };
+    Ok(Some(if is_changed {
+        format!("not authentic: {signer} signed other files than these (named above)")
+    } else {
+        format!("authentic: signed by {signer}{own_plan}")
+    }))
 }
 
 /// Returns a line on the signature of a folder whose files agree with their checksums: the signer, or that no signature was

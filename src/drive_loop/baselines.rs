@@ -25,11 +25,13 @@ pub fn missing(folder: &Path, plan: &SessionPlan, log: &SessionLog) -> Vec<PathB
     let trials = plan.items.iter().filter(|planned| planned.run.is_some());
     let recordings = trials.filter_map(|planned| log.done(&planned.name)?.recording.clone());
     let without = recordings.filter(|name| !folder.join(format!("{name}{BASELINE}")).exists());
-    without.map(|name| folder.join(name)).collect()
+    // A lost or damaged recording has no scenario to drive; an analysis names it.
+    without.map(|name| folder.join(name)).filter(|trial| inputs::scenario(trial).is_ok()).collect()
 }
 
 /// Drives the baseline of each of these trials, with the trial's scenario and its extensions. `driven` is called with
-/// the number of ticks after each step. Returns false if `stop` was set before the end.
+/// the number of ticks after each step. Returns the number of baselines that were made: fewer than trials if `stop` was set
+/// before the end.
 ///
 /// # Errors
 /// A drive cannot start or go on, or a recording cannot be written.
@@ -38,14 +40,14 @@ pub fn make(
     trials: &[PathBuf],
     stop: &AtomicBool,
     driven: &impl Fn(u64),
-) -> Result<bool, RunError> {
-    for trial in trials {
+) -> Result<usize, RunError> {
+    for (made, trial) in trials.iter().enumerate() {
         let scenario = inputs::scenario(trial)?;
         if !rehearsal::baseline(code, trial, &scenario, stop, driven)? {
-            return Ok(false);
+            return Ok(made);
         }
     }
-    Ok(true)
+    Ok(trials.len())
 }
 
 /// Returns the number of ticks of these trials.
@@ -57,7 +59,8 @@ pub fn ticks(trials: &[PathBuf]) -> Result<u64, RunError> {
     trials.iter().map(of).sum()
 }
 
-/// Makes the baselines that a finished session still lacks, because the window was closed. Returns their number.
+/// Makes the baselines that a finished session still lacks, because the window was closed. Returns how many of how many
+/// were made: fewer if `stop` was set before the end.
 ///
 /// # Errors
 /// A drive cannot start or go on, or a recording cannot be written.
@@ -67,23 +70,22 @@ pub fn make_up(
     code: &ParticipantCode,
     stop: &AtomicBool,
     driven: &impl Fn(u64),
-) -> Result<usize, RunError> {
+) -> Result<[usize; 2], RunError> {
     let folder = data.source(code);
     let log = SessionLog::load(&folder.join(session::FILE))?;
     let trials = missing(&folder, &study.plan(log.index), &log);
-    if !trials.is_empty() {
-        for name in trials.iter().filter_map(|trial| trial.file_name()?.to_str()) {
-            data.remakes_baseline(code, name)?;
-        }
-        make(code, &trials, stop, driven)?;
+    for name in trials.iter().filter_map(|trial| trial.file_name()?.to_str()) {
+        data.remakes_baseline(code, name)?;
     }
+    let made = make(code, &trials, stop, driven);
+    // Lists also the baselines that were made before an error.
     data.publish(study, code)?;
-    Ok(trials.len())
+    Ok([made?, trials.len()])
 }
 
 /// Baselines that are being driven on a thread.
 pub struct BaselineJob {
-    thread: Option<JoinHandle<Result<bool, RunError>>>,
+    thread: Option<JoinHandle<Result<usize, RunError>>>,
     stop: Arc<AtomicBool>,
     driven: Arc<AtomicU64>,
     ticks: u64,
@@ -124,16 +126,16 @@ impl BaselineJob {
         )
     }
 
-    /// Waits for the end, or stops at once if `now` is set. Returns true if all baselines were made.
+    /// Waits for the end, or stops at once if `now` is set. Returns the number of baselines that were made.
     ///
     /// # Errors
     /// A drive could not start or go on, or a recording could not be written.
-    pub fn finish(&mut self, now: bool) -> Result<bool, RunError> {
+    pub fn finish(&mut self, now: bool) -> Result<usize, RunError> {
         self.stop.fetch_or(now, Ordering::Relaxed);
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(made)) => made,
             // The panic was reported already.
-            Some(Err(_)) | None => Ok(false),
+            Some(Err(_)) | None => Ok(0),
         }
     }
 }

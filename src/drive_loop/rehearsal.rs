@@ -363,8 +363,11 @@ pub fn baseline(
     let mut run = OfflineDrive::by(&driver::named(&without.driver)?.params, &without, [0.0, f64::INFINITY])?;
     run.record_of(&folder, "simulated: idm".into(), Some(code))?;
     let (driven, _) = drive(&mut run, &PracticeGoals::default(), None, stop, driven)?;
+    drop(run);
     if driven {
         record::rename(&folder, &whole)?;
+    } else {
+        record::remove(&folder)?;
     }
     Ok(driven)
 }

@@ -26,6 +26,15 @@ pub fn new_private_dir(path: &Path) -> Result<(), RecordError> {
     new.into_iter().rev().try_for_each(sync_dir)
 }
 
+/// Makes a folder and its parents below `base`, as [`new_private_dir`], and follows no link below `base` ([`private::folder_within`]).
+///
+/// # Errors
+/// A link is on the way; or an I/O error.
+pub fn new_dir_within(base: &Path, path: &Path) -> Result<(), RecordError> {
+    private::check_way(base, path).map_err(RecordError::file(path))?;
+    new_private_dir(path)
+}
+
 /// Checks whether a file or folder exists. If the disk cannot tell, the result is an error: an unreachable file must not pass
 /// for a missing one.
 ///

@@ -64,14 +64,14 @@ fn map_place(world: &World) -> String {
 pub fn carry(recording: &Path, world: &World) -> Result<(), RecordError> {
     let scenario = world.scenario();
     let copy_up_to = |most_bytes: u64, from: &Path, to: &Path| {
-        files::new_private_dir(to.parent().unwrap_or(recording))?;
+        files::new_dir_within(recording, to.parent().unwrap_or(recording))?;
         files::write_new(to, &read_bounded(from, most_bytes).map_err(RecordError::file(from))?)
     };
     // A network is the largest input: everything loaded before the drive is within its limit, except files of demand.
     let copy = |from: &Path, to: &Path| copy_up_to(MOST_BYTES, from, to);
     if map::is_own(&scenario.map) {
         let (net, folder) = (&world.map().net_file, recording.join(map_place(world)));
-        files::new_private_dir(&folder)?;
+        files::new_dir_within(recording, &folder)?;
         files::write_new(&folder.join("net.xml"), world.map().network.sumo_text().as_str().as_bytes())?;
         // The folder of a map also holds its title and its route.
         let about = net.with_file_name("map.toml");

@@ -44,8 +44,8 @@ pub use checksums::Checksums;
 pub use compare::{CellDifference, TableComparison};
 pub use error::RecordError;
 pub use files::{
-    BESIDE, LITTLE_GB, TOO_LITTLE_GB, entries, free_bytes, is_there, new_private_dir, remove, rename, replace,
-    replace_streaming, write_new,
+    BESIDE, LITTLE_GB, TOO_LITTLE_GB, entries, free_bytes, is_there, new_dir_within, new_private_dir, remove, rename,
+    replace, replace_streaming, write_new,
 };
 pub use journal::LOST_AND_FOUND;
 pub use journal_reader::LostRows;

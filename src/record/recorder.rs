@@ -114,7 +114,7 @@ impl Recorder {
         files::replace(&folder.join("scenario.toml"), scenario.to_toml().as_bytes())?;
         fail_point!("begin.scenario");
         let blocks = folder.join(journal::FOLDER);
-        files::new_private_dir(&blocks)?;
+        files::new_dir_within(folder, &blocks)?;
         let journal = open(&blocks)?;
         fail_point!("begin.journal");
         let (queue, batches) = mpsc::sync_channel(QUEUE);

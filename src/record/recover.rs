@@ -240,7 +240,7 @@ pub(super) fn settle_journal(recording: &Path, holes: &[LostRows]) -> Result<Opt
     }
     let journal = recording.join(journal::FOLDER);
     let folder = recording.join(LOST_AND_FOUND);
-    files::new_private_dir(&folder)?;
+    files::new_dir_within(recording, &folder)?;
     let names = (1..).map(|n| if n == 1 { journal::FOLDER.into() } else { format!("{}-{n}", journal::FOLDER) });
     let kept = names.map(|name| folder.join(name)).find(|path| !path.exists()).expect("numbers do not end");
     fs::rename(&journal, &kept).map_err(RecordError::file(&journal))?;

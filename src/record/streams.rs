@@ -107,7 +107,7 @@ impl StreamJournal {
     /// An I/O error.
     pub fn begin(recording: &Path, name: &str, columns: &[StreamColumn]) -> Result<Self, RecordError> {
         let folder = recording.join(FOLDER);
-        files::new_private_dir(&folder)?;
+        files::new_dir_within(recording, &folder)?;
         let plain: String =
             name.chars().map(|c| if c.is_ascii_alphanumeric() || "-_.".contains(c) { c } else { '-' }).collect();
         let plain = if plain.trim_matches(['-', '.']).is_empty() { "stream".to_owned() } else { plain };

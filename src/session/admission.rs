@@ -38,10 +38,12 @@ pub(super) fn look_ahead(options: &SessionOptions, data: &DataSet) -> Result<(),
         return Ok(());
     }
     let lock = lock::lock(&folder, &options.code)?;
-    let made = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
-    if made > 0 {
-        let were = if made == 1 { "baseline was" } else { "baselines were" };
-        let text = format!("{made} missing {were} made for participant {}", options.code);
+    let [made, missing] = baselines::make_up(data, &options.study, &options.code, &options.stop, &|_| ())?;
+    if missing > 0 {
+        let of = if made < missing { format!("{made} of {missing}") } else { made.to_string() };
+        let were = if missing == 1 { "baseline was" } else { "baselines were" };
+        let rest = if made < missing { ": run the same command to make the rest" } else { "" };
+        let text = format!("{of} missing {were} made for participant {}{rest}", options.code);
         // The session continues even if standard output is closed.
         let _ = writeln!(std::io::stdout(), "{text}");
     }

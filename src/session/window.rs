@@ -34,7 +34,7 @@ use crate::{
     },
     record,
     snapshot::TaskPicture,
-    study::{Completion, DataSet, FormInput, ParticipantCode, Session, Study},
+    study::{Completion, DataSet, FormInput, ParticipantCode, Session, Study, session::SessionLog},
 };
 use std::{
     path::PathBuf,
@@ -118,8 +118,8 @@ struct SessionWindows<'a> {
     /// Playback of spoken instructions.
     voice: Option<Voice>,
     making: Option<BaselineJob>,
-    /// True once all baselines are made, or if there were none to make.
-    made: bool,
+    /// Log that the data set was last published with; `None` before all baselines are made.
+    published: Option<SessionLog>,
     data: DataSet,
     /// Reason given by the experimenter for closing the windows of a session that is not over.
     reason: Option<String>,
@@ -171,7 +171,7 @@ impl<'a> Windows for SessionWindows<'a> {
             experimenter_view,
             voice: None,
             making: None,
-            made: false,
+            published: None,
             data: DataSet::open(&options.out, &options.study)?,
             reason: None,
             help_open: false,
@@ -344,7 +344,8 @@ impl SessionWindows<'_> {
         for news in self.resources.take_news() {
             self.experimenter_view.add_note(now_there, &news);
         }
-        let Self { picture, experimenter, live_session, resources, experimenter_view, making, made, data, .. } = self;
+        let Self { picture, experimenter, live_session, resources, experimenter_view, making, published, data, .. } =
+            self;
         if !experimenter.due() {
             return Vec::new();
         }
@@ -352,7 +353,9 @@ impl SessionWindows<'_> {
             let texture = view.texture();
             (experimenter.picture(picture.gpu(), view), [texture.width(), texture.height()])
         });
-        let done = made.then(|| format!("All data saved. Analyse it with: codrive analyse {}", data.root().display()));
+        let done = published
+            .as_ref()
+            .map(|_| format!("All data saved. Analyse it with: codrive analyse {}", data.root().display()));
         let wheel = match resources.devices().and_then(|devices| devices.wheel_profile()) {
             Some(profile) => WheelHealth::There(profile.name.clone()),
             None => WheelHealth::None,
@@ -377,11 +380,15 @@ impl SessionWindows<'_> {
 
     /// Finishes a session that is over: drives missing baselines on a thread, then publishes the tables of the data set.
     fn after_the_session(&mut self) -> Result<(), RunError> {
-        if !self.live_session.is_over() || self.live_session.waits_for_disk() || self.made {
+        let log = self.live_session.session().log();
+        let is_waiting = !self.live_session.is_over() || self.live_session.waits_for_disk();
+        // A note, a mark or an exclusion may still come, and changes the log.
+        if is_waiting || self.published.as_ref() == Some(log) {
             return Ok(());
         }
-        let code = self.live_session.session().log().participant.clone();
+        let code = log.participant.clone();
         let busy = match &mut self.making {
+            _ if self.published.is_some() => false,
             Some(making) if making.is_busy() => true,
             Some(making) => {
                 let whole = making.finish(false);
@@ -402,8 +409,9 @@ impl SessionWindows<'_> {
             }
         };
         if !busy {
-            (self.made, self.making) = (true, None);
+            self.making = None;
             self.data.publish(&self.options.study, &code)?;
+            self.published = Some(self.live_session.session().log().clone());
         }
         Ok(())
     }
@@ -418,10 +426,10 @@ impl SessionWindows<'_> {
             self.on_backend(|live_session, backend| live_session.command(draft, backend))?;
         }
         self.on_backend(|live_session, backend| live_session.close(&reason, backend))?;
-        if let Some(making) = &mut self.making {
-            making.finish(true)?;
-        }
+        let made = self.making.as_mut().map_or(Ok(0), |making| making.finish(true));
+        // Lists also the baselines that were made before an error.
         data.publish(&options.study, &options.code)?;
+        made?;
         let log = self.live_session.session().log();
         Ok(match (&log.end, self.live_session.session().next()) {
             (Some(_), _) => SessionOutcome::Over(Completion::of(log)),

@@ -4,7 +4,7 @@
 use super::{
     PlannedItem, Study,
     bids::{self, TsvColumn, TsvTable},
-    questions::{AnswerChoice, ElementKind, QuestionElement, Questionnaire},
+    questions::{AnswerChoice, ElementKind, InputType, QuestionElement, Questionnaire, number},
     session_log::{SessionLog, TimedAnswer, as_map},
 };
 
@@ -71,8 +71,16 @@ fn answer_columns(questionnaire: &Questionnaire) -> Vec<TsvColumn> {
 /// Returns the cells of an item that was done; `None` for any other item.
 fn answer_cells(questionnaire: &Questionnaire, item: &str, log: &SessionLog) -> Option<Vec<String>> {
     let answers = as_map(log.answers.get(item).filter(|_| log.done(item).is_some())?);
-    let names = questionnaire.answer_names().into_iter();
-    let mut cells: Vec<String> = names.map(|name| answers.get(&name).map_or(String::new(), bids::value)).collect();
+    let elements = questionnaire.pages.iter().flat_map(|page| &page.elements);
+    let named = elements.flat_map(|element| element.answer_names().into_iter().map(move |name| (element, name)));
+    let cell = |(element, name): (&QuestionElement, String)| match answers.get(&name) {
+        None => String::new(),
+        Some(answer) if element.input_type == InputType::Number => {
+            number(answer).map_or_else(|| bids::value(answer), |number| bids::number(Some(number)))
+        }
+        Some(answer) => bids::value(answer),
+    };
+    let mut cells: Vec<String> = named.map(cell).collect();
     // Rounding removes floating-point residues such as 3e-15 from sums of decimal weights.
     let round = |figure: f64| (figure * 1e6).round() / 1e6;
     cells.extend(questionnaire.scores(&answers).into_iter().map(|(_, figure)| bids::number(figure.map(round))));
@@ -100,6 +108,10 @@ fn columns_of(element: &QuestionElement) -> Vec<TsvColumn> {
             let list: Vec<String> =
                 words(&element.choices).into_iter().map(|(w, text)| format!("{w}: {text}")).collect();
             title += &format!(" Any of these, joined by semicolons: {}", list.join("; "));
+            Vec::new()
+        }
+        ElementKind::Text if element.input_type == InputType::Number => {
+            title += &format!(" A number from {} to {}", element.min, element.max);
             Vec::new()
         }
         _ => Vec::new(),

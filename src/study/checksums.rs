@@ -2,11 +2,13 @@
 //! `SHA256SUMS`, as `sha256sum --check` reads it; and the differences from it.
 //!
 //! The files of a participant are listed when the session is over. Files published again after every participant (`participants.tsv`,
-//! `phenotype/`, `erased.tsv`) get a new entry each time. Figures and tables of an analysis (`derivatives/`) are not listed, as they can
-//! be made again. Every other file must be on the list.
+//! `phenotype/`, `erased.tsv`, the changed plan) get a new entry each time. Figures and tables of an analysis (`derivatives/`) are not listed,
+//! as they can be made again, and neither are unfinished baselines. Every other file must be on the list.
 
 use super::{
-    SessionError, event_table, motion,
+    ParticipantCode, SessionError, event_table,
+    file_names::BASELINE_PART,
+    lock, motion,
     session_log::{self, SessionLog},
 };
 use crate::{
@@ -26,7 +28,7 @@ use std::{
 
 /// File name of the list.
 pub const FILE: &str = "SHA256SUMS";
-/// Folders that hold no data, at any depth.
+/// Folders that hold no data, at any depth, except beside the recordings of a participant, where items have these names, too.
 const MADE_AGAIN: [&str; 3] = ["derivatives", "analysis", "report"];
 /// Maximum size of the list, bytes: 400,000 files, as of a thousand sessions of twenty drives.
 const MOST_BYTES: u64 = 64 << 20;
@@ -46,6 +48,7 @@ pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), Sess
     let mut list = read(root)?.unwrap_or_default();
     // Raw data never change, so their entries stay. All other files were just made from them.
     list.retain(|name, _| match of_subject(name) {
+        _ if is_unfinished(name) => false,
         Some(of) => of != subject || (is_over && name.starts_with("sourcedata/")),
         None => !is_published_anew(name),
     });
@@ -57,9 +60,48 @@ pub(super) fn list(root: &Path, subject: &str, is_over: bool) -> Result<(), Sess
 
 /// Removes a file, or a folder with its contents, from the list, if there is a list. `folder` is the name relative to the data set.
 pub(super) fn forget(root: &Path, folder: &str) -> Result<(), SessionError> {
-    let Some(mut list) = read(root)? else { return Ok(()) };
-    list.retain(|name, _| !name.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/')));
-    write(root, &list)
+    let others =
+        |name: &String| !name.strip_prefix(folder).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    edit(root, |list| {
+        list.retain(|name, _| others(name));
+        Ok(())
+    })
+}
+
+/// Gives the copy of a changed study file a new entry, or removes its entry with it, if there is a list.
+pub(super) fn list_changed_plan(root: &Path) -> Result<(), SessionError> {
+    let name = CHANGED.to_owned();
+    edit(root, |list| {
+        list.remove(&name);
+        let is_there = record::is_there(&root.join(&name))?;
+        list.extend(sums(root, is_there.then_some(name).into_iter().collect())?);
+        Ok(())
+    })
+}
+
+/// Changes the list, if there is one and it differs afterwards, while no other program publishes a participant.
+fn edit(root: &Path, change: impl FnOnce(&mut ChecksumList) -> Result<(), SessionError>) -> Result<(), SessionError> {
+    if read(root)?.is_none() {
+        return Ok(());
+    }
+    let path = root.join("sourcedata").join(LOCK);
+    let lock = lock::lock_file(&path)?;
+    lock.lock().map_err(|why| RecordError::File { path, why })?;
+    let was = read(root)?.unwrap_or_default();
+    let mut list = was.clone();
+    change(&mut list)?;
+    if list == was { Ok(()) } else { write(root, &list) }
+}
+
+/// Returns those of these participants whose log is not on the list: a program ended between the end of the session and the list.
+pub(super) fn unlisted<'a>(
+    root: &Path,
+    codes: impl Iterator<Item = &'a ParticipantCode>,
+) -> Result<Vec<&'a ParticipantCode>, SessionError> {
+    let list = read(root)?.unwrap_or_default();
+    Ok(codes
+        .filter(|code| !list.contains_key(&format!("sourcedata/{}/{}", code.subject(), session_log::FILE)))
+        .collect())
 }
 
 fn write(root: &Path, list: &ChecksumList) -> Result<(), SessionError> {
@@ -77,19 +119,52 @@ pub fn changes(root: &Path) -> Result<Vec<AlteredFile>, SessionError> {
             "is missing: every data set has this file after the start of its first session; codrive study makes it";
         return Ok(vec![AlteredFile { file: FILE.into(), what: what.into() }]);
     };
-    let there = files(root)?;
-    let now: ChecksumList = sums(root, there.iter().filter(|name| list.contains_key(*name)).cloned().collect())?;
-    let listed = list.iter().filter_map(|(name, was)| match now.get(name) {
-        None => Some((name, "is missing")),
-        Some(sha256) if sha256 != was => Some((name, "is not as it was written: its SHA-256 differs")),
-        Some(_) => None,
-    });
+    let (there, links) = files_and_links(root)?;
+    // A file that the disk cannot read is damaged, which must not keep the others from being compared.
+    let compared = |(name, was): (&String, &String)| {
+        let what = match there.binary_search(name).ok().map(|_| record::file_sha256(&root.join(name))) {
+            None => "is missing".into(),
+            Some(Err(why)) => format!("cannot be read any more: {why}"),
+            Some(Ok(sha256)) if sha256 != *was => "is not as it was written: its SHA-256 differs".into(),
+            Some(Ok(_)) => return None,
+        };
+        Some(AlteredFile { file: name.clone(), what })
+    };
+    let listed: Vec<(&String, &String)> = list.iter().filter(|(name, _)| !is_unfinished(name)).collect();
+    let mut found: Vec<AlteredFile> = listed.into_par_iter().filter_map(compared).collect();
+    let open = open_files(root, &list, &there)?;
+    let unlisted = there.iter().filter(|name| !list.contains_key(*name) && !open.contains(*name) && !is_beside(name));
+    let mut add = |name: &String, what: &str| found.push(AlteredFile { file: name.clone(), what: what.into() });
+    unlisted.for_each(|name| add(name, "is not in SHA256SUMS: the file was added, or removed from the list"));
+    links
+        .iter()
+        .for_each(|name| add(name, "is a symbolic link, which SHA256SUMS cannot cover: put the file in its place"));
+    Ok(found)
+}
+
+/// Returns the parts of a data set that an analysis may use although the list does not cover them: the files of sessions that are not
+/// over, named by their participant, and a changed plan that is not listed.
+///
+/// # Errors
+/// A folder or the list cannot be read.
+pub fn open_parts(root: &Path) -> Result<BTreeSet<String>, SessionError> {
+    let list = read(root)?.unwrap_or_default();
+    let open = open_files(root, &list, &files(root)?)?;
+    let part = |name: &String| match of_subject(name) {
+        Some(subject) => format!("{subject} (the session is not over)"),
+        None => name.clone(),
+    };
+    Ok(open.iter().map(part).collect())
+}
+
+/// Returns the unlisted files that are no alarm: those of sessions that are not over, and a changed plan of a version that did not list it.
+fn open_files(root: &Path, list: &ChecksumList, there: &[String]) -> Result<BTreeSet<String>, RecordError> {
     let going_on = sessions_that_go_on(root)?;
-    let goes_on = |name: &&String| of_subject(name).is_some_and(|subject| going_on.contains(subject));
-    let unlisted = there.iter().filter(|name| !list.contains_key(*name) && !goes_on(name) && !is_beside(name));
-    let unlisted = unlisted.map(|name| (name, "is not in SHA256SUMS: the file was added, or removed from the list"));
-    let found = listed.chain(unlisted).map(|(name, what)| AlteredFile { file: name.clone(), what: what.into() });
-    Ok(found.collect())
+    let is_open = |name: &&String| {
+        let goes_on = of_subject(name).is_some_and(|subject| going_on.contains(subject));
+        !list.contains_key(*name) && !is_beside(name) && (goes_on || *name == CHANGED)
+    };
+    Ok(there.iter().filter(is_open).cloned().collect())
 }
 
 /// Returns true if a file of a data set is on the list with its present SHA-256.
@@ -116,7 +191,24 @@ fn sessions_that_go_on(root: &Path) -> Result<BTreeSet<String>, RecordError> {
 fn is_beside(name: &str) -> bool {
     let last = name.rsplit('/').next().unwrap_or(name);
     let is_signature = last.ends_with(&format!(".{SIGNATURE}"));
-    is_signature || OF_SYSTEMS.contains(&last) || name.split('/').any(|part| part.contains(WHAT_IF))
+    is_signature || OF_SYSTEMS.contains(&last) || recording(name).is_some_and(|recording| recording.contains(WHAT_IF))
+}
+
+/// Returns the recording that a file belongs to: the folder beside the log of a participant.
+fn recording(name: &str) -> Option<&str> {
+    let mut parts = name.strip_prefix("sourcedata/sub-")?.split('/').skip(1);
+    let recording = parts.next()?;
+    parts.next().is_some().then_some(recording)
+}
+
+/// Returns true for files of a baseline that is not finished.
+fn is_unfinished(name: &str) -> bool {
+    recording(name).is_some_and(|recording| recording.ends_with(BASELINE_PART))
+}
+
+/// Returns the participant that a file of a data set belongs to, such as `sub-P03`, or whose folder it is.
+pub fn subject(name: &str) -> Option<String> {
+    name.split('/').find(|part| part.starts_with("sub-")).map(str::to_owned)
 }
 
 /// Returns the participant that a file belongs to.
@@ -125,7 +217,8 @@ fn of_subject(name: &str) -> Option<&str> {
 }
 
 fn is_published_anew(name: &str) -> bool {
-    let begins = ["participants.", "phenotype/", "erased.", ".bidsignore", event_table::SIDECAR, motion::CHANNELS_JSON];
+    let begins =
+        ["participants.", "phenotype/", "erased.", ".bidsignore", CHANGED, event_table::SIDECAR, motion::CHANNELS_JSON];
     begins.iter().any(|begin| name.starts_with(begin))
 }
 
@@ -149,7 +242,12 @@ fn read(root: &Path) -> Result<Option<ChecksumList>, SessionError> {
 
 /// Returns the names of all data files relative to the data set, sorted.
 pub(super) fn files(root: &Path) -> Result<Vec<String>, SessionError> {
-    let mut found = Vec::new();
+    Ok(files_and_links(root)?.0)
+}
+
+/// Returns the names of all data files, sorted, and those of symbolic links in their places.
+fn files_and_links(root: &Path) -> Result<(Vec<String>, Vec<String>), SessionError> {
+    let (mut found, mut links) = (Vec::new(), Vec::new());
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
         let path = root.join(&folder);
@@ -158,19 +256,27 @@ pub(super) fn files(root: &Path) -> Result<Vec<String>, SessionError> {
             let name = folder.join(entry.file_name());
             let kind = entry.file_type().map_err(|why| RecordError::File { path: entry.path(), why })?;
             let text = name.components().map(|c| c.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/");
-            let is_skipped = [LOCK, FILE, CHANGED, ERASURE].iter().any(|skipped| entry.file_name() == *skipped)
-                || name.extension().is_some_and(|ending| ending == record::BESIDE)
-                || MADE_AGAIN.iter().any(|folder| entry.file_name() == *folder);
+            let is_own = |names: &[&str]| names.iter().any(|own| entry.file_name() == *own);
+            let is_item = folder.parent() == Some(Path::new("sourcedata"));
+            let is_skipped = if kind.is_dir() {
+                is_own(&MADE_AGAIN) && !is_item || is_unfinished(&format!("{text}/"))
+            } else {
+                is_own(&[LOCK, FILE, ERASURE])
+                    || is_own(&MADE_AGAIN)
+                    || name.extension().is_some_and(|e| e == record::BESIDE)
+            };
             match kind {
                 _ if is_skipped => {}
                 kind if kind.is_dir() => folders.push(name),
                 kind if kind.is_file() => found.push(text),
+                kind if kind.is_symlink() => links.push(text),
                 _ => {}
             }
         }
     }
     found.sort();
-    Ok(found)
+    links.sort();
+    Ok((found, links))
 }
 
 fn sums(root: &Path, files: Vec<String>) -> Result<ChecksumList, SessionError> {

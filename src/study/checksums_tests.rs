@@ -60,6 +60,8 @@ fn every_file_that_holds_data_is_listed_and_nothing_else() {
         "analysis/figure.svg",
         "report/index.html",
         "sub-P1/derivatives/x.tsv",
+        "sourcedata/sub-P1/drive/analysis/trials.csv",
+        "sourcedata/sub-P1/drive-baseline-part/ego.parquet",
     ] {
         put(root, none, "");
     }
@@ -73,6 +75,76 @@ fn every_file_that_holds_data_is_listed_and_nothing_else() {
     assert!(listed(root).values().all(|sum| sum == OF_NOTHING));
     let text = fs::read_to_string(root.join(FILE)).unwrap();
     assert!(text.starts_with(&format!("{OF_NOTHING}  README.md\n")), "as sha256sum --check reads it: {text}");
+}
+
+#[test]
+fn a_recording_is_listed_whatever_its_item_is_called() {
+    let folder = data_set();
+    let root = folder.path();
+    let items =
+        ["analysis", "derivatives", "lock", "report"].map(|item| format!("sourcedata/sub-P1/{item}/ego.parquet"));
+    items.iter().for_each(|name| put(root, name, ""));
+    list(root, "sub-P1", true).unwrap();
+    assert!(items.iter().all(|name| names(root).contains(name)), "{:?}", names(root));
+}
+
+#[test]
+fn an_unfinished_baseline_is_no_alarm_before_and_after_it_is_made() {
+    let folder = data_set();
+    let root = folder.path();
+    let part = "sourcedata/sub-P1/drive-2-baseline-part/ego.parquet";
+    put(root, part, "abc");
+    ["sub-P1", "sub-P2"].iter().for_each(|subject| list(root, subject, true).unwrap());
+    assert_eq!(found(root), []);
+    // A list of an earlier version has the part, which then went.
+    let text = fs::read_to_string(root.join(FILE)).unwrap();
+    put(root, FILE, &format!("{text}{OF_ABC}  {part}\n"));
+    fs::remove_file(root.join(part)).unwrap();
+    assert_eq!(found(root), []);
+    list(root, "sub-P1", true).unwrap();
+    assert_eq!(fs::read_to_string(root.join(FILE)).unwrap(), text);
+}
+
+#[test]
+fn a_link_in_place_of_a_file_is_named_beside_the_others() {
+    let folder = data_set();
+    let root = folder.path();
+    ["sub-P1", "sub-P2"].iter().for_each(|subject| list(root, subject, true).unwrap());
+    fs::remove_file(root.join("sub-P1/sub-P1_scans.tsv")).unwrap();
+    std::os::unix::fs::symlink("/nowhere", root.join("sub-P1/sub-P1_scans.tsv")).unwrap();
+    put(root, "README.md", "abc");
+    let found = changes(root).unwrap();
+    let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
+    assert_eq!(texts.len(), 3, "{texts:?}");
+    assert!(texts[0].starts_with("README.md: is not as it was written"), "{texts:?}");
+    assert_eq!(texts[1], "sub-P1/sub-P1_scans.tsv: is missing");
+    assert!(
+        texts[2].starts_with("sub-P1/sub-P1_scans.tsv: is a symbolic link, which SHA256SUMS cannot cover"),
+        "{texts:?}"
+    );
+}
+
+#[test]
+fn open_sessions_and_an_unlisted_plan_are_named_as_open() {
+    let folder = data_set();
+    let root = folder.path();
+    ["sub-P1", "sub-P2"].iter().for_each(|subject| list(root, subject, true).unwrap());
+    let open = || open_parts(root).unwrap().into_iter().collect::<Vec<_>>();
+    assert_eq!(open(), [""; 0]);
+    put(root, CHANGED, "abc");
+    put(root, "sub-P3/sub-P3_scans.tsv", "");
+    assert_eq!(open(), [CHANGED]);
+    let log = r#"{"participant": "P3", "index": 0, "kind": "person", "order": [], "item_runs": []}"#;
+    put(root, "sourcedata/sub-P3/session.json", log);
+    assert_eq!((open(), found(root)), (vec![CHANGED.into(), "sub-P3 (the session is not over)".into()], vec![]));
+    // The program that writes the plan lists it, and takes it off the list when it goes.
+    list_changed_plan(root).unwrap();
+    assert_eq!((open(), listed(root)[CHANGED].as_str()), (vec!["sub-P3 (the session is not over)".into()], OF_ABC));
+    put(root, CHANGED, "");
+    assert_eq!(found(root), [(CHANGED.into(), false)]);
+    fs::remove_file(root.join(CHANGED)).unwrap();
+    list_changed_plan(root).unwrap();
+    assert_eq!(found(root), []);
 }
 
 #[test]
@@ -164,6 +236,12 @@ fn an_unlisted_file_is_reported_unless_its_session_is_open() {
             found.len() == 1 && found[0].file == added && found[0].what.contains("is not in SHA256SUMS"),
             "{found:?}"
         );
+        fs::remove_file(root.join(added)).unwrap();
+    }
+    // Only beside recordings is a what-if no data.
+    for added in ["phenotype/ssq-what-if-x.tsv", "sub-P1/a-what-if-b.tsv", "sourcedata/sub-P1/what-if-x"] {
+        put(root, added, "abc");
+        assert_eq!(found(root), [(added.to_owned(), false)]);
         fs::remove_file(root.join(added)).unwrap();
     }
     // Remove one entry after another from the list.

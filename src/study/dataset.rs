@@ -17,15 +17,18 @@
 //! ```
 //! Everything except `sourcedata` can be made again from it, and is after every participant. Only the user can read the files.
 
+pub use super::file_names::{BASELINE, BASELINE_PART};
+
 use super::{
     Completion, ParticipantCode, PlanItem, PlannedItem, SessionError, SessionPlan, Study,
     answer_tables::{phenotype, phenotype_of_trial, timed},
-    bids::{self, TsvColumn, TsvTable},
+    bids::{self, TsvTable},
     checksums, erasure,
     event_table::{self, DriveEvents},
     file_names, fms_table, inherited, lock, motion,
+    participant_table::participants,
     scans::{self, DateShift, ScannedDrive, ScannedFile},
-    session_log::{self, ParticipantKind, SessionLog},
+    session_log::{self, SessionLog},
     source,
 };
 use crate::{
@@ -39,10 +42,6 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Suffix of the folder of a drive's baseline.
-pub const BASELINE: &str = "-baseline";
-/// Suffix of that folder until the baseline is complete.
-pub const BASELINE_PART: &str = "-baseline-part";
 /// Description of the data set, a file that BIDS requires.
 const DESCRIPTION: &str = "dataset_description.json";
 /// Copy of the study file.
@@ -116,9 +115,11 @@ impl DataSet {
             log::warn!(
                 "the plan of the analysis differs from the plan of the first session; the report will name the changes"
             );
-            return self.write(plan::CHANGED, &now);
+            self.write(plan::CHANGED, &now)?;
+        } else {
+            self.remove(plan::CHANGED)?;
         }
-        self.remove(plan::CHANGED)
+        checksums::list_changed_plan(&self.root)
     }
 
     /// Returns the folder of the data set.
@@ -216,7 +217,7 @@ impl DataSet {
     fn write(&self, name: &str, text: &str) -> Result<(), SessionError> {
         let path = self.root.join(name);
         if let Some(folder) = path.parent() {
-            record::new_private_dir(folder)?;
+            record::new_dir_within(&self.root, folder)?;
         }
         Ok(record::replace(&path, text.as_bytes())?)
     }
@@ -237,6 +238,14 @@ impl DataSet {
         lock.lock().map_err(|why| RecordError::File { path, why })?;
         let logs = self.logs()?;
         if let Some(log) = logs.iter().find(|log| log.participant == *code) {
+            self.publish_one(study, log)?;
+        }
+        let others = logs.iter().filter(|log| log.participant != *code && log.end.is_some());
+        let mut late = checksums::unlisted(&self.root, others.map(|log| &log.participant))?;
+        // A participant whose session is open in another window is published by that window.
+        late.retain(|code| lock::lock(&self.source(code), code).is_ok());
+        for log in logs.iter().filter(|log| late.contains(&&log.participant)) {
+            log::info!("{}: the program ended before the data were listed; they are listed now", log.participant);
             self.publish_one(study, log)?;
         }
         inherited::settle(&self.root)?;
@@ -264,7 +273,8 @@ impl DataSet {
             self.write_table(&format!("phenotype/{}", name.replace('-', "_")), &table, more)?;
         }
         let is_over = logs.iter().any(|log| log.participant == *code && log.end.is_some());
-        checksums::list(&self.root, &code.subject(), is_over)
+        checksums::list(&self.root, &code.subject(), is_over)?;
+        late.into_iter().try_for_each(|code| checksums::list(&self.root, &code.subject(), true))
     }
 
     /// Removes the baseline of this recording from the checksum list, because it is about to be made again. Publishing the participant
@@ -298,13 +308,20 @@ impl DataSet {
                     );
                     let facts = bids::task(&bids::label(&planned.segment), &about, &planned.text, institution);
                     let place = self.source(&log.participant).join(folder);
-                    let events = DriveEvents::of(&place)?;
-                    self.put_events(&name, &events.since(0), &facts)?;
-                    let moved = self.put_motion(&subject, planned, &place, &events, facts)?;
+                    let moved = match self.put_drive(&subject, planned, &place, &facts) {
+                        Ok(moved) => moved,
+                        // The tables of a lost recording stay as they are; the list of files keeps its checksums.
+                        Err(why) if is_damaged(&place) => {
+                            log::warn!("the tables of a drive cannot be made again: {why}");
+                            let table = format!("motion/{}_motion.tsv", file_names::motion_name(&subject, planned));
+                            self.root.join(&subject).join(&table).is_file().then_some(table)
+                        }
+                        Err(why) => return Err(why),
+                    };
                     let recording = format!("sourcedata/{subject}/{folder}");
                     let baseline = format!("{recording}{BASELINE}");
                     let baseline = if record::is_there(&self.root.join(&baseline))? { baseline } else { String::new() };
-                    let began = Manifest::load(&place)?.began;
+                    let began = Manifest::load(&place).map_or(String::new(), |manifest| manifest.began);
                     let began = if began.is_empty() { item_run.began.as_str() } else { began.as_str() };
                     let name = moved.unwrap_or(format!("beh/{}_events.tsv", file_names::file_name(&subject, planned)));
                     let drive = ScannedDrive { levels, seed: scenario.seed, recording, baseline };
@@ -364,6 +381,20 @@ impl DataSet {
         self.write(&format!("{name}_events.json"), &format!("{facts:#}\n"))
     }
 
+    /// Writes the events and the motion of a drive. Returns the name of the motion table as [`Self::put_motion`].
+    fn put_drive(
+        &self,
+        subject: &str,
+        planned: &PlannedItem,
+        recording: &Path,
+        facts: &Value,
+    ) -> Result<Option<String>, SessionError> {
+        let events = DriveEvents::of(recording)?;
+        let name = format!("{subject}/beh/{}", file_names::file_name(subject, planned));
+        self.put_events(&name, &events.since(0), facts)?;
+        self.put_motion(subject, planned, recording, &events, facts)
+    }
+
     /// Writes the motion of a drive, and its events counted from the first sample. Returns the name of the motion table relative to the
     /// participant's folder; `None` for a drive without a tick.
     fn put_motion(
@@ -372,18 +403,23 @@ impl DataSet {
         planned: &PlannedItem,
         recording: &Path,
         events: &DriveEvents,
-        facts: Value,
+        facts: &Value,
     ) -> Result<Option<String>, SessionError> {
         let stem = file_names::motion_name(subject, planned);
         let (within, name) = (format!("motion/{stem}"), format!("{subject}/motion/{stem}"));
-        record::new_private_dir(&self.root.join(subject).join("motion"))?;
+        record::new_dir_within(&self.root, &self.root.join(subject).join("motion"))?;
         let table = format!("{within}_motion.tsv");
         let Some(span) = motion::write(recording, &self.root.join(subject).join(&table))? else { return Ok(None) };
-        self.put_events(&name, &events.since(span.first), &facts)?;
+        self.put_events(&name, &events.since(span.first), facts)?;
         self.write(&format!("{name}_channels.tsv"), &motion::channels())?;
-        self.write(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts)))?;
+        self.write(&format!("{name}_motion.json"), &format!("{:#}\n", motion::sidecar(span, facts.clone())))?;
         Ok(Some(table))
     }
+}
+
+/// Returns true for a recording that is lost or not as it was written.
+fn is_damaged(recording: &Path) -> bool {
+    record::open(recording).and_then(|_| record::changes(recording)).map_or(true, |changes| !changes.is_empty())
 }
 
 fn description(study: &Study) -> String {
@@ -424,47 +460,6 @@ fn readme(study: &Study) -> String {
          `codrive analyse` makes tables of measures and a report from this data set.\n",
         bids::markdown(&study.file.title)
     )
-}
-
-fn participants(logs: &[SessionLog]) -> TsvTable {
-    let levels = |words: &[(&str, &str)]| words.iter().map(|(w, t)| ((*w).into(), (*t).into())).collect::<Vec<_>>();
-    let mut table = TsvTable::new(vec![
-        TsvColumn::new("participant_id", "code of the participant", ""),
-        TsvColumn::new("number", "number in the study, from 1; it determines the order of conditions", ""),
-        TsvColumn::new("frames_per_s", "frames per second that the computer drew before the first page", "1/s"),
-        TsvColumn::new("kind", "kind of driver", "")
-            .with(levels(&[("person", "a person"), ("simulated", "a simulated participant of a rehearsal")])),
-        TsvColumn::new("order", "conditions in this participant's order, joined by commas", ""),
-        TsvColumn::new("state", "progress of the session", "")
-            .with(Completion::ALL.map(|state| (state.to_string(), state.meaning().into()))),
-    ]);
-    let mut traits: Vec<&String> = logs.iter().flat_map(|log| log.traits.keys()).collect();
-    traits.sort();
-    traits.dedup();
-    for name in &traits {
-        let unit = if name.ends_with("_mps") {
-            "m/s"
-        } else if name.ends_with("_s") {
-            "s"
-        } else {
-            ""
-        };
-        table.columns.push(TsvColumn::new(&format!("true_{name}"), "number of the simulated participant", unit));
-    }
-    for log in logs {
-        let kind = if log.kind == ParticipantKind::Person { "person" } else { "simulated" };
-        let mut row = vec![
-            log.participant.subject(),
-            (log.index + 1).to_string(),
-            bids::number(log.frames_per_s),
-            kind.into(),
-            log.order.join(","),
-            Completion::of(log).to_string(),
-        ];
-        row.extend(traits.iter().map(|name| bids::number(log.traits.get(*name).copied())));
-        table.rows.push(row);
-    }
-    table
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use super::{
 };
 use crate::{
     file::{SETTINGS_BYTES, read_text},
+    private,
     record::{self, RecordError},
     toml_text::did_you_mean,
 };
@@ -125,7 +126,11 @@ pub fn finish(root: &Path) -> Result<(), SessionError> {
     })?;
     // The lock keeps other programs from publishing tables during the erasure.
     let path = root.join("sourcedata").join(lock::FILE);
-    record::new_private_dir(&root.join("sourcedata"))?;
+    for name in ["phenotype", "derivatives", "derivatives/codrive"] {
+        let path = root.join(name);
+        private::check_way(root, &path).map_err(|why| RecordError::File { path, why })?;
+    }
+    record::new_dir_within(root, &root.join("sourcedata"))?;
     let lock = lock::lock_file(&path)?;
     lock.lock().map_err(|why| RecordError::File { path, why })?;
     STEPS.iter().try_for_each(|step| step(&erasure, root))

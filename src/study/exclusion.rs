@@ -1,7 +1,7 @@
 //! Excludes a participant from a study after the session windows are closed. In: a data set, a code, a reason. Out: the reason in the
 //! participant's log, and `excluded` in `participants.tsv`. Nothing is deleted.
 
-use super::{DataSet, ParticipantCode, Session, SessionError, Study, checksums, session_log};
+use super::{DataSet, ParticipantCode, Session, SessionError, Study};
 
 impl DataSet {
     /// Excludes the data of a participant; ends the session if it is not over. `now` is the time, UTC.
@@ -17,8 +17,6 @@ impl DataSet {
         }
         let before = session.log().end.as_ref().and_then(|end| end.excluded.clone());
         if before.is_none() {
-            // The checksum list has the log as it was at the end of the session.
-            checksums::forget(self.root(), &format!("sourcedata/{}/{}", code.subject(), session_log::FILE))?;
             session.exclude(reason)?;
         }
         // Publishes in any case: an earlier call may have been cut between the log and the tables.

@@ -3,6 +3,11 @@
 
 use super::{PlannedItem, bids, motion};
 
+/// Suffix of the folder of a drive's baseline.
+pub const BASELINE: &str = "-baseline";
+/// Suffix of that folder until the baseline is complete.
+pub const BASELINE_PART: &str = "-baseline-part";
+
 /// Returns the BIDS task name: `trial`, and `trialTrust` for the questionnaire after it.
 pub fn task(planned: &PlannedItem) -> String {
     match &planned.after {

@@ -9,7 +9,8 @@
 //! * [`plan`]: one participant's session, step by step, each drive a complete scenario.
 //! * `reckoning`: expected durations of pages and questionnaires.
 //! * [`practice`]: the progress of a practice drive. [`skills`]: its skills and their criteria.
-//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. [`scores`]: scores computed from answers.
+//! * [`questions`]: questionnaires, a strict subset of SurveyJS JSON, and answers. `answer_condition`: conditions on
+//!   answers. [`scores`]: scores computed from answers.
 //! * [`questionnaire_form`]: a questionnaire being answered, by mouse, keys or wheel.
 //! * [`participant_code`]: the code that names a participant in files.
 //! * [`session`]: one participant's session: the next item, and everything done so far; written to disk after every step.
@@ -18,6 +19,7 @@
 //! * `exclusion`: excludes a participant after the session windows are closed. [`erasure`]: removes all data of a participant. `export`:
 //!   copies all data of a participant for them.
 //! * [`dataset`]: the folder of a study, in BIDS layout; [`bids`]: its tables and sidecars; `answer_tables`: tables of answers;
+//!   `participant_table`: the table of participants;
 //!   `event_table`: tables of events; `motion`: the ego's motion; `scans`: all files with shifted dates.
 //! * `source`: the copy of the study file that a data set keeps.
 //! * [`checksums`]: the list of a data set's files with their SHA-256. [`places`]: checks that each recording lies where it belongs.
@@ -25,6 +27,7 @@
 //! * [`spoken`]: spoken instructions.
 //! * [`simulated`]: simulated participants, for a rehearsal.
 
+mod answer_condition;
 mod answer_tables;
 pub mod bids;
 pub mod checksums;
@@ -46,6 +49,7 @@ mod mentions;
 mod motion;
 pub mod order;
 pub mod participant_code;
+mod participant_table;
 pub mod places;
 pub mod plan;
 pub mod practice;

@@ -172,15 +172,6 @@ impl Places<'_> {
             }
         };
         self.check_owner(&name, code, &manifest);
-        let [began, ended] = [&item_run.began, &item_run.ended];
-        // Times say nothing if the clock was set back during the run.
-        if began <= ended && !(began..=ended).contains(&&manifest.began) && !manifest.began.is_empty() {
-            let at = &manifest.began;
-            self.add_fault(
-                &name,
-                format!("began at {at}; by {} {} lasted from {began} to {ended}", session_log::FILE, item_run.item),
-            );
-        }
         if !is_done {
             return Ok(());
         }

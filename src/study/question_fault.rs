@@ -1,5 +1,7 @@
 //! Errors in the questions and scores of a questionnaire, by kind.
 
+use super::StudyError;
+
 /// Reason why a questionnaire cannot be asked.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum QuestionFault {
@@ -44,6 +46,18 @@ pub enum QuestionFault {
         /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
+    /// A comparison that no answer can satisfy as meant, because the answers are of another type.
+    #[error("\"{comparison}\" does not fit: an answer to \"{name}\" is {is}; allowed: {allowed}")]
+    Unlike {
+        /// Comparison as written.
+        comparison: String,
+        /// Name of the question.
+        name: String,
+        /// Type of the question's answers.
+        is: String,
+        /// Comparisons that this type allows, with the remedy.
+        allowed: String,
+    },
     /// A score of an unknown question.
     #[error("the score \"{score}\" uses \"{name}\", but no question has this name{near}")]
     UnknownScore {
@@ -70,4 +84,24 @@ pub enum QuestionFault {
     /// A condition that cannot be parsed.
     #[error("visibleIf has \"{0}\"; allowed: {{name}} = 'word' or {{name}} > 3, with = <> < <= > >= contains")]
     Comparison(String),
+}
+
+impl QuestionFault {
+    /// Returns the whole message, with the file and the position of a condition at fault in its text.
+    pub(super) fn located(&self, text: &str, name: &str) -> StudyError {
+        StudyError(format!("{name}{}: {self}", self.place_in(text)))
+    }
+
+    /// Returns the position of a condition at fault, as `:line:column`; empty for other faults.
+    fn place_in(&self, text: &str) -> String {
+        let written = match self {
+            Self::Unlike { comparison, .. } => serde_json::Value::from(comparison.as_str()).to_string(),
+            Self::UnknownCondition { name, .. } => format!("\"{{{name}}}\""),
+            _ => return String::new(),
+        };
+        let Some(at) = text.find(written.trim_matches('"')) else { return String::new() };
+        let before = &text[..at];
+        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        format!(":{}:{column}", before.matches('\n').count() + 1)
+    }
 }

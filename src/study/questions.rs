@@ -3,10 +3,14 @@
 //!
 //! Elements: `radiogroup`, `checkbox`, `rating`, `boolean`, `matrix`, `text`, `comment`, `html`. Their keys: `name`, `title`,
 //! `description`, `isRequired`, `visibleIf`, `choices`, `rateMin`, `rateMax`, `rateStep`, `minRateDescription`, `maxRateDescription`,
-//! `columns`, `rows`, `html`, `inputType` (`number`, of a `text`) with `min` and `max`. `visibleIf` compares `{name}` with a word or number by `=`, `<>`, `<`, `<=`, `>`, `>=` or `contains`,
-//! joined by `and` or `or` (`and` binds stronger). One key is an extension: `scores`, weighted sums and means of answers.
+//! `columns`, `rows`, `html`, `inputType` (`number`, of a `text`) with `min` and `max`. `visibleIf` compares `{name}` with a word or number
+//! by `=`, `<>`, `<`, `<=`, `>`, `>=` or `contains`, joined by `and` or `or` (`and` binds stronger); the type must be that of the answers.
+//! One key is an extension: `scores`, weighted sums and means of answers.
 
-pub use super::scores::{ScoreDefinition, ScoreMethod};
+pub use super::{
+    answer_condition::VisibilityCondition,
+    scores::{ScoreDefinition, ScoreMethod},
+};
 
 use super::{StudyError, question_fault::QuestionFault};
 use crate::{
@@ -209,109 +213,6 @@ impl<'de> Deserialize<'de> for AnswerChoice {
     }
 }
 
-/// Condition on answers: `{name} = 'word' and {other} > 3`.
-#[derive(Clone, Debug, PartialEq, JsonSchema)]
-#[schemars(with = "String")]
-pub struct VisibilityCondition {
-    text: String,
-    /// Alternatives, each a list of comparisons that must all hold.
-    any: Vec<Vec<AnswerComparison>>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct AnswerComparison {
-    name: String,
-    by: &'static str,
-    with: Value,
-}
-
-impl Serialize for VisibilityCondition {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&self.text)
-    }
-}
-
-impl<'de> Deserialize<'de> for VisibilityCondition {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::parse(&String::deserialize(deserializer)?).map_err(de::Error::custom)
-    }
-}
-
-fn comparison(text: &str) -> Result<AnswerComparison, QuestionFault> {
-    let fault = || QuestionFault::Comparison(text.trim().into());
-    let (name, rest) = text.trim().strip_prefix('{').and_then(|rest| rest.split_once('}')).ok_or_else(fault)?;
-    let rest = rest.trim();
-    let by =
-        ["<>", "<=", ">=", "=", "<", ">", "contains"].into_iter().find(|by| rest.starts_with(by)).ok_or_else(fault)?;
-    let with = rest[by.len()..].trim();
-    let value = if let Some(word) = with.strip_prefix('\'').and_then(|w| w.strip_suffix('\'')) {
-        Value::from(word)
-    } else {
-        match with {
-            "true" => Value::from(true),
-            "false" => Value::from(false),
-            number => number.parse::<f64>().map(Value::from).map_err(|_| fault())?,
-        }
-    };
-    Ok(AnswerComparison { name: name.into(), by, with: value })
-}
-
-/// Splits a text at a word outside of quotes.
-fn split_outside_quotes<'a>(text: &'a str, at: &str) -> Vec<&'a str> {
-    let (mut parts, mut begin, mut is_quoted) = (Vec::new(), 0, false);
-    for (k, c) in text.char_indices() {
-        is_quoted ^= c == '\'';
-        if !is_quoted && k >= begin && text[k..].starts_with(at) {
-            parts.push(&text[begin..k]);
-            begin = k + at.len();
-        }
-    }
-    parts.push(&text[begin..]);
-    parts
-}
-
-impl VisibilityCondition {
-    /// Parses the text of a condition.
-    ///
-    /// # Errors
-    /// A part of the text is not a comparison.
-    pub fn parse(text: &str) -> Result<Self, QuestionFault> {
-        let all = |part| split_outside_quotes(part, " and ").into_iter().map(comparison).collect();
-        let any = split_outside_quotes(text, " or ").into_iter().map(all);
-        Ok(Self { text: text.into(), any: any.collect::<Result<_, _>>()? })
-    }
-
-    /// Returns true if the condition holds. A missing answer satisfies only `<>`.
-    pub fn holds(&self, answers: &Answers) -> bool {
-        self.any.iter().any(|all| all.iter().all(|one| one.holds(answers)))
-    }
-
-    /// Returns the names of the questions in the condition.
-    pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.any.iter().flatten().map(|one| one.name.as_str())
-    }
-}
-
-impl AnswerComparison {
-    fn holds(&self, answers: &Answers) -> bool {
-        let Some(answer) = answers.get(&self.name) else { return self.by == "<>" };
-        let equal = |a: &Value, b: &Value| match (a.as_f64(), b.as_f64()) {
-            (Some(a), Some(b)) => a == b,
-            _ => a == b,
-        };
-        let order = answer.as_f64().zip(self.with.as_f64());
-        match self.by {
-            "=" => equal(answer, &self.with),
-            "<>" => !equal(answer, &self.with),
-            "<" => order.is_some_and(|(a, b)| a < b),
-            "<=" => order.is_some_and(|(a, b)| a <= b),
-            ">" => order.is_some_and(|(a, b)| a > b),
-            ">=" => order.is_some_and(|(a, b)| a >= b),
-            _ => answer.as_array().is_some_and(|list| list.iter().any(|item| equal(item, &self.with))),
-        }
-    }
-}
-
 impl QuestionElement {
     /// Returns the names of the question's answers in the data.
     pub fn answer_names(&self) -> Vec<String> {
@@ -338,8 +239,7 @@ impl QuestionElement {
             ElementKind::Boolean => answer.is_boolean(),
             ElementKind::Matrix => one_of(&self.columns, answer),
             ElementKind::Text if self.input_type == InputType::Number => {
-                let number = answer.as_str().and_then(number_in);
-                number.is_some_and(|number| (self.min..=self.max).contains(&number))
+                answer.is_string() && number(answer).is_some_and(|number| (self.min..=self.max).contains(&number))
             }
             ElementKind::Text | ElementKind::Comment => answer.is_string(),
             ElementKind::Html => false,
@@ -370,8 +270,17 @@ impl QuestionElement {
     }
 }
 
+/// Returns the number of an answer; a typed number may have a sign, commas between thousands and a unit behind it.
+pub(super) fn number(answer: &Value) -> Option<f64> {
+    let typed = |text: &str| match text.trim().strip_prefix('-') {
+        Some(digits) => number_in(digits).map(|number| -number),
+        None => number_in(text),
+    };
+    answer.as_f64().or_else(|| answer.as_str().and_then(typed))
+}
+
 /// Converts a value to a part of a name.
-fn word(value: &Value) -> String {
+pub(super) fn word(value: &Value) -> String {
     value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
@@ -402,7 +311,18 @@ impl Questionnaire {
         }
         let text = read_text(&path, SETTINGS_BYTES)
             .map_err(|e| StudyError(format!("{}: cannot be read: {e}", path.display())))?;
-        Self::parse(&text, &path.display().to_string())
+        Self::checked(&text, &path.display().to_string())
+    }
+
+    /// Parses JSON text, and refuses conditions that compare unlike types. `name` is the file's name in messages.
+    pub(super) fn checked(text: &str, name: &str) -> Result<Self, StudyError> {
+        let found = Self::parse(text, name)?;
+        let of_elements = found.pages.iter().flat_map(|page| &page.elements).filter_map(|e| e.visible_if.as_ref());
+        let conditions = found.pages.iter().filter_map(|page| page.visible_if.as_ref()).chain(of_elements);
+        match conditions.filter_map(|condition| found.unlike(condition)).next() {
+            Some(fault) => Err(fault.located(text, name)),
+            None => Ok(found),
+        }
     }
 
     /// Parses JSON text; `name` is the file's name in messages.
@@ -415,7 +335,7 @@ impl Questionnaire {
             let message = toml_text::in_words(message.split(" at line ").next().unwrap_or_default());
             StudyError(format!("{name}:{}:{}: {message}", e.line(), e.column()))
         })?;
-        found.check().map_err(|message| StudyError(format!("{name}: {message}")))?;
+        found.check().map_err(|fault| fault.located(text, name))?;
         Ok(found)
     }
 
@@ -432,8 +352,8 @@ impl Questionnaire {
                 seen.push(&element.name);
                 answers.extend(element.answer_names());
             }
-            for name in conditions.flat_map(VisibilityCondition::names) {
-                if !answers.iter().any(|answer| answer == name) {
+            for condition in conditions {
+                if let Some(name) = condition.names().find(|name| !answers.iter().any(|answer| answer == name)) {
                     let near = toml_text::did_you_mean(name, &answers);
                     return Err(QuestionFault::UnknownCondition { name: name.into(), near });
                 }

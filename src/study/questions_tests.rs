@@ -183,3 +183,23 @@ fn words_between_the_comparisons_of_a_condition_may_stand_in_its_answers() {
     assert!(condition.holds(&answers("", "black and white", true)));
     assert!(!condition.holds(&answers("red", "black and white", false)));
 }
+
+#[test]
+fn a_score_counts_typed_numbers_and_a_word_is_none() {
+    let text = r#"{ "title": "T", "pages": [ { "elements": [ { "type": "rating", "name": "a" },
+        { "type": "text", "name": "b", "inputType": "number", "min": -9, "max": 9000 } ] } ],
+        "scores": [ { "name": "sum", "method": "sum", "of": ["a", "b"] } ] }"#;
+    let number = Questionnaire::parse(text, "score.json").unwrap();
+    for (typed, sum) in [("3", Some(5.0)), ("1,200 km", Some(1202.0)), ("-3", Some(-1.0)), ("three", None)] {
+        let scores = number.scores(&answers(&[("a", json!(2)), ("b", json!(typed))]));
+        assert_eq!(scores, [("sum".to_owned(), sum)], "{typed}");
+    }
+}
+
+#[test]
+fn a_number_below_0_is_accepted_where_its_range_has_it() {
+    let number = element(r#""type": "text", "inputType": "number", "min": -5, "max": 5"#);
+    for (typed, is_fine) in [("-3", true), ("-5.0", true), ("-6", false), ("--3", false), ("5", true), ("-", false)] {
+        assert_eq!(number.accepts(&json!(typed)), is_fine, "{typed}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::{
     question_fault::QuestionFault,
-    questions::{Answers, ElementKind, Questionnaire, one},
+    questions::{Answers, ElementKind, Questionnaire, number, one},
 };
 use crate::toml_text;
 use serde::{Deserialize, Serialize};
@@ -114,7 +114,7 @@ impl Questionnaire {
 
     fn score(&self, score: &ScoreDefinition, answers: &Answers) -> Option<f64> {
         let value = |name: &String| {
-            let value = answers.get(name).and_then(|v| v.as_f64().or_else(|| v.as_bool().map(f64::from)))?;
+            let value = answers.get(name).and_then(|v| number(v).or_else(|| v.as_bool().map(f64::from)))?;
             if !score.turned.contains(name) {
                 return Some(value);
             }

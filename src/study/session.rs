@@ -11,10 +11,13 @@ pub use super::session_log::{
 };
 
 use super::{
-    DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, dataset::BASELINE_PART, lock,
-    stop_rule::SessionEnding,
+    DataSet, FmsRating, ParticipantCode, PlannedItem, SessionError, SessionPlan, Study, checksums,
+    dataset::BASELINE_PART, lock, stop_rule::SessionEnding,
 };
-use crate::record::{self, RecordError};
+use crate::{
+    private,
+    record::{self, RecordError},
+};
 use fail::fail_point;
 use std::{
     collections::BTreeMap,
@@ -25,6 +28,8 @@ use std::{
 /// Session of one participant.
 #[derive(Debug)]
 pub struct Session {
+    /// Folder of the data set.
+    root: PathBuf,
     folder: PathBuf,
     plan: SessionPlan,
     log: SessionLog,
@@ -50,7 +55,7 @@ impl Session {
     ) -> Result<Self, SessionError> {
         data.check_new_code(code)?;
         let folder = data.source(code);
-        record::new_private_dir(&folder)?;
+        record::new_dir_within(data.root(), &folder)?;
         let lock = lock::lock(&folder, code)?;
         let path = folder.join(FILE);
         let log = if record::is_there(&path)? {
@@ -73,7 +78,8 @@ impl Session {
                 format!("the session of participant {code} was stopped for good ({}, {})", end.reason, end.at)
             });
         }
-        let mut session = Self { folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
+        let root = data.root().to_path_buf();
+        let mut session = Self { root, folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
         session.mend(now)?;
         Ok(session)
     }
@@ -91,13 +97,15 @@ impl Session {
         let folder = data.source(code);
         let lock = lock::lock(&folder, code)?;
         let log = SessionLog::load(&folder.join(FILE))?;
-        let mut session = Self { folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
+        let root = data.root().to_path_buf();
+        let mut session = Self { root, folder, plan: study.plan(log.index), log, unwritten: None, _lock: lock };
         session.mend(now)?;
         Ok(session)
     }
 
     /// Logs an item left running by a cut, and repairs its recording.
     fn mend(&mut self, now: &str) -> Result<(), SessionError> {
+        let was = self.log.clone();
         if let Some(running) = self.log.running.take() {
             let recording = self.folder.join(&running.recording);
             match record::recover(&recording) {
@@ -113,7 +121,7 @@ impl Session {
             let (outcome, ended) = (ItemOutcome::Cut, now.into());
             self.log.item_runs.push(ItemRun { item, outcome, reason, began, ended, recording, answers });
         }
-        self.save()
+        if self.log == was && record::is_there(&self.folder.join(FILE))? { Ok(()) } else { self.save() }
     }
 
     fn first(
@@ -154,6 +162,14 @@ impl Session {
     /// # Errors
     /// The file cannot be written.
     pub fn save(&mut self) -> Result<(), SessionError> {
+        if self.log.end.is_some() {
+            // The list may have the log as it was at the end of the session; publishing the participant lists it again.
+            let name = format!("sourcedata/{}/{FILE}", self.log.participant.subject());
+            if let Err(why) = checksums::forget(&self.root, &name) {
+                // The log matters more than the list.
+                log::warn!("{why}");
+            }
+        }
         let text = serde_json::to_string_pretty(&self.log).expect("numbers and words");
         let saved = record::replace(&self.folder.join(FILE), (text + "\n").as_bytes());
         self.unwritten = saved.as_ref().err().map(ToString::to_string);
@@ -195,6 +211,7 @@ impl Session {
         let before = self.log.item_runs.iter().filter(|p| p.item == item && p.recording.is_some()).count();
         let recording = if before == 0 { item.clone() } else { format!("{item}-again-{before}") };
         let folder = self.folder.join(&recording);
+        private::check_way(&self.root, &folder).map_err(|why| RecordError::File { path: folder.clone(), why })?;
         // Answers from before a cut must survive a second cut before the first new answer.
         let cut = self.log.last(&item).filter(|item_run| item_run.outcome == ItemOutcome::Cut);
         let answers = cut.map_or(Vec::new(), |item_run| item_run.answers.clone());

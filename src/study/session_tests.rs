@@ -1,7 +1,7 @@
 //! Tests of a session on disk: saved data, resumption, refusals.
 
 use super::{
-    Completion, DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study,
+    Completion, DataSet, ItemOutcome, ParticipantCode, Session, SessionError, Study, checksums, places,
     session::{EndCause, FILE, ParticipantKind, SessionLog, TimedAnswer},
 };
 use serde_json::json;
@@ -22,7 +22,7 @@ text = "Thanks."
 "#;
 
 struct SessionFixture {
-    _folder: tempfile::TempDir,
+    folder: tempfile::TempDir,
     study: Study,
     data: DataSet,
 }
@@ -31,7 +31,7 @@ fn place() -> SessionFixture {
     let folder = tempfile::tempdir().unwrap();
     let study = Study::parse(STUDY.to_owned(), Path::new("two.toml")).unwrap_or_else(|e| panic!("{e}"));
     let data = DataSet::open(&folder.path().join("data"), &study).unwrap();
-    SessionFixture { _folder: folder, study, data }
+    SessionFixture { folder, study, data }
 }
 
 impl SessionFixture {
@@ -105,7 +105,7 @@ fn answers_survive_a_cut_but_not_an_abort() {
 }
 
 #[test]
-fn a_session_belongs_to_one_participant_program_and_folder() {
+fn a_session_belongs_to_one_participant_program_andfolder() {
     let place = place();
     let message = |found: Result<Session, SessionError>| found.map(drop).map_err(|e| e.to_string());
     let session = place.open("P1", ParticipantKind::Person).unwrap();
@@ -223,4 +223,77 @@ fn a_technical_end_is_a_state_of_its_own_until_the_data_are_excluded() {
     assert_eq!(log.item_runs.last().map(|run| run.outcome), Some(ItemOutcome::Aborted));
     session.exclude("no data").unwrap();
     assert_eq!(Completion::of(&on_disk(&session)), Completion::Excluded);
+}
+
+impl SessionFixture {
+    /// Takes a participant to the end of the plan.
+    fn whole(&self, code: &str) -> Session {
+        let mut session = self.open(code, ParticipantKind::Person).unwrap();
+        for _ in 0..2 {
+            session.begin("2026-01-01T10:00:00Z").unwrap();
+            session.end(ItemOutcome::Done, "", "2026-01-01T10:00:01Z").unwrap();
+        }
+        session.finish("2026-01-01T10:00:02Z").unwrap();
+        session
+    }
+
+    fn publish(&self, code: &str) {
+        self.data.publish(&self.study, &ParticipantCode::new(code).unwrap()).unwrap();
+    }
+
+    /// Returns the differences from the list of files and from the log.
+    fn faults(&self) -> Vec<String> {
+        let root = self.data.root();
+        let (listed, placed) = (checksums::changes(root).unwrap(), places::misplaced(root).unwrap());
+        listed.iter().chain(&placed).map(ToString::to_string).collect()
+    }
+}
+
+#[test]
+fn a_note_a_mark_and_an_exclusion_after_the_end_are_sealed_again() {
+    let place = place();
+    let mut session = place.whole("P1");
+    place.publish("P1");
+    assert_eq!(place.faults(), [""; 0]);
+    for kind in ["note", "mark", "note"] {
+        session.note(kind, "late", "2026-01-01T10:05:00Z").unwrap();
+        place.publish("P1");
+        assert_eq!(place.faults(), [""; 0], "after a {kind}");
+    }
+    session.exclude("asleep").unwrap();
+    place.publish("P1");
+    assert_eq!(place.faults(), [""; 0], "after an exclusion");
+    // What another program writes is no late note, and stays a change.
+    drop(session);
+    let path = place.data.root().join("sourcedata/sub-P1/session.json");
+    fs::write(&path, fs::read_to_string(&path).unwrap().replacen("late", "soon", 1)).unwrap();
+    place.publish("P1");
+    let faults = place.faults();
+    assert!(faults.len() == 1 && faults[0].contains("session.json: is not as it was written"), "{faults:?}");
+}
+
+#[test]
+fn a_session_that_was_killed_at_its_end_is_listed_with_the_next() {
+    let place = place();
+    // The program ends before it publishes the participant.
+    drop(place.whole("P1"));
+    let open_elsewhere = place.whole("P3");
+    drop(place.whole("P2"));
+    place.publish("P2");
+    let of_p3 = place.faults().into_iter().filter(|fault| fault.contains("sub-P3")).count();
+    assert_eq!(place.faults().len(), of_p3, "P1 is sealed, and P3's own window still has to: {:?}", place.faults());
+    drop(open_elsewhere);
+    place.publish("P3");
+    assert_eq!(place.faults(), [""; 0]);
+}
+
+#[test]
+fn an_item_is_not_recorded_through_a_link() {
+    let place = place();
+    let mut session = place.open("P1", ParticipantKind::Person).unwrap();
+    let mine = place.folder.path().join("mine");
+    fs::create_dir(&mine).unwrap();
+    std::os::unix::fs::symlink(&mine, session.folder().join("before")).unwrap();
+    let error = session.begin("t1").unwrap_err().to_string();
+    assert!(error.contains("sub-P1/before is a symbolic link") && error.contains("remedy"), "{error}");
 }

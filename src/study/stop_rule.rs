@@ -6,6 +6,7 @@ use super::{
     FmsRating, ParticipantTexts, PlanItem, PlannedItem, Study,
     bids::markdown,
     fms,
+    question_fault::QuestionFault,
     questions::{Answers, Questionnaire, VisibilityCondition},
     segment::{ScoreLimit, SegmentKind, StudySegment, short_name},
     session_log::EndCause,
@@ -64,6 +65,9 @@ pub(super) enum RuleFault {
         /// Nearest known name, as a question ("did you mean ...?"); empty if none is near.
         near: String,
     },
+    /// A comparison of unlike types.
+    #[error(transparent)]
+    Unlike(QuestionFault),
     /// A consent questionnaire without the question that asks for agreement.
     #[error("the questionnaire \"{0}\" of a consent has no required question \"agree\" of type boolean")]
     NoAgreement(String),
@@ -168,6 +172,8 @@ impl Study {
                     let (condition, name) = (condition.clone(), name.to_owned());
                     let questionnaire = (*word).to_owned();
                     add(&key, RuleFault::UnknownQuestion { condition, name, questionnaire, near });
+                } else if let Some(fault) = questionnaire.unlike(&parsed) {
+                    add(&key, RuleFault::Unlike(fault));
                 }
             }
             if segment.kind == SegmentKind::Consent && !questionnaire.asks_agreement(AGREE) {

@@ -108,6 +108,14 @@ fn a_mistake_in_a_rule_is_named_with_its_line() {
             "names \"license\", but no question of \"driving-experience\" has this name",
         ),
         (
+            "{licence} = false",
+            "{licence} = 0",
+            16,
+            "\"{licence} = 0\" does not fit: an answer to \"licence\" is yes or no",
+        ),
+        ("{jams} = 'rarely'", "{jams} = 'rarly'", 16, "(did you mean rarely?)"),
+        ("{jams} = 'rarely'", "{jams} < 3", 16, "is one of its choices"),
+        (
             "text = \"What we ask of you.\"",
             "questionnaire = \"ssq\"\ntext = \"x\"",
             11,

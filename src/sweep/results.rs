@@ -13,6 +13,7 @@
 use super::{RunCheckpoint, SweepError, SweepPlan, SweepRun};
 use crate::{
     file::read_bounded,
+    private,
     record::{self, RecordError, TableReader, parts},
     train::CHECKPOINT_BYTES,
 };
@@ -61,9 +62,13 @@ impl SweepFolder {
     /// Opens a folder, creating it if necessary.
     ///
     /// # Errors
-    /// The folder cannot be created.
+    /// The folder cannot be created, or a link is in place of one of its folders.
     pub fn open(root: &Path) -> Result<Self, SweepError> {
-        record::new_private_dir(&root.join(PARTS))?;
+        record::new_dir_within(root, &root.join(PARTS))?;
+        for name in [CHECKPOINTS, POLICIES] {
+            let path = root.join(name);
+            private::check_way(root, &path).map_err(|why| RecordError::File { path, why })?;
+        }
         Ok(Self { root: root.into() })
     }
 
@@ -138,7 +143,7 @@ impl SweepFolder {
     fn put_policy(&self, part: &Path) -> Result<(), RecordError> {
         let table = TableReader::parquet(part)?;
         let folder = self.root.join(POLICIES);
-        record::new_private_dir(&folder)?;
+        record::new_dir_within(&self.root, &folder)?;
         for (run, policy) in table.words("run").into_iter().zip(table.words("policy")) {
             if !policy.is_empty() {
                 record::replace(&folder.join(format!("{run}.toml")), policy.as_bytes())?;
@@ -204,6 +209,23 @@ mod tests {
         let tables = folder.collect(&plan).expect("collected");
         assert_eq!(tables.iter().map(|table| (table.runs, table.rows)).collect::<Vec<_>>(), [(2, 2)]);
         assert_eq!(TableReader::parquet(&tables[0].path).expect("a table").wholes("seed"), [2, 3]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_of_a_sweep_is_no_link_but_the_sweep_itself_may_be_one() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let (disk, link) = (dir.path().join("disk"), dir.path().join("link"));
+        fs::create_dir(&disk).expect("a folder");
+        std::os::unix::fs::symlink(&disk, &link).expect("a link");
+        SweepFolder::open(&link).expect("the user's own link");
+        for name in [PARTS, CHECKPOINTS, POLICIES] {
+            let _ = fs::remove_dir(disk.join(name));
+            std::os::unix::fs::symlink(dir.path(), disk.join(name)).expect("a link");
+            let error = SweepFolder::open(&link).expect_err(name).to_string();
+            assert!(error.contains(&format!("{name} is a symbolic link")) && error.contains("remedy"), "{error}");
+            fs::remove_file(disk.join(name)).expect("removed");
+        }
     }
 
     #[test]

@@ -57,6 +57,56 @@ fn a_signed_recording_is_authentic_until_anything_of_it_changes() {
 }
 
 #[test]
+fn a_baseline_beside_a_signed_recording_is_signed_too_or_not_authentic() {
+    let folder = tempfile::tempdir().unwrap();
+    let [drive, baseline] = ["p1", "p1-baseline"].map(|name| folder.path().join(name));
+    record(&drive, "1");
+    let (path, signers) = (drive.to_str().unwrap(), key("lab-key.pub"));
+    let sign = |path: &Path| {
+        assert_eq!(printed(&mut codrive(&["sign", path.to_str().unwrap(), "--key", &key("lab-key")])).0, 0)
+    };
+    sign(&drive);
+    record(&baseline, "1");
+    let (code, text) = printed(&mut codrive(&["analyse", path, "--signer", &signers]));
+    assert!(code == 1 && text.contains("not authentic: the baseline beside it is analysed, too: "), "{text}");
+    assert!(text.contains("p1-baseline: not signed") && !text.contains("authentic: signed"), "{text}");
+    sign(&baseline);
+    let (code, text) = printed(&mut codrive(&["analyse", path, "--signer", &signers]));
+    assert!(code == 0 && text.starts_with("authentic: signed by lab@example.org"), "{text}");
+}
+
+#[test]
+fn an_analysis_is_not_written_through_a_link_of_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let [drive, mine, disk] = ["rec", "mine", "disk"].map(|name| folder.path().join(name));
+    record(&drive, "3");
+    [&mine, &disk].iter().for_each(|path| fs::create_dir(path).unwrap());
+    let files = ["report.html", "trials.csv", "events.svg"];
+    files.iter().for_each(|name| fs::write(mine.join(name), "mine").unwrap());
+    let own = drive.join("analysis");
+    let refused = |arguments: &[&str], link: &Path| {
+        let (code, text) = printed(&mut codrive(&[&["analyse", drive.to_str().unwrap()], arguments].concat()));
+        assert!(code != 0 && text.contains(&format!("{} is a symbolic link", link.display())), "{text}");
+        assert!(text.contains("remedy: remove the link"), "{text}");
+        assert!(fs::read_dir(&mine).unwrap().count() == 3, "nothing is added");
+        assert!(files.iter().all(|name| fs::read(mine.join(name)).unwrap() == b"mine"), "nothing is overwritten");
+    };
+    std::os::unix::fs::symlink("../mine", &own).unwrap();
+    refused(&[], &own);
+    refused(&["--out", own.to_str().unwrap()], &own);
+    refused(&["--out", own.join("inner").to_str().unwrap()], &own);
+    fs::remove_file(&own).unwrap();
+    fs::create_dir(&own).unwrap();
+    std::os::unix::fs::symlink(&mine, own.join("figures")).unwrap();
+    refused(&[], &own.join("figures"));
+    // A link that the user names lies outside of the recording, and is followed.
+    let link = folder.path().join("link");
+    std::os::unix::fs::symlink(&disk, &link).unwrap();
+    assert_eq!(printed(&mut codrive(&["analyse", drive.to_str().unwrap(), "--out", link.to_str().unwrap()])).0, 0);
+    assert!(disk.join("report.html").is_file() && disk.join("figures").is_dir());
+}
+
+#[test]
 fn ssh_keygen_accepts_the_signature_of_a_recording() {
     let folder = tempfile::tempdir().unwrap();
     let drive = folder.path().join("p1");

@@ -3,6 +3,7 @@
 
 mod bids;
 mod common;
+mod damage;
 mod drivers;
 mod fms;
 mod hostile;

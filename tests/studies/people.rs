@@ -168,3 +168,48 @@ fn a_limit_stops_a_rehearsal_as_it_would_stop_a_participant() {
     );
     assert!(!data.join("sub-R01/beh/sub-R01_task-acceptance_beh.tsv").exists(), "nothing comes after the end");
 }
+
+const MINOR: &str = r#"title = "Age"
+participants = 2
+[base]
+traffic = "native"
+warm_up_s = 0.0
+duration_s = 4.0
+[[condition]]
+name = "only"
+[[segment]]
+kind = "questions"
+name = "about"
+questionnaire = "age.json"
+ends_if = ["{age} < 18"]
+[[segment]]
+kind = "trials"
+name = "trial"
+"#;
+
+#[test]
+fn a_limit_on_a_typed_number_ends_the_session_of_every_minor() {
+    let folder = tempfile::tempdir().unwrap();
+    let question = |input: &str| {
+        let text = format!(
+            r#"{{ "title": "You", "pages": [ {{ "elements": [ {{ "type": "text", "name": "age", {input} }} ] }} ] }}"#
+        );
+        fs::write(folder.path().join("age.json"), text).unwrap();
+    };
+    let file = folder.path().join("minor.toml").to_str().unwrap().to_owned();
+    fs::write(&file, MINOR).unwrap();
+    for (range, state) in [(r#""min": 1, "max": 17"#, "not_eligible"), (r#""min": 18, "max": 80"#, "complete")] {
+        question(&format!(r#""title": "Age", "inputType": "number", {range}"#));
+        let data = folder.path().join(state);
+        let (code, words) = printed(&["study", "rehearse", &file, "--out", data.to_str().unwrap()]);
+        assert_eq!(code, 0, "{words}");
+        let states: Vec<String> =
+            table(&data.join("participants.tsv")).into_iter().map(|row| row["state"].clone()).collect();
+        assert_eq!(states, [state, state], "{words}");
+    }
+    // Without a type, no answer has an order: the mistake is found before a participant comes.
+    question(r#""title": "Age""#);
+    let (code, words) = printed(&["study", "check", &file]);
+    assert!(code != 0 && words.contains("minor.toml:12:"), "{words}");
+    assert!(words.contains("\"{age} < 18\" does not fit") && words.contains("\"inputType\": \"number\""), "{words}");
+}

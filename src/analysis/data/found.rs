@@ -2,8 +2,8 @@
 //! participant, condition and baseline. A data set is read by its BIDS tables (`sub-*_scans.tsv`).
 
 use super::{
-    people::StudyParticipants,
-    session_ends,
+    people::{DamagedParticipants, StudyParticipants},
+    session_ends, sickness_ratings,
     tsv::{MISSING, TsvFile},
 };
 use crate::analysis::error::AnalysisError;
@@ -60,6 +60,16 @@ pub struct FolderContents {
     pub people: StudyParticipants,
     /// A whole data set, not one participant or one recording.
     pub is_whole: bool,
+    /// Participants who are left out because their files cannot be read any more.
+    pub damaged: DamagedParticipants,
+}
+
+impl FolderContents {
+    /// Returns the folder of another person's files in which results may lie: the data set, or the recording.
+    pub fn folder(&self) -> &Path {
+        let recording = || self.found.first().map_or(Path::new(""), |found| &found.recording);
+        self.root.as_deref().unwrap_or_else(recording)
+    }
 }
 
 /// Finds the recordings in a folder.
@@ -67,6 +77,18 @@ pub struct FolderContents {
 /// # Errors
 /// The folder holds nothing to analyse, or a table cannot be read.
 pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
+    let found = find_undamaged(folder, &DamagedParticipants::new())?;
+    match found.damaged.into_iter().next() {
+        Some((subject, why)) => Err(AnalysisError::Input(format!("{subject}: {why}"))),
+        None => Ok(FolderContents { damaged: DamagedParticipants::new(), ..found }),
+    }
+}
+
+/// Finds the recordings in a folder, and leaves out the participants in `damaged` and those whose own tables cannot be read.
+///
+/// # Errors
+/// The folder holds nothing to analyse, or a table of all participants cannot be read.
+pub fn find_undamaged(folder: &Path, damaged: &DamagedParticipants) -> Result<FolderContents, AnalysisError> {
     if folder.join("manifest.json").exists() {
         let name = folder.file_name().unwrap_or_default().to_owned();
         let beside = |ending: &str| {
@@ -84,6 +106,7 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
             title,
             people: StudyParticipants::default(),
             is_whole: false,
+            damaged: DamagedParticipants::new(),
         });
     }
     let nothing = || {
@@ -105,24 +128,29 @@ pub fn find(folder: &Path) -> Result<FolderContents, AnalysisError> {
         (root, vec![name.clone()])
     };
     let whole = is_root(folder);
-    let mut people = StudyParticipants::of(root, &subjects)?;
+    let (mut damaged, mut drives) = (damaged.clone(), Vec::new());
+    for subject in &subjects {
+        match scans(root, subject).and_then(|found| sickness_ratings::ratings(root, subject).map(|_| found)) {
+            Ok(found) => drives.push((subject, found)),
+            Err(why) => _ = damaged.entry(subject.clone()).or_insert_with(|| why.to_string()),
+        }
+    }
+    let mut people = StudyParticipants::of(root, &subjects, &damaged)?;
     if whole {
         people.erased = session_ends::erased(root)?;
     }
-    let mut found = Vec::new();
-    for subject in subjects.iter().filter(|subject| !people.is_excluded(subject)) {
-        found.extend(scans(root, subject)?);
-    }
+    drives.retain(|(subject, _)| !people.is_excluded(subject) && !damaged.contains_key(*subject));
+    let found: Vec<FoundRecording> = drives.into_iter().flat_map(|(_, found)| found).collect();
     if found.is_empty() {
-        return Err(AnalysisError::Input(format!(
-            "{} contains no complete drive that is not excluded; see participants.tsv",
-            folder.display()
-        )));
+        let mut text =
+            format!("{} contains no complete drive that is not excluded; see participants.tsv", folder.display());
+        damaged.iter().for_each(|(subject, why)| text += &format!("\n  {subject} is left out: {why}"));
+        return Err(AnalysisError::Input(text));
     }
     let out = root.join("derivatives").join("codrive");
     let title = if whole { study_title(root) } else { name.clone() };
     let out = if whole { out } else { out.join(name) };
-    Ok(FolderContents { found, root: Some(root.into()), out, title, people, is_whole: whole })
+    Ok(FolderContents { found, root: Some(root.into()), out, title, people, is_whole: whole, damaged })
 }
 
 fn subjects(root: &Path) -> Result<Vec<String>, RecordError> {

@@ -12,10 +12,15 @@ use crate::{analysis::error::AnalysisError, record};
 use std::{collections::BTreeMap, path::Path};
 
 /// States of a session in the words of `participants.tsv` (`study::Completion`), in the order of reports.
-pub const STATES: [&str; 8] =
-    [COMPLETE, "partial", "withdrawn", "ended_technically", "declined", "not_eligible", "open", EXCLUDED];
+pub const STATES: [&str; 9] =
+    [COMPLETE, "partial", "withdrawn", "ended_technically", "declined", "not_eligible", "open", EXCLUDED, DAMAGED];
+/// State of a participant whose files cannot be read any more, in place of the state in the table.
+pub const DAMAGED: &str = "damaged";
 const COMPLETE: &str = "complete";
 const EXCLUDED: &str = "excluded";
+
+/// Participants whose files cannot be read any more, by their ids, each with the reason.
+pub type DamagedParticipants = BTreeMap<String, String>;
 
 /// A participant of a study.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,9 +54,9 @@ impl StudyParticipant {
         Ok(rows.map(participant).collect())
     }
 
-    /// Checks whether the participant's drives are excluded from the analysis.
+    /// Checks whether the participant's drives are left out of the analysis: excluded by the experimenter, or damaged.
     pub fn is_excluded(&self) -> bool {
-        self.state == EXCLUDED
+        [EXCLUDED, DAMAGED].contains(&self.state.as_str())
     }
 }
 
@@ -119,14 +124,21 @@ impl std::fmt::Display for StudyParticipants {
 }
 
 impl StudyParticipants {
-    /// Reads the participants among `subjects` from a data set.
+    /// Reads the participants among `subjects` from a data set. The participants in `damaged` are left out, each for its reason.
     ///
     /// # Errors
     /// A table does not have this program's format.
-    pub fn of(root: &Path, subjects: &[String]) -> Result<Self, AnalysisError> {
+    pub fn of(root: &Path, subjects: &[String], damaged: &DamagedParticipants) -> Result<Self, AnalysisError> {
         let statements = MethodsStatements::of(root);
         let mut people = Self { all: StudyParticipant::of(root, subjects)?, statements, ..Self::default() };
-        let counted: Vec<&String> = subjects.iter().filter(|subject| !people.is_excluded(subject)).collect();
+        for person in &mut people.all {
+            if let Some(why) = damaged.get(&person.id) {
+                person.state = DAMAGED.into();
+                person.ends.excluded = Some(format!("damaged: {why}"));
+            }
+        }
+        let is_counted = |subject: &&String| !people.is_excluded(subject) && !damaged.contains_key(*subject);
+        let counted: Vec<&String> = subjects.iter().filter(is_counted).collect();
         for subject in &counted {
             people.ratings.extend(sickness_ratings::ratings(root, subject)?);
         }

@@ -10,6 +10,7 @@ use crate::{
         models::planned::{self, PlannedAnalysis},
         tables,
     },
+    private,
     record::{self, RecordError},
 };
 use rayon::prelude::*;
@@ -35,7 +36,7 @@ impl AnalysisResults<'_> {
     /// a figure from SVG; `None` if this build cannot.
     ///
     /// # Errors
-    /// A recording whose figures are drawn cannot be read, or a file cannot be written.
+    /// A recording whose figures are drawn cannot be read, a link is in the way, or a file cannot be written.
     pub fn write(
         &self,
         out: &Path,
@@ -44,7 +45,7 @@ impl AnalysisResults<'_> {
     ) -> Result<(), AnalysisError> {
         let Self { contents, proof, drives, fitted, planned } = *self;
         let made = report(&contents.title, drives, &contents.people, proof, fitted, planned)?;
-        record::new_private_dir(out)?;
+        record::new_dir_within(private::base_of(out, contents.folder()), out)?;
         let write = |name: &str, text: &str| record::replace(&out.join(name), text.as_bytes());
         self.write_tables(&write)?;
         if contents.is_whole {
@@ -100,7 +101,7 @@ pub fn write_page(
     figures: &[(String, String)],
     png: impl Fn(&str) -> Option<Result<Vec<u8>, String>> + Sync,
 ) -> Result<(), RecordError> {
-    record::new_private_dir(&out.join("figures"))?;
+    record::new_dir_within(out, &out.join("figures"))?;
     figures.par_iter().try_for_each(|(name, svg)| {
         let path = out.join("figures").join(name);
         record::replace(&path, svg.as_bytes())?;

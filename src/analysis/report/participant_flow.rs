@@ -4,7 +4,7 @@
 
 use super::page::{ReportFigure, ReportPage, TableCells};
 use crate::analysis::{
-    data::{StudyParticipant, StudyParticipants},
+    data::{StudyParticipant, StudyParticipants, people::DAMAGED},
     drives::AnalysedRecording,
     models::planned::PlannedAnalysis,
     text::{joined_with_and, on_one_line},
@@ -253,7 +253,7 @@ fn begun<'a>(people: &'a StudyParticipants, trials: &[&str]) -> (FlowStage<'a>, 
     (stage, ids)
 }
 
-/// Returns the stage of those who took part, and the participants among them whom the experimenter excluded.
+/// Returns the stage of those who took part, and the participants among them who are excluded or damaged.
 fn taken<'a>(people: &'a StudyParticipants, ids: &BTreeSet<&'a str>) -> (FlowStage<'a>, BTreeSet<&'a str>) {
     let mut reasons = Reasons::new();
     let excluded: Vec<&StudyParticipant> =
@@ -261,12 +261,14 @@ fn taken<'a>(people: &'a StudyParticipants, ids: &BTreeSet<&'a str>) -> (FlowSta
     for person in &excluded {
         add(&mut reasons, person.ends.excluded.as_deref().unwrap_or("no reason is recorded"), 1);
     }
+    let is_damaged = excluded.iter().any(|person| person.state == DAMAGED);
+    let title = if is_damaged { "Excluded by the experimenter, or damaged" } else { "Excluded by the experimenter" };
     let stage = FlowStage {
         title: "Took part",
         ids: ids.clone(),
         erased: 0,
         facts: Reasons::new(),
-        leave: Some(("Excluded by the experimenter", excluded.len(), reasons)),
+        leave: Some((title, excluded.len(), reasons)),
     };
     (stage, excluded.into_iter().map(|person| person.id.as_str()).collect())
 }

@@ -38,8 +38,7 @@ pub struct StudyReport {
 pub struct FileProof {
     /// Sentences on files that have changed or are not in their place.
     pub changed: Vec<String>,
-    /// Sentence on the signer of the files, or on a missing signature; `None` if parts have changed and no signer was asked
-    /// for.
+    /// Sentence on the signer of the files, or on a missing signature; `None` if parts have changed.
     pub signature: Option<String>,
 }
 
@@ -71,7 +70,7 @@ pub fn report(
     if !proof.changed.is_empty() {
         page.put(
             "<p class=\"warning\"><b>Files that were changed, are missing or are out of place (analysed \
-             nevertheless):</b></p><ul>",
+             nevertheless, except those of participants who are left out):</b></p><ul>",
         );
         proof.changed.iter().for_each(|what| page.put(&format!("<li>{}</li>", escaped(what))));
         page.put("</ul>");
