@@ -43,7 +43,7 @@ pub fn check_way(base: &Path, path: &Path) -> io::Result<()> {
                  of results\n  remedy: remove the link, or put the folder itself in its place",
                 at.display()
             );
-            return Err(io::Error::new(ErrorKind::AlreadyExists, text));
+            return Err(io::Error::new(ErrorKind::InvalidInput, text));
         }
     }
     Ok(())

@@ -210,6 +210,6 @@ fn a_limit_on_a_typed_number_ends_the_session_of_every_minor() {
     // Without a type, no answer has an order: the mistake is found before a participant comes.
     question(r#""title": "Age""#);
     let (code, words) = printed(&["study", "check", &file]);
-    assert!(code != 0 && words.contains("minor.toml:12:"), "{words}");
+    assert!(code != 0 && words.contains("minor.toml:13:"), "{words}");
     assert!(words.contains("\"{age} < 18\" does not fit") && words.contains("\"inputType\": \"number\""), "{words}");
 }

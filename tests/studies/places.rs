@@ -74,7 +74,7 @@ fn swap(one: &Path, other: &Path) {
     fs::rename(between, other).unwrap();
 }
 
-pub fn edit(path: &Path, from: &str, to: &str) {
+fn edit(path: &Path, from: &str, to: &str) {
     let text = fs::read_to_string(path).unwrap();
     assert!(text.contains(from), "{text}");
     fs::write(path, text.replacen(from, to, 1)).unwrap();
