@@ -49,7 +49,7 @@ pub enum QuestionFault {
     /// A comparison that no answer can satisfy as meant, because the answers are of another type.
     #[error("\"{comparison}\" does not fit: an answer to \"{name}\" is {is}; allowed: {allowed}")]
     Unlike {
-        /// Comparison as written.
+        /// Text with the name in braces, such as `{age} < 18`.
         comparison: String,
         /// Name of the question.
         name: String,

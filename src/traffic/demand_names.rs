@@ -62,7 +62,8 @@ impl DemandNames {
             let known: Vec<&str> = known.iter().map(String::as_str).collect();
             nearest(name, &known).map(str::to_owned)
         };
-        let (series, number) = name.rsplit_once('.').unwrap_or((name, "0"));
+        let numbered = name.rsplit_once('.').filter(|(_, number)| number.parse::<u32>().is_ok());
+        let (series, number) = numbered.unwrap_or((name.rsplit_once('.').map_or(name, |(series, _)| series), "0"));
         near(name, &self.single).or_else(|| Some(format!("{}.{number}", near(series, &self.series)?)))
     }
 }
@@ -103,5 +104,6 @@ mod tests {
         let near = |name: &str| names.nearest(name);
         assert_eq!([near("bus 77"), near("anne"), near("queue")], [Some("bus 7".into()), Some("ann".into()), None]);
         assert_eq!([near("flow1.trick.12"), near("f")], [Some("flow1.truck.12".into()), Some("f.0".into())]);
+        assert_eq!(near("flow1.truck.x"), Some("flow1.truck.0".into()), "a name that can be there");
     }
 }

@@ -125,7 +125,7 @@ mod tests {
         fs::write(root.join("phenotype/about.tsv"), about).unwrap();
         let health = "participant_id\tsickness\nsub-P1\trarely\nsub-P2\tnever\nsub-P3\trarely\nsub-P4\toften\n";
         fs::write(root.join("phenotype/health.tsv"), health).unwrap();
-        StudyParticipants::of(root, &ids.map(str::to_owned), &crate::analysis::DamagedParticipants::new()).unwrap()
+        StudyParticipants::of(root, &ids.map(str::to_owned), &std::collections::BTreeMap::new()).unwrap()
     }
 
     /// Ages 20, 30 and 40: mean 30, SD 10. Licences 2, 10, 1.5 and 20 years: mean 8.375; squares of departures sum to 225.69, so

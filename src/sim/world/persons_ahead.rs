@@ -11,8 +11,12 @@ use crate::{
 };
 use glam::DVec2;
 
-/// Distance up to which a driver looks for persons, and for vehicles across the way: the stopping distance at 100 km/h.
+/// Distance up to which a driver looks for persons, and for vehicles across the way, m: the stopping distance at 100 km/h. At a higher speed it is
+/// that in which a driver stops after a second by comfortable braking, m/s2.
 pub(super) const AHEAD_M: f64 = 100.0;
+const COMFORTABLE_MPS2: f64 = 2.5;
+/// Time before and after the arrival of the ego at which its way has to be free, s.
+pub(super) const APART_S: f64 = 0.5;
 /// Distance into a crossing up to which a driver still stops for persons on it.
 const INTO_CROSSING_M: f64 = 1.0;
 /// Smallest distance at which a car passes a person.
@@ -73,7 +77,8 @@ impl PersonsAhead {
     /// Returns the nearest person in the ego's way, or the crossing where they are, as a driver sees them; `None` without such a person.
     pub fn nearest(&self, snapshot: &Snapshot, route: &Route, line_m: DrivenLine) -> Option<SeenLeader> {
         let ego = snapshot.ego.position.truncate();
-        let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < AHEAD_M);
+        let ahead_m = look_ahead_m(snapshot.ego.speed_mps);
+        let near = snapshot.persons().filter(|person| person.pose.position.distance(ego) < ahead_m);
         let seen = |person: &VehicleSnapshot| {
             let beside = BesideRoute::of(person, snapshot, route, line_m);
             let on_road = beside.on_road_ahead_m(person, snapshot, route);
@@ -102,6 +107,18 @@ impl Crossing {
         let reach = -self.waiting_m..=line.length() + self.waiting_m;
         beside_m <= self.half_width_m && reach.contains(&along_m) && is_one_road(person.height_m, self.height_m)
     }
+}
+
+/// Returns the distance up to which a driver at a speed looks for persons and vehicles across the way, m.
+pub(super) fn look_ahead_m(speed_mps: f64) -> f64 {
+    AHEAD_M.max(speed_mps + speed_mps * speed_mps / (2.0 * COMFORTABLE_MPS2))
+}
+
+/// Checks whether something is nearer to a line than `half_m` between two times, s, by its offset from the line at a time, m, which only rises or only
+/// falls: it passes 0 between two times where its sign differs.
+pub(super) fn is_near_line(offset_m: impl Fn(f64) -> f64, times_s: [f64; 2], half_m: f64) -> bool {
+    let [from_m, to_m] = times_s.map(|time_s| offset_m(time_s.max(0.0)));
+    from_m * to_m < 0.0 || from_m.abs().min(to_m.abs()) < half_m
 }
 
 /// Checks whether a person at this lateral offset from a vehicle's way, who nears it at this speed, is in the way or will be soon. `widths_m` is the
@@ -151,7 +168,14 @@ impl BesideRoute {
     fn on_road_ahead_m(&self, person: &VehicleSnapshot, snapshot: &Snapshot, route: &Route) -> Option<f64> {
         let (rear_m, _) = along(person, 0.0);
         let ahead_m = route.difference(snapshot.ego_s_m, self.s_m) - rear_m;
-        let is_in_way = is_in_way(self.offset_m, self.nearing_mps, CAR_WIDTH_M + person.body.width_m);
+        let widths_m = CAR_WIDTH_M + person.body.width_m;
+        let is_in_way = is_in_way(self.offset_m, self.nearing_mps, widths_m) || {
+            // A person of an event goes on. One of the traffic stops at a road, or is on a crossing.
+            let arrives_s = ahead_m / snapshot.ego.speed_mps.max(1.0);
+            let offset_m = |time_s: f64| self.offset_m.abs() - self.nearing_mps * time_s;
+            let times_s = [arrives_s - APART_S, arrives_s + APART_S];
+            person.id.is_of_event() && is_near_line(offset_m, times_s, widths_m / 2.0 + BESIDE_M)
+        };
         let is_level = is_one_road(person.height_m, route.height_m(self.s_m));
         (ahead_m > 0.0 && is_in_way && is_level).then_some(ahead_m)
     }

@@ -6,7 +6,7 @@
 //! stays in it, and waits at its line. Any other is judged by its body and its motion: one that stands or drives across a street, or comes
 //! from beside the road or against the lane.
 
-use super::persons_ahead::{AHEAD_M, BesideRoute, DrivenLine};
+use super::persons_ahead::{APART_S, BesideRoute, DrivenLine, is_near_line, look_ahead_m};
 use crate::{
     driver::{SeenLeader, manoeuvres::RightOfWay},
     map::{RoadMap, network::LaneId},
@@ -19,8 +19,6 @@ use glam::DVec2;
 const BESIDE_M: f64 = 0.3;
 /// Time for which a driver foresees the way of a vehicle in a junction, which turns, s.
 const LOOKS_AHEAD_S: f64 = 2.0;
-/// Time before and after the ego at which another vehicle must not be in its way, s.
-const APART_S: f64 = 0.5;
 
 /// Returns the nearest vehicle across the way of an ego that drives along this line.
 pub(super) fn nearest(
@@ -30,7 +28,8 @@ pub(super) fn nearest(
     rules: &RightOfWay,
 ) -> Option<SeenLeader> {
     let ego = snapshot.ego.position.truncate();
-    let near = snapshot.vehicles().filter(|car| car.pose.position.distance(ego) < AHEAD_M);
+    let ahead_m = look_ahead_m(snapshot.ego.speed_mps);
+    let near = snapshot.vehicles().filter(|car| car.pose.position.distance(ego) < ahead_m);
     let across = near.filter_map(|car| {
         let at = BesideRoute::of(car, snapshot, &map.route, line_m);
         if !is_one_road(car.height_m, map.route.height_m(at.s_m)) {
@@ -87,11 +86,7 @@ fn across_ahead(
         let way_m = speed_mps * time_s + car.accel_mps2.max(0.0) * time_s * time_s / 2.0;
         at.offset_m + turned.y * way_m
     };
-    // The offset only rises or only falls: it passes 0 between two times where its sign differs.
-    let is_in_way = |times_s: [f64; 2]| {
-        let [from_m, to_m] = times_s.map(|time_s| offset_m(time_s.max(0.0)));
-        from_m * to_m < 0.0 || from_m.abs().min(to_m.abs()) < reach.y + CAR_WIDTH_M / 2.0 + BESIDE_M
-    };
+    let is_in_way = |times_s| is_near_line(offset_m, times_s, reach.y + CAR_WIDTH_M / 2.0 + BESIDE_M);
     let will_be = within_s.is_none_or(|within_s| is_in_way([0.0, within_s]));
     let arrives_s = gap_m / snapshot.ego.speed_mps.max(1.0);
     let stays = is_in_way([arrives_s - APART_S, arrives_s + APART_S]);
@@ -159,9 +154,9 @@ mod tests {
         // The ego comes after 2.4 s. A vehicle in a junction turns, so that its way is foreseen for 2 s only.
         assert!(near(seen_m(20.0, 8.0, "", 24.0, 10.0)), "it comes together with the ego");
         assert_eq!(seen_m(20.0, 8.0, ":center_1_0", 24.0, 10.0), None, "after 2 s it is at 4 m");
-        // Half a second before and after the ego it is 15 m before and beyond the middle: it has passed in between.
-        assert!(near(seen_m(20.0, 8.0, "", 71.6, 30.0)), "it is fast");
-        assert_eq!(seen_m(20.0, 8.0, "", 40.0, 10.0), None, "after 2.9 s it is at 11 m");
+        // Half a second before and after the ego it is 6.2 m before and beyond the middle: it passes in between.
+        assert!(near(seen_m(20.0, 8.0, "", 29.9, 12.5)), "it is fast");
+        assert_eq!(seen_m(20.0, 8.0, "", 33.0, 10.0), None, "after 2.9 s it is at 4.1 m");
         assert_eq!(seen_m(20.0, 8.0, "", 12.0, 10.0), None, "after 1.9 s it is at -7 m");
     }
 }
