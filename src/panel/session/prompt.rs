@@ -133,7 +133,7 @@ impl CommandDraft {
     /// Returns the words so far; those of other commands than a note with the name of the command. `None` if nothing was typed.
     pub(super) fn into_words(self) -> Option<String> {
         let words = self.reason.trim();
-        let is_typed = !words.is_empty() && !(self.spec.command == Stop && words == SICKNESS);
+        let is_typed = !words.is_empty() && (self.spec.command != Stop || words != SICKNESS);
         is_typed.then(|| match self.spec.command {
             Note => words.to_owned(),
             _ => format!("{}: {words}", self.spec.label),
