@@ -8,9 +8,11 @@ impl DataSet {
     ///
     /// # Errors
     /// There is no such participant, a program runs the session, or the data are already excluded for another reason. Also if a file
-    /// cannot be read or written; then the same call completes the exclusion.
+    /// cannot be written; then the same call completes the exclusion. A log that cannot be read, of any participant, changes nothing.
     pub fn exclude(&self, study: &Study, code: &ParticipantCode, reason: &str, now: &str) -> Result<(), SessionError> {
         self.check_known(code)?;
+        // The tables need the logs of all: one that cannot be read refuses the exclusion before anything is written.
+        self.logs()?;
         let mut session = Session::reopen(self, study, code, now)?;
         if session.log().end.is_none() {
             session.stop(reason, now)?;

@@ -188,6 +188,13 @@ fn completion_follows_the_last_run_of_each_item() {
     drop(left);
     assert!(refused("P6").contains("there is no participant P6") && refused("P6").ends_with("P1, P2, P3, P4, P5"));
     assert!(refused("P1").contains("already excluded"));
+    // A log of another participant that cannot be read refuses the exclusion, which changes nothing.
+    let log_of = |code: &str| place.data.source(&ParticipantCode::new(code).unwrap()).join(FILE);
+    let [mine, other] = ["P2", "P4"].map(|code| fs::read_to_string(log_of(code)).unwrap());
+    fs::write(log_of("P4"), &other[..9]).unwrap();
+    assert!(refused("P2").contains("not a session of this program"), "{}", refused("P2"));
+    assert_eq!(fs::read_to_string(log_of("P2")).unwrap(), mine);
+    fs::write(log_of("P4"), other).unwrap();
     let table = || fs::read_to_string(place.data.root().join("participants.tsv")).unwrap();
     for (code, complete) in [("P2", true), ("P5", false)] {
         exclude(code).unwrap();
