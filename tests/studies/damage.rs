@@ -26,8 +26,11 @@ fn analysed(root: &Path) -> Vec<String> {
     ids
 }
 
-/// Kinds of damage of the first participant's files.
-const DAMAGE: [(&str, fn(&Path)); 6] = [
+/// Name of a kind of damage, and what it does to the first participant's files of a data set.
+type Damage = (&'static str, fn(&Path));
+
+/// Kinds of damage.
+const DAMAGE: [Damage; 6] = [
     ("no recording", |root| fs::remove_dir_all(trial(root, "sub-R01", 1)).unwrap()),
     ("no baseline", |root| {
         fs::remove_dir_all(format!("{}-baseline", trial(root, "sub-R01", 2).display())).unwrap();
@@ -44,7 +47,7 @@ const DAMAGE: [(&str, fn(&Path)); 6] = [
 
 #[test]
 fn a_damaged_participant_is_named_and_the_others_are_analysed() {
-    let one = |(kind, damage): &(&str, fn(&Path))| {
+    let one = |(kind, damage): &Damage| {
         let (_folder, root) = data_set();
         damage(&root);
         let (code, printed) = run(&["analyse", root.to_str().unwrap()]);
