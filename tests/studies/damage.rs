@@ -29,7 +29,7 @@ fn analysed(root: &Path) -> Vec<String> {
 /// Name of a kind of damage, and what it does to the first participant's files of a data set.
 type Damage = (&'static str, fn(&Path));
 
-/// Kinds of damage.
+/// Losses that leave a participant unreadable: of whole files, of half of one, and of what lists or explains them.
 const DAMAGE: [Damage; 6] = [
     ("no recording", |root| fs::remove_dir_all(trial(root, "sub-R01", 1)).unwrap()),
     ("no baseline", |root| {
