@@ -74,11 +74,6 @@ impl PageStyle {
         visuals.extreme_bg_color = CARD;
         visuals.widgets.noninteractive.fg_stroke.color = TEXT;
         style.interaction.selectable_labels = false;
-        // Sizes scale with the window to fractions of a point, which egui would mark in debug builds.
-        #[cfg(debug_assertions)]
-        {
-            style.debug.show_unaligned = false;
-        }
     }
 }
 
