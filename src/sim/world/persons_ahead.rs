@@ -180,3 +180,34 @@ impl BesideRoute {
         (ahead_m > 0.0 && is_in_way && is_level).then_some(ahead_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ego::EgoState, traffic::VehicleBody};
+    use glam::dvec2;
+
+    /// Returns the gap to a person who stands `left_m` to the left of a street to the north and 20 m before an ego whose line is `line_m` to the left.
+    fn seen_m(left_m: f64, line_m: f64) -> Option<f64> {
+        let map = RoadMap::load("figure-eight").expect("a map that ships");
+        let lane = map.network.lane_named("bottom_0").expect("a lane");
+        let ego_s_m = map.route.s_on(lane, 0.0).expect("a lane of the route");
+        // The street begins at (61.6, 30.13).
+        let person = VehicleSnapshot {
+            pose: Pose::new(dvec2(61.6 - left_m, 30.13 + 20.0), 0.0),
+            body: VehicleBody { kind: VehicleKind::Pedestrian, width_m: 0.5, ..VehicleBody::CAR },
+            ..VehicleSnapshot::default()
+        };
+        let ego = EgoState { position: dvec2(61.6 - line_m, 30.13).extend(0.0), speed_mps: 8.0, ..EgoState::default() };
+        let snapshot = Snapshot { ego, ego_s_m, cars: vec![person], ..Snapshot::default() };
+        PersonsAhead::new(&map).nearest(&snapshot, &map.route, &|_| line_m).map(|seen| seen.gap_m)
+    }
+
+    #[test]
+    fn persons_are_seen_beside_the_line_that_is_driven_not_beside_the_route() {
+        // A car of 1.8 m and a person of 0.5 m, 0.5 m apart, need 1.65 m.
+        let near = |seen: Option<f64>| seen.is_some_and(|gap_m| (gap_m - 20.0).abs() < 0.05);
+        assert!(near(seen_m(0.0, 0.0)) && near(seen_m(3.5, 3.5)) && near(seen_m(3.5, 2.0)), "in the way");
+        assert_eq!([seen_m(0.0, 3.5), seen_m(3.5, 0.0), seen_m(3.5, 1.8)], [None; 3], "beside the way");
+    }
+}
