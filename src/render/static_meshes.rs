@@ -58,7 +58,7 @@ impl StaticMeshes {
             device: device.clone(),
             queue: CountedQueue::new(queue.clone()),
             forest: PlacedTrees::new(static_scene, &models),
-            grain: noise_texture::upload(device, queue, &grain),
+            grain: noise_texture::upload(device, queue, grain),
             leaves: leaf_textures::upload(device, queue),
             far_trees: impostor::upload(device, queue, &pictures),
             walls: UprightWall::of_mesh(&static_scene.buildings),

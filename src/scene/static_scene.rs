@@ -13,7 +13,10 @@ use crate::roadside::{LazyRoadside, Roadside, trees::forest::MOST_TREES};
 use crate::scenario::{GuidanceView, PlannedDrive, Scenario};
 use crate::space::{Pose, Pose3};
 use glam::Vec3;
-use std::{sync::Arc, thread::JoinHandle};
+use std::{
+    sync::{Arc, OnceLock},
+    thread::JoinHandle,
+};
 
 impl StaticScene {
     /// Builds the scene around a map's roads; the same map and seed give the same bits.
@@ -65,7 +68,7 @@ impl StaticScene {
             (trees, forest::grounds(&places, &relief), places, distant)
         };
         // Parts are independent and have their own random numbers, so building them in parallel does not change them.
-        let vehicles = || rayon::join(models_of_vehicles, || rayon::join(Cockpit::new, wheel::wheels));
+        let vehicles = VehicleModels::shared;
         let paved = || {
             let (mut posts, heads) = signals::heads(network, &roadside.signals);
             posts.append(&posts::posts(drawn, roads));
@@ -87,7 +90,7 @@ impl StaticScene {
         };
         let (
             ((woods, tuft_places), (trees_mid, trees_shade)),
-            (((road, posts, signal_heads, street_lamps), (land, built)), (cars, (cockpit, wheels))),
+            (((road, posts, signal_heads, street_lamps), (land, built)), VehicleModels { cars, cockpit, wheels }),
         ) = rayon::join(growth, || rayon::join(ground, vehicles));
         let (trees, tree_grounds, tree_places, far_tree_places) = woods;
         Self {
@@ -141,11 +144,35 @@ fn place(map: &RoadMap) -> Option<&str> {
     (map.title != map.name).then_some(map.title.as_str())
 }
 
-/// Returns the models of cars, then of other kinds of vehicles.
-fn models_of_vehicles() -> Vec<CarModel> {
-    let mut models = car::models();
-    models.extend(vehicles::models());
-    models
+/// Models that all scenes have in common.
+#[derive(Clone)]
+struct VehicleModels {
+    /// Cars, then other kinds of vehicles.
+    cars: Vec<CarModel>,
+    cockpit: Cockpit,
+    wheels: [Mesh; 3],
+}
+
+impl VehicleModels {
+    /// Returns a copy of the models, which the first scene of a process builds: a session has many drives.
+    fn shared() -> Self {
+        static MODELS: OnceLock<VehicleModels> = OnceLock::new();
+        // Not within `get_or_init`: a thread that waits there for others' parts could begin another scene, and wait for itself.
+        MODELS.get().cloned().unwrap_or_else(|| {
+            let built = Self::build();
+            MODELS.get_or_init(|| built).clone()
+        })
+    }
+
+    fn build() -> Self {
+        let cars = || {
+            let mut models = car::models();
+            models.extend(vehicles::models());
+            models
+        };
+        let (cars, (cockpit, wheels)) = rayon::join(cars, || rayon::join(Cockpit::new, wheel::wheels));
+        Self { cars, cockpit, wheels }
+    }
 }
 
 #[cfg(test)]

@@ -9,12 +9,22 @@ use super::upload::{PaintedTexture, byte};
 use crate::rng;
 use glam::Vec2;
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Side of the picture, texels; a power of two.
 const SIZE: usize = 512;
 
-/// Returns the grain at all mip levels, as bytes.
-pub fn levels() -> Vec<Vec<u8>> {
+/// Returns the grain at all mip levels, as bytes; the first picture of a process paints them.
+pub fn levels() -> &'static [Vec<u8>] {
+    static LEVELS: OnceLock<Vec<Vec<u8>>> = OnceLock::new();
+    // Not within `get_or_init`: a thread that waits there for others' parts could begin another picture, and wait for itself.
+    LEVELS.get().unwrap_or_else(|| {
+        let painted = painted_levels();
+        LEVELS.get_or_init(|| painted)
+    })
+}
+
+fn painted_levels() -> Vec<Vec<u8>> {
     let mut texels = paint();
     let mut side = SIZE;
     let mut levels = Vec::new();

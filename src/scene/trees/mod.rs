@@ -15,10 +15,31 @@ use crate::{
     roadside::trees::broad_leaf::{self, LeafPatch, TreeSkeleton},
 };
 use glam::{Mat3, Vec2, Vec3};
-use std::f32::consts::TAU;
+use std::{
+    f32::consts::TAU,
+    sync::{Mutex, PoisonError},
+};
 
-/// Returns all models, in the order of [`kinds`](crate::roadside::trees).
+/// Returns all models, in the order of [`kinds`](crate::roadside::trees). Those of the last seed are kept
+/// for the next scene with it.
 pub(in crate::scene) fn models(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
+    static LAST: [Mutex<Option<SeededModels>>; 3] = [const { Mutex::new(None) }; 3];
+    let last = || LAST[detail as usize].lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(kept) = last().as_ref().filter(|kept| kept.seed == seed) {
+        return kept.models.clone();
+    }
+    let models = built(seed, detail);
+    *last() = Some(SeededModels { seed, models: models.clone() });
+    models
+}
+
+/// Models of one detail, grown from a seed.
+struct SeededModels {
+    seed: u64,
+    models: Vec<Mesh>,
+}
+
+fn built(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
     let broad = |kind, look| BroadLeafTree::new(TreeSkeleton::new(kind, seed), look).draw(detail);
     vec![
         broad(&broad_leaf::OAK, &OAK),
