@@ -145,7 +145,7 @@ fn place(map: &RoadMap) -> Option<&str> {
 }
 
 /// Models that all scenes have in common.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 struct VehicleModels {
     /// Cars, then other kinds of vehicles.
     cars: Vec<CarModel>,
@@ -223,6 +223,12 @@ pub(super) mod tests {
         assert!(static_scene == StaticScene::build(&map, 7), "same seed, same stage");
         assert!(static_scene.tree_places != StaticScene::build(&map, 8).tree_places);
         assert_eq!(StaticScene::with_trees(&map, 7, 100).tree_places.len(), 100);
+        // The second scene has copies of these; what it copies is the same each time, too.
+        assert!(VehicleModels::build() == VehicleModels::shared(), "models of vehicles");
+        for detail in [ModelDetail::Near, ModelDetail::Mid, ModelDetail::Shade] {
+            assert!(trees::models(8, detail) != trees::models(7, detail), "another seed, other trees");
+            assert!(trees::built(7, detail) == trees::models(7, detail), "models of trees");
+        }
     }
 
     #[test]

@@ -339,9 +339,6 @@ impl ResponseSums<'_> {
             return None;
         }
         let (low, high) = (tried_ratio(best.saturating_sub(1)), tried_ratio(best + 1));
-        if best == 0 && self.criterion_slope(0.0) > 0.0 {
-            return Some(0.0);
-        }
         Some(rising_root(low, high, |ratio| self.criterion_slope(ratio)))
     }
 }

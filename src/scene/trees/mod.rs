@@ -39,7 +39,8 @@ struct SeededModels {
     models: Vec<Mesh>,
 }
 
-fn built(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
+/// Builds all models anew.
+pub(in crate::scene) fn built(seed: u64, detail: ModelDetail) -> Vec<Mesh> {
     let broad = |kind, look| BroadLeafTree::new(TreeSkeleton::new(kind, seed), look).draw(detail);
     vec![
         broad(&broad_leaf::OAK, &OAK),
