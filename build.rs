@@ -13,10 +13,10 @@ fn main() {
     println!("cargo:rustc-env=CODRIVE_COMPILER={}", compiler.unwrap_or_default());
 }
 
-/// Returns the commit of a release build in a checkout. A dev build has none, as each new commit would build the program and all tests again.
+/// Returns the commit of an optimised build in a checkout. A dev build has none, as each new commit would build the program and all tests again.
 fn commit() -> Option<String> {
     let root = env::var("CARGO_MANIFEST_DIR").ok()?;
-    if env::var("PROFILE").as_deref() != Ok("release") || !Path::new(&root).join(".git").exists() {
+    if env::var("OPT_LEVEL").as_deref() != Ok("3") || !Path::new(&root).join(".git").exists() {
         return None;
     }
     let git = |arguments: &[&str]| first_line(Command::new("git").args(["-C", &root]).args(arguments));

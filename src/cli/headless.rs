@@ -8,7 +8,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 fn refusal(what: &str) -> CliError {
     CliError::Input(format!(
         "{what} needs windows, pictures and devices; this program was built without them (the cargo feature \
-         `desktop`)\n  remedy: build it with cargo build --release; codrive --help lists the commands of this program"
+         `desktop`)\n  remedy: build it with cargo build --profile first; codrive --help lists the commands of this program"
     ))
 }
 

@@ -18,6 +18,6 @@ pub(super) fn is_wanted(matches: &ArgMatches) -> bool {
 /// Refuses the fit with the remedy.
 pub(super) fn main(_: &ArgMatches, _: &Path, _: &VehicleTrajectories) -> Result<(), CliError> {
     let text = "--fit needs the parameter search; this program was built without it (the cargo feature `tune`)\n  \
-        remedy: build it with cargo build --release";
+        remedy: build it with cargo build --profile first";
     Err(CliError::Input(text.into()))
 }

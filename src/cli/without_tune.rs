@@ -12,6 +12,6 @@ pub(super) fn command() -> Command {
 /// Refuses the command with the remedy.
 pub(super) fn main(_: &ArgMatches) -> Result<(), CliError> {
     let text = "codrive tune needs the parameter search; this program was built without it (the cargo feature \
-        `tune`)\n  remedy: build it with cargo build --release";
+        `tune`)\n  remedy: build it with cargo build --profile first";
     Err(CliError::Input(text.into()))
 }

@@ -142,7 +142,7 @@ pub enum PolicyFileFault {
     #[cfg(not(feature = "onnx"))]
     #[error(
         "this program was built without the cargo feature `onnx`, which reads ONNX files\n  remedy: build it with \
-         cargo build --release, which scripts/drive keeps"
+         cargo build --profile first, which scripts/drive keeps"
     )]
     WithoutOnnx,
 }
