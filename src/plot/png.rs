@@ -1,6 +1,10 @@
 //! SVG to PNG, the same on every machine: no system fonts are used; text is set in the sans-serif font of the program's panels
 //! (Ubuntu Light, from egui). In: SVG text of this program. Out: bytes of a PNG file on white.
 
+use image::{
+    ExtendedColorType, ImageEncoder,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+};
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
     usvg::{ImageHrefResolver, Options, Tree, fontdb},
@@ -23,7 +27,7 @@ pub enum PngError {
     },
     /// The pixels cannot be written as PNG.
     #[error(transparent)]
-    Encoding(Box<dyn std::error::Error + Send + Sync>),
+    Encoding(#[from] image::ImageError),
 }
 
 /// Pixels per pixel of CSS (1/96 inch): 300 dots per inch in print.
@@ -39,7 +43,17 @@ pub fn png(svg: &str) -> Result<Vec<u8>, PngError> {
     let mut pixels = Pixmap::new(width, height).ok_or(PngError::Size { width, height })?;
     pixels.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixels.as_mut());
-    pixels.encode_png().map_err(|error| PngError::Encoding(error.into()))
+    // On white nothing is transparent. Filters are for photographs: areas of one colour become larger with them.
+    let colours: Vec<u8> =
+        pixels.pixels().iter().flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()]).collect();
+    let mut file = Vec::new();
+    PngEncoder::new_with_quality(&mut file, CompressionType::Level(4), FilterType::NoFilter).write_image(
+        &colours,
+        width,
+        height,
+        ExtendedColorType::Rgb8,
+    )?;
+    Ok(file)
 }
 
 /// Returns the options of text: one font family replaces every family that an SVG names.

@@ -3,6 +3,11 @@
 
 use crate::toml_text::did_you_mean;
 use serde_json::Value;
+use std::{
+    any::TypeId,
+    collections::BTreeMap,
+    sync::{Mutex, PoisonError},
+};
 
 /// One setting of a struct.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,8 +126,20 @@ fn flag_of(path: &str) -> String {
     bare.unwrap_or(path).replace('_', "-")
 }
 
-/// Returns all settings of a struct, in the order of its fields.
-pub fn fields_of<T: schemars::JsonSchema + serde::Serialize + Default>() -> Vec<Field> {
+/// Returns all settings of a struct, in the order of its fields. The first call of a process makes the schema: that of a scenario takes some
+/// milliseconds, and a study asks for it at each of its conditions.
+pub fn fields_of<T: schemars::JsonSchema + serde::Serialize + Default + 'static>() -> Vec<Field> {
+    static MADE: Mutex<BTreeMap<TypeId, Vec<Field>>> = Mutex::new(BTreeMap::new());
+    let made = || MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(fields) = made().get(&TypeId::of::<T>()) {
+        return fields.clone();
+    }
+    let fields = fields_by_schema::<T>();
+    made().insert(TypeId::of::<T>(), fields.clone());
+    fields
+}
+
+fn fields_by_schema<T: schemars::JsonSchema + serde::Serialize + Default>() -> Vec<Field> {
     let schema = schemars::generate::SchemaSettings::draft2020_12()
         .with(|s| s.inline_subschemas = true)
         .into_generator()

@@ -28,7 +28,7 @@ pub struct SettingsError {
 }
 
 /// Struct of settings that is read from a file and changed by flags.
-pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default + Clone {
+pub trait Settings: Serialize + DeserializeOwned + JsonSchema + Default + Clone + 'static {
     /// Returns the faults of relations between settings, each of which is already within its limits, and of lists.
     fn faults(&self) -> Vec<SettingFault>;
 
