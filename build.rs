@@ -16,7 +16,9 @@ fn main() {
 /// Returns the commit of an optimised build in a checkout. A dev build has none, as each new commit would build the program and all tests again.
 fn commit() -> Option<String> {
     let root = env::var("CARGO_MANIFEST_DIR").ok()?;
-    if env::var("OPT_LEVEL").as_deref() != Ok("3") || !Path::new(&root).join(".git").exists() {
+    // The profile wheel optimises this package for size.
+    let is_optimised = matches!(env::var("OPT_LEVEL").as_deref(), Ok("3" | "s"));
+    if !is_optimised || !Path::new(&root).join(".git").exists() {
         return None;
     }
     let git = |arguments: &[&str]| first_line(Command::new("git").args(["-C", &root]).args(arguments));
